@@ -55,27 +55,15 @@ struct Column {
     below: Option<(usize, usize)>,
 }
 
-/// Where the columns of some joints lie. A column is whole if its blocks have six rows and columns and the one below follows
-/// the diagonal block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Layout {
-    /// Whole, one after the other from this value on.
-    Run(usize),
-    /// Whole, with other blocks between them: loops and branches couple more to some joints.
-    Apart,
-    /// Not all whole.
-    Mixed,
-}
-
 /// Where the joints' blocks are.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
-    /// Of each pack.
-    columns: Vec<([Column; PACK], PerLanes<Layout>)>,
+    /// Of each pack, and the first value where all blocks have six rows and columns, one after the other.
+    columns: Vec<([Column; PACK], PerLanes<Option<usize>>)>,
     /// All other blocks below the diagonal, filled up with copies of the last one, and how many they are.
     couplings: Vec<Coupling>,
     coupled: usize,
-    /// Blocks of all lanes that are not written where they belong, but copied there.
+    /// Blocks of all lanes, where they do not lie one after the other.
     room: Aligned,
     /// What the blocks of a joint are made of, for all lanes.
     scratch: Aligned,
@@ -110,7 +98,7 @@ impl Assembly {
         let packs = columns.as_chunks().0.iter();
         Self {
             columns: packs
-                .map(|pack| (*pack, PerLanes::new(pack, layout)))
+                .map(|pack| (*pack, PerLanes::new(pack, first_of_run)))
                 .collect(),
             couplings,
             coupled,
@@ -150,18 +138,14 @@ impl Assembly {
     }
 }
 
-/// The layout of some columns.
-fn layout(columns: &[Column]) -> Layout {
+/// The first value of some columns where they are of blocks of six rows and columns, one after the other.
+fn first_of_run(columns: &[Column]) -> Option<usize> {
     let first = columns[0].diagonal;
-    let whole = |c: &Column| (c.rows, c.below) == (6, Some((c.diagonal + BLOCK, 6)));
-    if !columns.iter().all(whole) {
-        return Layout::Mixed;
-    }
-    let mut places = columns.iter().enumerate();
-    match places.all(|(lane, column)| column.diagonal == first + COLUMNS * lane) {
-        true => Layout::Run(first),
-        false => Layout::Apart,
-    }
+    let in_run = |(lane, column): (usize, &Column)| {
+        let at = first + COLUMNS * lane;
+        (column.diagonal, column.rows, column.below) == (at, 6, Some((at + BLOCK, 6)))
+    };
+    columns.iter().enumerate().all(in_run).then_some(first)
 }
 
 /// Takes the first `rows` rows and `columns` columns of a block of six rows.
@@ -217,26 +201,23 @@ impl WideKernel for Columns<'_> {
                 next: joints.negative_side_of_next(&following.next().unwrap_or(joints)),
                 between,
             };
-            let (columns, layout) = &columns[first / PACK];
+            let (columns, run) = &columns[first / PACK];
+            let in_place = run.get::<L>(first % PACK).map(|at| at..at + COLUMNS * L);
+            let to = match &in_place {
+                Some(at) => &mut self.values[at.clone()],
+                None => &mut room[..COLUMNS * L],
+            };
+            pair.write_all(scratch, to);
+            if in_place.is_some() {
+                continue;
+            }
+            let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
             let columns = part::<_, L>(columns, first % PACK);
-            let in_run = |at: usize| std::array::from_fn(|lane| COLUMNS * lane + at);
-            match *layout.get::<L>(first % PACK) {
-                Layout::Run(at) => {
-                    pair.write_all(scratch, &mut self.values[at..at + COLUMNS * L], in_run);
-                }
-                Layout::Apart => pair.write_all(scratch, self.values, |at| {
-                    std::array::from_fn(|lane| columns[lane].diagonal + at)
-                }),
-                Layout::Mixed => {
-                    pair.write_all(scratch, &mut room[..COLUMNS * L], in_run);
-                    let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
-                    for (column, blocks) in columns.iter().zip(blocks).take(joints.count()) {
-                        let m = column.rows;
-                        copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
-                        if let Some((at, rows)) = column.below {
-                            copy_block(&blocks[1], rows, m, &mut self.values[at..]);
-                        }
-                    }
+            for (column, blocks) in columns.iter().zip(blocks).take(joints.count()) {
+                let m = column.rows;
+                copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
+                if let Some((at, rows)) = column.below {
+                    copy_block(&blocks[1], rows, m, &mut self.values[at..]);
                 }
             }
         }
@@ -292,9 +273,9 @@ fn put<V: Lanes, const L: usize, const N: usize>(from: &[V; N], to: &mut [[f64; 
 }
 
 impl<V: Lanes, const L: usize> Pair<'_, V, L> {
-    /// Writes both; `at` tells where a number of each lane's column goes.
+    /// Writes both, of one joint after the other.
     #[inline(always)]
-    fn write_all(&self, parts: &mut [[f64; L]], to: &mut [f64], at: impl Fn(usize) -> [usize; L]) {
+    fn write_all(&self, parts: &mut [[f64; L]], to: &mut [f64]) {
         let parts = &mut parts[..PARTS];
         self.side_a(parts);
         fence();
@@ -302,7 +283,7 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
         fence();
         self.sum_angles(parts);
         fence();
-        self.write_blocks(parts, to, at);
+        self.write_blocks(parts, to);
     }
 
     /// The part of side a.
@@ -354,7 +335,10 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
     /// Writes the diagonal block out of its lower triangle, and the block below, whose columns are Q of the next joint times
     /// P and H of side b, with the mass between for the gap.
     #[inline(always)]
-    fn write_blocks(&self, parts: &[[f64; L]], to: &mut [f64], at: impl Fn(usize) -> [usize; L]) {
+    fn write_blocks(&self, parts: &[[f64; L]], to: &mut [f64]) {
+        let to = &mut to[..COLUMNS * L];
+        let at =
+            |first: usize| -> [usize; L] { std::array::from_fn(|lane| COLUMNS * lane + first) };
         let [xx, xy, xz, yy, yz, zz] = get::<V, L, 6>(parts, GAP);
         let [px, py, pz, qx, qy, qz, sx, sy, sz] = get::<V, L, 9>(parts, MIXED);
         let [pp, qp, sp, qq, sq, ss] = get::<V, L, 6>(parts, ANGLES);

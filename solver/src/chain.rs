@@ -58,7 +58,7 @@ use taut_lanes::Aligned;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward, SolveTwo};
 
-/// Runs a kernel of the constant block size, with a further parameter that is inferred where it is written `<_>`.
+/// Runs a kernel of the constant block size, with a further parameter where one is written.
 macro_rules! with_size {
     ($size:expr, $level:expr, $kernel:ident $(<$rest:tt>)? { $($field:ident $(: $value:expr)?),* $(,)? }) => {
         match $size {
@@ -119,15 +119,23 @@ impl Chain {
     /// Factorises `a`, of the pattern of [`new`](Self::new), if that is positive definite: whether all pivots are
     /// positive and at least `least` units of roundoff of what they were made from. Allocates nothing.
     pub(crate) fn factorize<'a>(&mut self, a: impl Into<Patched<'a>>, least: f64) -> bool {
+        let a = a.into();
+        match a.patches.is_empty() {
+            true => self.eliminate::<false>(a, least),
+            false => self.eliminate::<true>(a, least),
+        }
+    }
+
+    fn eliminate<const PATCHED: bool>(&mut self, values: Patched<'_>, least: f64) -> bool {
         with_size!(
             self.places.size,
             self.level,
-            Factorize {
+            Factorize<PATCHED> {
                 places: &self.places,
-                values: a.into(),
+                values: values,
                 factor: &mut *self.factor,
                 scratch: &mut self.scratch,
-                least,
+                least: least,
             }
         )
     }
@@ -152,8 +160,8 @@ impl Chain {
 
     /// Solves A x = b, of which the rows of the chain are read and written. Allocates nothing.
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
-        self.forward(b, &[], &mut []);
-        self.backward(&[], &[], x);
+        self.forward::<false>(b, &[], &mut []);
+        self.backward::<false>(&[], &[], x);
     }
 
     /// The same for two right-hand sides, with 0.61 of the instructions of two solves (AVX2; 0.66 with SSE2, 1.2 in plain
@@ -173,12 +181,12 @@ impl Chain {
         );
     }
 
-    /// The forward pass; adds Uᵀ y of a border to `sums`.
-    fn forward(&mut self, b: &[f64], u: &[f64], sums: &mut [f64]) {
+    /// The forward pass; where there is a border it adds Uᵀ y to `sums`.
+    fn forward<const BORDER: bool>(&mut self, b: &[f64], u: &[f64], sums: &mut [f64]) {
         with_size!(
             self.places.size,
             self.level,
-            Forward {
+            Forward<BORDER> {
                 places: &self.places,
                 factor: &*self.factor,
                 b: b,
@@ -189,12 +197,12 @@ impl Chain {
         );
     }
 
-    /// The backward pass, of what is left without U `s`.
-    fn backward(&self, u: &[f64], s: &[f64], x: &mut [f64]) {
+    /// The backward pass, of what is left without U `s` where there is a border.
+    fn backward<const BORDER: bool>(&self, u: &[f64], s: &[f64], x: &mut [f64]) {
         with_size!(
             self.places.size,
             self.level,
-            Backward {
+            Backward<BORDER> {
                 places: &self.places,
                 factor: &*self.factor,
                 z: &*self.half,

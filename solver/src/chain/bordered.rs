@@ -59,10 +59,8 @@ struct Border {
     g: Vec<(usize, usize)>,
 }
 
-/// Columns that go the forward pass at once, in pairs: no fewer than the rows of a block of the chain.
-const fn panel(size: usize) -> usize {
-    size.next_multiple_of(2)
-}
+/// Most pairs of columns that go the forward pass at once: those of a joint. More do not fit into registers.
+const PAIRS: usize = 3;
 
 impl Bordered {
     /// For some block rows and columns (ascending) of matrices of a pattern, if they are a chain but for a border of few
@@ -161,7 +159,7 @@ impl Bordered {
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
         let count = self.rows.len();
         self.sums.fill(0.0);
-        self.chain.forward(b, &self.u, &mut self.sums);
+        self.chain.forward::<true>(b, &self.u, &mut self.sums);
         let part = &mut self.part[..count];
         for ((part, &row), sum) in (part.iter_mut().zip(&self.rows)).zip(self.sums.chunks_exact(2))
         {
@@ -175,7 +173,7 @@ impl Bordered {
         for (&row, &part) in self.rows.iter().zip(&*part) {
             x[row] = part;
         }
-        self.chain.backward(&self.u, &self.part, x);
+        self.chain.backward::<true>(&self.u, &self.part, x);
     }
 }
 
@@ -212,8 +210,8 @@ impl Border {
     }
 }
 
-/// U and Uᵀ D U, where U has F in some steps. Every panel goes the forward pass of the chain, its pairs of columns in four
-/// lanes: both ends of the first, then of the second.
+/// U and Uᵀ D U, where U has F in some steps. Columns go the forward pass of the chain in pairs, in four lanes: both ends of
+/// the first, then of the second.
 struct Columns<'a, const B: usize> {
     places: &'a Places,
     factor: &'a [f64],
@@ -230,56 +228,58 @@ impl<const B: usize> Kernel for Columns<'_, B> {
 
     #[inline(always)]
     fn run<I: Isa>(mut self) {
-        for first in (0..self.columns).step_by(panel(B)) {
-            self.panel::<I::X4>(first);
+        for first in (0..self.columns).step_by(2 * PAIRS) {
+            match (self.columns - first) / 2 {
+                1 => self.pass::<I::X4, 1>(first),
+                2 => self.pass::<I::X4, 2>(first),
+                _ => self.pass::<I::X4, PAIRS>(first),
+            }
         }
     }
 }
 
 impl<const B: usize> Columns<'_, B> {
-    /// The panel that begins with column `first`.
+    /// `P` pairs from column `first` on.
     #[inline(always)]
-    fn panel<V: Halves<Half: Halves>>(&mut self, first: usize) {
+    fn pass<V: Halves<Half: Halves>, const P: usize>(&mut self, first: usize) {
         let (columns, count) = (self.columns, self.places.steps());
         let mut of_border = self.of_border.iter().peekable();
-        let mut rows = [[V::splat(0.0); B]; 3];
+        let mut rows = [[V::splat(0.0); B]; P];
         for t in 0..=count {
             let factor = InBoth(&self.factor[2 * per_step(B) * t..]);
             let has_entries = of_border.next_if_eq(&&t).is_some();
-            let mut done = [[V::splat(0.0); B]; 3];
-            unroll!(p < B.div_ceil(2), pairs, {
-                if first + 2 * p < columns {
-                    let [one, other] = [0, 1].map(|c| u_at(B, columns, t, first + 2 * p + c));
-                    if has_entries {
-                        let one: [V::Half; B] = load_rows(&self.u[one..]);
-                        let other: [V::Half; B] = load_rows(&self.u[other..]);
-                        unroll!(i < B, {
-                            rows[p][i] = rows[p][i] + V::join(one[i], other[i]);
-                        });
-                    }
-                    if t == count && count > 0 {
-                        rows[p] = rows[p].map(add_in_halves);
-                    }
-                    done[p] = lower_solve(factor, rows[p]);
-                    if t == count {
-                        let one = V::both(pair(1.0, 0.0));
-                        unroll!(i < B, {
-                            done[p][i] = done[p][i] * one;
-                        });
-                    } else {
-                        rows[p] = pass_on(factor, done[p], [V::splat(0.0); B]);
-                    }
-                    let scaled = scaled(factor, done[p]);
-                    store_rows(&scaled.map(Halves::lower), &mut self.u[one..]);
-                    store_rows(&scaled.map(Halves::upper), &mut self.u[other..]);
+            let mut done = [[V::splat(0.0); B]; P];
+            unroll!(p < P, pairs, {
+                let [one, other] = [0, 1].map(|c| u_at(B, columns, t, first + 2 * p + c));
+                if has_entries {
+                    let one: [V::Half; B] = load_rows(&self.u[one..]);
+                    let other: [V::Half; B] = load_rows(&self.u[other..]);
+                    unroll!(i < B, {
+                        rows[p][i] = rows[p][i] + V::join(one[i], other[i]);
+                    });
                 }
+                if t == count && count > 0 {
+                    rows[p] = rows[p].map(add_in_halves);
+                }
+                done[p] = lower_solve(factor, rows[p]);
+                if t == count {
+                    let one = V::both(pair(1.0, 0.0));
+                    unroll!(i < B, {
+                        done[p][i] = done[p][i] * one;
+                    });
+                } else {
+                    rows[p] = pass_on(factor, done[p], [V::splat(0.0); B]);
+                }
+                let scaled = scaled(factor, done[p]);
+                store_rows(&scaled.map(Halves::lower), &mut self.u[one..]);
+                store_rows(&scaled.map(Halves::upper), &mut self.u[other..]);
             });
             // With all columns up to those of each pair.
             let before = columns_of(self.u, B, columns, t).enumerate();
             for ((a, u), products) in before.zip(self.products.chunks_exact_mut(2 * columns)) {
-                unroll!(p < B.div_ceil(2), pairs, {
+                unroll!(p < P, pairs, {
                     let c = first + 2 * p;
-                    if c < columns && a < c + 2 {
+                    if a < c + 2 {
                         let products = &mut products[2 * c..];
                         let mut sum = V::load(products);
                         unroll!(i < B, {

@@ -28,7 +28,7 @@ impl<'a> Patched<'a> {
         }
     }
 
-    #[inline]
+    #[cold]
     fn patch(self, first: usize, count: usize) -> Option<&'a [f64]> {
         self.patches.get(first..first + count)
     }

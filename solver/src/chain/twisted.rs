@@ -7,8 +7,9 @@ use super::places::{Place, Places, Step};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled, take_back, upper_solve};
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
-/// Factorises; whether the pivots were accepted.
-pub(super) struct Factorize<'a, const B: usize> {
+/// Factorises; whether the pivots were accepted. Matrices without patches have code of their own: looking for patches takes
+/// 2 to 3 % of it.
+pub(super) struct Factorize<'a, const B: usize, const PATCHED: bool> {
     pub(super) places: &'a Places,
     pub(super) values: Patched<'a>,
     pub(super) factor: &'a mut [f64],
@@ -18,8 +19,8 @@ pub(super) struct Factorize<'a, const B: usize> {
 }
 
 /// D⁻¹ y with y = L⁻¹ b into `z`, in the order of elimination: the rows of a step for both lanes; of the middle block the
-/// second lane is zero. Adds Uᵀ y to `sums`, two lanes a column of the border; chains without one have no columns.
-pub(super) struct Forward<'a, const B: usize> {
+/// second lane is zero. Adds Uᵀ y to `sums`, two lanes a column, where there is a border.
+pub(super) struct Forward<'a, const B: usize, const BORDER: bool> {
     pub(super) places: &'a Places,
     pub(super) factor: &'a [f64],
     pub(super) b: &'a [f64],
@@ -28,8 +29,8 @@ pub(super) struct Forward<'a, const B: usize> {
     pub(super) sums: &'a mut [f64],
 }
 
-/// L⁻ᵀ (z − U s) into the rows of the chain, s the border's part of a solution, a number a column.
-pub(super) struct Backward<'a, const B: usize> {
+/// L⁻ᵀ (z − U s) into the rows of the chain, s the border's part of a solution, where there is one.
+pub(super) struct Backward<'a, const B: usize, const BORDER: bool> {
     pub(super) places: &'a Places,
     pub(super) factor: &'a [f64],
     pub(super) z: &'a [f64],
@@ -179,18 +180,22 @@ fn copy<const B: usize>(values: Patched<'_>, first: usize, size: [usize; 2], to:
 
 /// A block of full size of each end, where it lies; `None` where there is none.
 #[inline(always)]
-fn in_place<const B: usize>(
-    values: Patched<'_>,
+fn in_place<const B: usize, const PATCHED: bool>(
+    matrix: Patched<'_>,
     first: [Option<usize>; 2],
 ) -> Option<[&Full<B>; 2]> {
     let at = |first: usize| {
-        let (columns, _) = values.get(first, B * B)?.as_chunks::<B>();
+        let block = match PATCHED {
+            true => matrix.get(first, B * B)?,
+            false => matrix.values.get(first..first + B * B)?,
+        };
+        let (columns, _) = block.as_chunks::<B>();
         columns.first_chunk::<B>()
     };
     Some([at(first[0]?)?, at(first[1]?)?])
 }
 
-impl<const B: usize> Kernel for Factorize<'_, B> {
+impl<const B: usize, const PATCHED: bool> Kernel for Factorize<'_, B, PATCHED> {
     type Output = bool;
 
     #[inline(always)]
@@ -199,7 +204,7 @@ impl<const B: usize> Kernel for Factorize<'_, B> {
     }
 }
 
-impl<const B: usize> Factorize<'_, B> {
+impl<const B: usize, const PATCHED: bool> Factorize<'_, B, PATCHED> {
     #[inline(always)]
     fn factorize<Q: Quad<Half: Halves>>(self) -> Option<()> {
         let Self {
@@ -221,7 +226,7 @@ impl<const B: usize> Factorize<'_, B> {
                 }
                 even.diagonal.each_ref()
             }
-            _ => in_place(values, steps[0].ends.map(|end| Some(end.diagonal)))?,
+            _ => in_place::<B, PATCHED>(values, steps[0].ends.map(|end| Some(end.diagonal)))?,
         };
         // The middle block is the first end's alone.
         let none = [[0.0; B]; B];
@@ -240,9 +245,12 @@ impl<const B: usize> Factorize<'_, B> {
             let next = &steps[t + 1];
             let ends = if step.full {
                 let mut ends = Ends {
-                    own: in_place(values, step.ends.map(|end| Some(end.diagonal)))?,
-                    diagonal: in_place(values, next.ends.map(|end| Some(end.diagonal)))?,
-                    coupling: in_place(values, step.ends.map(|end| end.coupling))?,
+                    own: in_place::<B, PATCHED>(values, step.ends.map(|end| Some(end.diagonal)))?,
+                    diagonal: in_place::<B, PATCHED>(
+                        values,
+                        next.ends.map(|end| Some(end.diagonal)),
+                    )?,
+                    coupling: in_place::<B, PATCHED>(values, step.ends.map(|end| end.coupling))?,
                 };
                 if t + 1 == count {
                     ends.diagonal[1] = &none;
@@ -259,7 +267,7 @@ impl<const B: usize> Factorize<'_, B> {
                 let own = whole.then_some(step.ends.map(|end| Some(end.diagonal)));
                 Ends {
                     own: own.map_or(Some(padded.diagonal.each_ref()), |own| {
-                        in_place(values, own)
+                        in_place::<B, PATCHED>(values, own)
                     })?,
                     diagonal: other.diagonal.each_ref(),
                     coupling: other.coupling.each_ref(),
@@ -270,7 +278,7 @@ impl<const B: usize> Factorize<'_, B> {
         }
         let middle = steps[count].ends[0].diagonal;
         let [middle, _] = match (steps[..count].last(), &padded) {
-            (Some(before), _) if before.full => in_place(values, [Some(middle); 2])?,
+            (Some(before), _) if before.full => in_place::<B, PATCHED>(values, [Some(middle); 2])?,
             (_, Some(padded)) => padded[count % 2].diagonal.each_ref(),
             (_, None) => return None,
         };
@@ -337,7 +345,7 @@ fn scatter<V: Lanes, const B: usize>(rows: &[V; B], step: &Step, v: &mut [f64]) 
     }
 }
 
-impl<const B: usize> Kernel for Forward<'_, B> {
+impl<const B: usize, const BORDER: bool> Kernel for Forward<'_, B, BORDER> {
     type Output = ();
 
     #[inline(always)]
@@ -358,7 +366,9 @@ impl<const B: usize> Kernel for Forward<'_, B> {
             let done = lower_solve(factor, rows);
             store_rows(&scaled(factor, done), &mut z[2 * B * t..]);
             rows = pass_on(factor, done, gather(b, step));
-            add_to_sums(u, t, &done, sums);
+            if BORDER {
+                add_to_sums(u, t, &done, sums);
+            }
         }
         if count > 0 {
             rows = rows.map(add);
@@ -366,7 +376,9 @@ impl<const B: usize> Kernel for Forward<'_, B> {
         let one = pair::<I::X2>(1.0, 0.0);
         let done = lower_solve(middle, rows).map(|v| v * one);
         store_rows(&scaled(middle, done), &mut z[2 * B * count..]);
-        add_to_sums(u, count, &done, sums);
+        if BORDER {
+            add_to_sums(u, count, &done, sums);
+        }
     }
 }
 
@@ -383,10 +395,10 @@ fn add_to_sums<V: Lanes, const B: usize>(u: &[f64], t: usize, y: &[V; B], sums: 
     }
 }
 
-/// Step `t` of z − U s.
+/// Rows `z` less those of step `t` of U s.
 #[inline(always)]
-fn less_border<V: Lanes, const B: usize>(z: &[f64], u: &[f64], s: &[f64], t: usize) -> [V; B] {
-    let mut rows = load_rows::<V, B>(&z[2 * B * t..]);
+fn less_border<V: Lanes, const B: usize>(z: [V; B], u: &[f64], s: &[f64], t: usize) -> [V; B] {
+    let mut rows = z;
     for (u, s) in columns_of(u, B, s.len(), t).zip(s) {
         let s = V::splat(*s);
         unroll!(i < B, {
@@ -396,7 +408,7 @@ fn less_border<V: Lanes, const B: usize>(z: &[f64], u: &[f64], s: &[f64], t: usi
     rows
 }
 
-impl<const B: usize> Kernel for Backward<'_, B> {
+impl<const B: usize, const BORDER: bool> Kernel for Backward<'_, B, BORDER> {
     type Output = ();
 
     #[inline(always)]
@@ -411,11 +423,21 @@ impl<const B: usize> Kernel for Backward<'_, B> {
         } = self;
         let (steps, count) = (&places.steps[..], places.steps());
         let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
-        let mut rows = upper_solve(middle, less_border::<I::X2, B>(z, u, s, count).map(add));
+        let mut left = load_rows::<I::X2, B>(&z[2 * B * count..]);
+        if BORDER {
+            left = less_border(left, u, s, count);
+        }
+        let mut rows = upper_solve(middle, left.map(add));
         scatter(&rows, &steps[count], x);
-        let of_steps = of_steps.chunks_exact(2 * per_step(B)).enumerate();
-        for ((t, factor), step) in of_steps.zip(&steps[..count]).rev() {
-            rows = take_back(factor, less_border(z, u, s, t), rows);
+        let z = z.chunks_exact(2 * B);
+        let of_steps = of_steps.chunks_exact(2 * per_step(B));
+        let each = of_steps.zip(z).zip(&steps[..count]).enumerate();
+        for (t, ((factor, z), step)) in each.rev() {
+            let mut left = load_rows(z);
+            if BORDER {
+                left = less_border(left, u, s, t);
+            }
+            rows = take_back(factor, left, rows);
             scatter(&rows, step, x);
         }
     }
