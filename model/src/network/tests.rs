@@ -1,6 +1,7 @@
 //! Geometry, rows, groups and faults of the networks.
 
 use super::*;
+use crate::Side;
 use crate::check_jacobian;
 use crate::constraint::RowKind;
 use crate::linearized::Linearized;
