@@ -7,14 +7,14 @@
 //! are the same; the rivals have no bending and no torsion, which a cable that swings straight does not ask for, and
 //! nothing collides or sleeps.
 //!
-//! As measured (`taut study engines`): a frame of a swing from 0.3 rad for 6.5 s, in one step, is 0.009 to
-//! 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact at rest;
-//! 7.0 and 22 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
-//! stable at all: 1.7 and 3.8 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
+//! As measured (`taut study engines`, AVX-512 in a virtual machine): a frame of a swing from 0.3 rad for 6.5 s, in one step,
+//! is 0.009 to 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact
+//! at rest; 6.7 and 18 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to
+//! be stable at all: 2.0 and 5.0 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
 //! Apache-2.0, off by default; a rival, no part of anything) at its cheapest setting within 1 %, sub-steps and sweeps
-//! by powers of two: its soft rope solved implicitly takes 6.9 and 32 times as long at 24 segments, 16 and 86 times at
-//! 100; swept by Gauss–Seidel 14 and 53, 33 and 128; impulse joints 51 and 204, 127 and 503; the multibody with
-//! springs 803 times at 10³ and 24 segments, and no multibody the others within real time.
+//! by powers of two: its soft rope solved implicitly takes 7.3 and 33 times as long at 24 segments, 19 and 101 times at
+//! 100; swept by Gauss–Seidel 18 and 53, 37 and 137; impulse joints 47 and 182, 134 and 503; the multibody 984 times, with
+//! springs 887 times at 10³ and 24 segments, and no multibody the others within real time.
 //!
 //! **On the ground** ([`taut_ground::engine::grounded`]) ours, in one step a frame, and Rapier go through motions whose end
 //! is known: a box that slides to its stop, a stack of ten boxes that stays, a cable of 24 segments in the steady motion
@@ -23,11 +23,11 @@
 //! dimension of a shape. Rapier's ladders have sub-steps, sweeps, relaxation and the hardness of contacts; none beyond 4
 //! ms a frame is tried.
 //!
-//! As measured in one run, medians in turns: ours is 0.003 % of its way off with the box, at most 0.007 % with the
+//! As measured in the same run: ours is 0.003 % of its way off with the box, at most 0.007 % with the
 //! stack, at most 5·10⁻⁴ % of the cable's length and 0.12 % of its diameter with the load. At a ratio of 1 Rapier within
-//! 1 % takes 0.85 times as long with the box, 0.08 times with the stack, 0.2 times with the load. At 10³ it takes 16 and
-//! 2.1 times as long. At 10⁵ no setting is within 1 %: all 160 lose the stack or are too slow, and the load is 7.5 % off
-//! at best, in 13 times as long.
+//! 1 % takes 0.72 times as long with the box, 0.08 times with the stack, 0.37 times with the load. At 10³ it takes 19 and
+//! 3.7 times as long. At 10⁵ no setting is within 1 %: all 155 lose the stack or are too slow, and the load is 9.5 % off
+//! at best, in 10 times as long.
 //!
 //! | module | holds |
 //! |---|---|
