@@ -22,8 +22,8 @@ pub enum Elimination {
     /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
     /// where some are equal. Of those that take at most twice as many, one in which the backend is faster goes before,
     /// the one with the fewest rows in the border ([`Backend::border_rows`]); of equal borders the scene's order, whose
-    /// vectors need no permutation. With a border the scene's order may take more than twice as many, since leaves and
-    /// border are then eliminated first and last wherever they stand.
+    /// vectors need no permutation. With a border the scene's order may take eight times as many, since leaves and border are
+    /// then eliminated first and last wherever they stand.
     #[default]
     Auto,
     /// The scene's own order.
@@ -174,27 +174,29 @@ pub(crate) fn orders(
     // Minimum degree is counted first: it is seldom far from the cheapest, and so bounds what counting the others takes.
     let mut found = vec![counted(Elimination::MinimumDegree, MOST)?];
     let flops = |order: &EliminationOrder| order.cost.unwrap_or(MOST).flops;
-    let twice = |order: &EliminationOrder| EliminationCost {
-        flops: flops(order).saturating_mul(2).min(MOST.flops),
-        ..MOST
-    };
-    let most = twice(&found[0]);
+    // Where banded has a border in the scene's own order, it carries no leaves along that stand behind it.
     let own: Vec<usize> = (0..pattern.blocks()).collect();
     let has_border = Backend::Banded.border_rows(pattern, &own)?.is_some();
-    let most_of_own = if has_border { MOST } else { most };
-    for (other, most) in [
-        (Elimination::Border, most),
-        (Elimination::Scene, most_of_own),
-    ] {
-        found.extend(Some(counted(other, most)?).filter(|order| order.cost.is_some()));
+    let most = |taken, least: u64| match taken {
+        Elimination::Scene if has_border => EliminationCost {
+            flops: least.saturating_mul(8).min(EliminationCost::LARGEST.flops),
+            ..EliminationCost::LARGEST
+        },
+        _ => EliminationCost {
+            flops: least.saturating_mul(2).min(MOST.flops),
+            ..MOST
+        },
+    };
+    let least = flops(&found[0]);
+    for other in [Elimination::Border, Elimination::Scene] {
+        let order = counted(other, most(other, least))?;
+        found.extend(Some(order).filter(|order| order.cost.is_some()));
     }
     // The cheapest first, of equal ones the last that was counted.
     found.reverse();
     found.sort_by_key(flops);
-    let most = twice(&found[0]);
-    found.retain(|order| {
-        flops(order) <= most.flops || has_border && order.taken == Elimination::Scene
-    });
+    let least = flops(&found[0]);
+    found.retain(|order| flops(order) <= most(order.taken, least).flops.max(least));
     Ok(found)
 }
 
@@ -361,6 +363,32 @@ mod tests {
             let scene = NetworkParams::new(network).build().unwrap();
             assert_eq!(border_rows(&scene), Some(rows), "{network:?}");
         }
+    }
+
+    /// Hooks on all segments, listed behind the cable, are carried along it in the scene's order: too many of them.
+    #[test]
+    fn many_leaves_at_the_end_are_not_carried_along() {
+        use taut_model::{Body, Constraint, Frame, HoistParams, Spherical, nalgebra::Vector3};
+        let with_hooks = |segments| {
+            let params = HoistParams {
+                segments,
+                ..HoistParams::default()
+            };
+            let mut scene = params.build().unwrap();
+            let joint = scene.constraints.iter().find_map(|c| match c {
+                Constraint::Spherical(joint) => Some(*joint),
+                _ => None,
+            });
+            let joint = joint.unwrap();
+            for segment in 0..segments {
+                let hook = scene.add_body(format!("hook-{segment}"), Body::sphere(0.1, 1.0));
+                let frames = [segment, hook].map(|body| Frame::body(body, Vector3::zeros()));
+                let joint = Constraint::Spherical(Spherical { frames, ..joint });
+                scene.add_constraint(format!("hook-joint-{segment}"), joint, 0);
+            }
+            auto(&scene, &Backend::Banded).taken
+        };
+        assert_eq!(with_hooks(500), Elimination::Border);
     }
 
     /// A hoist listed with every second joint first: S fills, and so does each of two groups that take turns, but not
