@@ -22,8 +22,8 @@ pub enum Elimination {
     /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
     /// where some are equal. Of those that take at most twice as many, one in which the backend is faster goes before,
     /// the one with the fewest rows in the border ([`Backend::border_rows`]); of equal borders the scene's order, whose
-    /// vectors need no permutation. With a border the scene's order may take eight times as many, since leaves and border are
-    /// then eliminated first and last wherever they stand.
+    /// vectors need no permutation. With a border the scene's order may take up to eight times as many, since leaves and
+    /// border are then eliminated first and last wherever they stand.
     #[default]
     Auto,
     /// The scene's own order.
@@ -174,7 +174,7 @@ pub(crate) fn orders(
     // Minimum degree is counted first: it is seldom far from the cheapest, and so bounds what counting the others takes.
     let mut found = vec![counted(Elimination::MinimumDegree, MOST)?];
     let flops = |order: &EliminationOrder| order.cost.unwrap_or(MOST).flops;
-    // Where banded has a border in the scene's own order, it carries no leaves along that stand behind it.
+    // Operations in the scene's order count leaves behind a chain as if they were carried along it, which `banded` avoids.
     let own: Vec<usize> = (0..pattern.blocks()).collect();
     let has_border = Backend::Banded.border_rows(pattern, &own)?.is_some();
     let most = |taken, least: u64| match taken {

@@ -61,7 +61,7 @@ fn of_schur(
     let (mut taken, mut counted) = (Vec::new(), Vec::new());
     for backend in candidates {
         let (at, border) = elimination::taken_by(&backend, &orders, &pattern)?;
-        // A chain with leaves and a border takes what it takes in the cheapest order, whichever it is found in.
+        // `banded` eliminates a chain with leaves and a border at the cost of the cheapest order, whichever it is given.
         let counted_in = if border.is_some() { 0 } else { at };
         let factor = orders[counted_in].cost.unwrap_or(MOST);
         taken.push(at);

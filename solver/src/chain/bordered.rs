@@ -59,7 +59,7 @@ struct Border {
     g: Vec<(usize, usize)>,
 }
 
-/// Most pairs of columns that go the forward pass at once: those of a joint. More do not fit into registers.
+/// Most pairs of columns that go the forward pass at once: those of a joint of six rows.
 const PAIRS: usize = 3;
 
 impl Bordered {
