@@ -1,7 +1,22 @@
 //! Rows with bounds that close and open: ropes that go slack. Contacts are no rows of the system ([`crate::contact`]).
 //!
-//! Such a row is a passive law cut off at its bound, and what it gives back may not exceed what it took. Three things in
-//! the step would give more:
+//! Such a row is a spring and a damper that act while it is stretched, x = φ > 0, and only pull:
+//!
+//! ```text
+//! T = max(0, (x + τ ẋ)/ε)  for x > 0,    else 0
+//! ```
+//!
+//! **The damper of a slack row.** The law is passive, and φ + τ r cut off at T ≥ 0 is another one: it pulls at a slack of τ r. Over
+//! a step the damper therefore takes the rate of x₊ = max(0, φ) instead of r = φ̇: a row that is slack by −φ at the beginning has
+//!
+//! ```text
+//! (x₊⁺ − x₊)/Δt = (φ + Δt r⁺)/Δt = r⁺ + φ/Δt
+//! ```
+//!
+//! which counts as violated by τ φ/Δt < 0 more than it is. Its force then begins where φ⁺ > 0, whatever τ is, and where τ is large
+//! the row ends the step at φ⁺ = 0 instead of before it. A row that is stretched and opens within the step has no force by either.
+//!
+//! What such a row gives back may not exceed what it took. Three things in the step would give more:
 //!
 //! **What a row remembers of its fall.** A scheme of second order takes φ̄ = φ + Δt (p r⁺ − q r + s r⁻), which for a rigid
 //! row that closes at φ ∈ (0, Δt r] asks for r⁺ = r − φ/(p Δt), down to −1.5 r with p = 0.4. Held on both sides it would ring
@@ -47,6 +62,8 @@ const HALF: f64 = 3.0;
 pub(crate) struct Closing {
     /// Steps since a row was last at a bound, up to [`YOUNG`].
     ages: Vec<u8>,
+    /// φ of a one-sided row that is slack at the beginning of the step or implicit sub-step, 0 of others \[m].
+    slack: Vec<f64>,
     /// φ + ε λ at the beginning of a step that is redone.
     drift: Vec<f64>,
     /// The part of it that the sub-steps after the present one take.
@@ -57,6 +74,7 @@ impl Closing {
     pub(crate) fn new(rows: usize) -> Self {
         Self {
             ages: vec![UNKNOWN; rows],
+            slack: vec![0.0; rows],
             drift: vec![0.0; rows],
             left: 0.0,
         }
@@ -139,6 +157,25 @@ impl Closing {
         }
     }
 
+    /// Before the passes of a step or an implicit sub-step, at the state that it begins with.
+    pub(crate) fn take_slack(&mut self, rows: &Linearized) {
+        for (slack, bound) in self.slack.iter_mut().zip(&rows.bounds) {
+            let side = side(bound);
+            *slack = side * (side * rows.phi[bound.row]).min(0.0);
+        }
+    }
+
+    /// Dampers of rows that were slack act from φ = 0 on, in the prepared system of a step `dt` long.
+    pub(crate) fn damp_from_taut(&self, pieces: &mut Pieces, dt: f64) {
+        for (k, slack) in self.slack.iter().enumerate() {
+            let r = pieces.rows.bounds[k].row;
+            let damped = pieces.rows.damping[r] * slack;
+            if damped != 0.0 {
+                pieces.add_violation(r, damped / dt, dt);
+            }
+        }
+    }
+
     /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`.
     pub(crate) fn take_drift(&mut self, rows: &Linearized, tension: &[f64]) {
         for (drift, bound) in self.drift.iter_mut().zip(&rows.bounds) {
@@ -162,10 +199,11 @@ impl Closing {
         }
     }
 
-    /// The same of the rows' `gaps`.
-    pub(crate) fn leave_gaps(&self, rows: &Linearized, gaps: &mut [f64]) {
-        for (drift, bound) in self.drift.iter().zip(&rows.bounds) {
-            gaps[bound.row] -= self.left * drift;
+    /// Both in the rows' `gaps` φ + τ r of an implicit sub-step `dt` long.
+    pub(crate) fn leave_gaps(&self, rows: &Linearized, gaps: &mut [f64], dt: f64) {
+        let known = self.drift.iter().zip(&self.slack);
+        for ((drift, slack), bound) in known.zip(&rows.bounds) {
+            gaps[bound.row] += rows.damping[bound.row] * slack / dt - self.left * drift;
         }
     }
 }

@@ -551,6 +551,8 @@ impl Stepper {
         };
         pieces.regularize(dt, jv, past);
         self.closing.round_kinks(pieces, &history.rate_now, dt);
+        self.closing.take_slack(&pieces.rows);
+        self.closing.damp_from_taut(pieces, dt);
     }
 
     pub(crate) fn update_inertia(&mut self, dt: f64, alpha: f64) -> Result<(), StepError> {

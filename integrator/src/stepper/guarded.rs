@@ -187,6 +187,7 @@ impl Stepper {
         self.pieces.rows.drive(&self.scene, self.time, end);
         self.slip.forget();
         self.slip.grip(&self.scene);
+        self.closing.take_slack(&self.pieces.rows);
         let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {
             let first = pass == 0;
@@ -272,6 +273,7 @@ impl Stepper {
         self.pieces.regularize(dt, jv, Known::Rates(&known));
         self.pieces.known = known;
         self.closing.leave_drift(&mut self.pieces, dt);
+        self.closing.damp_from_taut(&mut self.pieces, dt);
         self.tally.end(Phase::Linearize);
         self.solve_linearized(dt)?;
         self.pieces.update_velocity_change(&self.mu);

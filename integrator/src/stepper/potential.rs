@@ -229,7 +229,7 @@ impl Stepper {
                 rows.phi[r] + rows.damping[r] * *rate
             };
         }
-        self.closing.leave_gaps(rows, gaps);
+        self.closing.leave_gaps(rows, gaps, dt);
     }
 
     /// Φ of a velocity change, and the sum of the sizes of its terms \[J].

@@ -26,6 +26,14 @@ impl Stepper {
         Ok(())
     }
 
+    /// μ of the factorised system for another Δt f. The slip that the last solve found leaves c first: each solve finds the whole
+    /// of it anew.
+    pub(crate) fn solve_rows_again(&mut self) -> Result<(), StepError> {
+        self.slip.take_out(&mut self.pieces);
+        self.right_hand_side();
+        self.solve_rows()
+    }
+
     /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
     fn respond(&mut self, i: usize) -> Result<(), StepError> {
         let mut response = std::mem::take(&mut self.slip.column);

@@ -53,10 +53,7 @@ impl Stepper {
         let found = if self.is_staggered() {
             self.violation_after_joints()
         } else {
-            self.pass_through(dt, TOLERANCE, |stepper| {
-                stepper.right_hand_side();
-                stepper.solve_rows()
-            })?
+            self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?
         };
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
