@@ -67,6 +67,8 @@ pub(crate) struct Bounded {
     wrong: Vec<usize>,
     /// Rows that go slack and taut together: the parts of a cable over sheaves with friction.
     chains: Vec<Vec<usize>>,
+    /// Whether all rows stay where they are: the accelerations of an instant are wanted.
+    pub(crate) frozen: bool,
     /// Fewest wrong rows of this system yet, tries and passes left.
     fewest: usize,
     tries: usize,
@@ -223,6 +225,9 @@ impl Bounded {
         }
         let noise = NOISE * mu.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.wrong.clear();
+        if self.frozen {
+            return self.pivot(pieces, mu, dt);
+        }
         for (k, row) in self.rows.iter_mut().enumerate() {
             let (r, lower, upper) = limits(k, pieces);
             let wanted = match row.place {

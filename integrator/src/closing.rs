@@ -57,13 +57,17 @@ pub(crate) const UNKNOWN: u8 = u8::MAX;
 /// less, 0.4 for 0.6 at Ω = 2, of a rebound that the step resolves no more.
 const HALF: f64 = 3.0;
 
+/// Least Ω, with its damper's part, of a row whose blows divide a step into 32: it stops a load within a part, without rebound, as it
+/// does within a whole step. The bounce of a softer one has a time of its own, and the step must not change in the middle of it.
+const STIFF: f64 = 96.0;
+
 /// What the bounded rows of a scene remember of their closing, in the order of [`taut_model::Linearized::bounds`].
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Closing {
     /// Steps since a row was last at a bound, up to [`YOUNG`].
     ages: Vec<u8>,
-    /// φ of a one-sided row that is slack at the beginning of the step or implicit sub-step, 0 of others \[m].
-    slack: Vec<f64>,
+    /// φ at the beginning of the step or implicit sub-step \[m].
+    begin: Vec<f64>,
     /// φ + ε λ at the beginning of a step that is redone.
     drift: Vec<f64>,
     /// The part of it that the sub-steps after the present one take.
@@ -74,7 +78,7 @@ impl Closing {
     pub(crate) fn new(rows: usize) -> Self {
         Self {
             ages: vec![UNKNOWN; rows],
-            slack: vec![0.0; rows],
+            begin: vec![0.0; rows],
             drift: vec![0.0; rows],
             left: 0.0,
         }
@@ -158,22 +162,56 @@ impl Closing {
     }
 
     /// Before the passes of a step or an implicit sub-step, at the state that it begins with.
-    pub(crate) fn take_slack(&mut self, rows: &Linearized) {
-        for (slack, bound) in self.slack.iter_mut().zip(&rows.bounds) {
-            let side = side(bound);
-            *slack = side * (side * rows.phi[bound.row]).min(0.0);
+    pub(crate) fn begin(&mut self, rows: &Linearized) {
+        for (begin, bound) in self.begin.iter_mut().zip(&rows.bounds) {
+            *begin = rows.phi[bound.row];
         }
     }
 
-    /// Dampers of rows that were slack act from φ = 0 on, in the prepared system of a step `dt` long.
+    /// φ of the open side, 0 of a row that begins taut, or has no open side \[m].
+    fn slack(&self, k: usize, bound: &RowBounds) -> f64 {
+        let side = side(bound);
+        side * (side * self.begin[k]).min(0.0)
+    }
+
+    /// Dampers of rows that begin slack act from φ = 0 on, in the prepared system of a step `dt` long.
     pub(crate) fn damp_from_taut(&self, pieces: &mut Pieces, dt: f64) {
-        for (k, slack) in self.slack.iter().enumerate() {
-            let r = pieces.rows.bounds[k].row;
-            let damped = pieces.rows.damping[r] * slack;
+        for k in 0..self.begin.len() {
+            let bound = pieces.rows.bounds[k];
+            let damped = pieces.rows.damping[bound.row] * self.slack(k, &bound);
             if damped != 0.0 {
-                pieces.add_violation(r, damped / dt, dt);
+                pieces.add_violation(bound.row, damped / dt, dt);
             }
         }
+    }
+
+    /// The fastest rate, in size, of a stiff one-sided row that is caught or thrown open in the linear step of `dt` that has been taken
+    /// but not accepted, with the rates `before` and the places of `bounded` \[m/s].
+    pub(crate) fn fastest_blow(
+        &self,
+        pieces: &Pieces,
+        bounded: &Bounded,
+        before: &[f64],
+        dt: f64,
+    ) -> f64 {
+        let mut fastest = 0.0_f64;
+        let bounds = pieces.rows.bounds.iter().enumerate();
+        for ((k, bound), place) in bounds.zip(bounded.places()) {
+            let (r, side, begin) = (bound.row, side(bound), self.begin[k]);
+            let end = pieces.predicted[r];
+            // A rigid row is taut at φ = 0 but for rounding.
+            let opens = self.ages[k] != 0 && place != Place::Inside;
+            let passes = (side * begin < 0.0) != (side * end < 0.0);
+            if side == 0.0 || !passes && !opens {
+                continue;
+            }
+            let stiff = dt * (dt + pieces.rows.damping[r]) * response(pieces, k);
+            if stiff > STIFF * STIFF * pieces.rows.compliance[r] {
+                let after = (end - begin) / dt;
+                fastest = fastest.max(after.abs()).max(before[r].abs());
+            }
+        }
+        fastest
     }
 
     /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`.
@@ -201,9 +239,9 @@ impl Closing {
 
     /// Both in the rows' `gaps` φ + τ r of an implicit sub-step `dt` long.
     pub(crate) fn leave_gaps(&self, rows: &Linearized, gaps: &mut [f64], dt: f64) {
-        let known = self.drift.iter().zip(&self.slack);
-        for ((drift, slack), bound) in known.zip(&rows.bounds) {
-            gaps[bound.row] += rows.damping[bound.row] * slack / dt - self.left * drift;
+        for (k, (drift, bound)) in self.drift.iter().zip(&rows.bounds).enumerate() {
+            let damped = rows.damping[bound.row] * self.slack(k, bound);
+            gaps[bound.row] += damped / dt - self.left * drift;
         }
     }
 }

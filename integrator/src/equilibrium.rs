@@ -290,7 +290,7 @@ impl Stepper {
         self.pieces.rows.drive(&self.scene, self.time, self.time);
         self.slip.forget();
         self.slip.grip(&self.scene);
-        self.closing.take_slack(&self.pieces.rows);
+        self.closing.begin(&self.pieces.rows);
         self.closing.take_drift(&self.pieces.rows, &self.tension);
         self.closing.left = (1.0 - dt / FIRST).max(0.0);
         let pass = Pass::FromRest(ACCELERATION);

@@ -160,6 +160,9 @@ pub struct StepReport {
     pub unconverged_substeps: usize,
     /// Whether the guard took a step back and redid it.
     pub redone: bool,
+    /// Sub-steps that the guard divided, because a rope caught or was thrown slack in them.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub divided: usize,
     /// Largest disagreement that the guard found, accepted or not, over the lever arm, without unit; 0 without guard.
     #[cfg_attr(feature = "serde", serde(with = "taut_model::unlimited"))]
     pub disagreement: f64,
@@ -197,6 +200,7 @@ pub(crate) struct Tally {
     pub(crate) implicit_substeps: usize,
     pub(crate) unconverged_substeps: usize,
     pub(crate) redone: bool,
+    pub(crate) divided: usize,
     disagreement: f64,
     pub(crate) balance: Option<EnergyBalance>,
 }
@@ -215,6 +219,7 @@ impl Tally {
             implicit_substeps: 0,
             unconverged_substeps: 0,
             redone: false,
+            divided: 0,
             disagreement: 0.0,
             balance: None,
         }
@@ -275,6 +280,7 @@ impl Tally {
             implicit_substeps: self.implicit_substeps,
             unconverged_substeps: self.unconverged_substeps,
             redone: self.redone,
+            divided: self.divided,
             disagreement: self.disagreement,
             balance: self.balance,
             error: None,

@@ -4,6 +4,7 @@
 pub(crate) mod balance;
 pub(crate) mod choice;
 pub(crate) mod contact_problem;
+mod divided;
 pub(crate) mod estimate;
 pub(crate) mod guarded;
 mod potential;
@@ -37,6 +38,7 @@ use taut_solver::{
 };
 
 use balance::Account;
+use divided::Division;
 use estimate::Companion;
 use potential::Search;
 use resolution::{Resolved, Resolving};
@@ -94,6 +96,8 @@ pub struct Stepper {
     pub(crate) stage: Stage,
     /// Steps that the guard still takes implicitly.
     pub(crate) holding: usize,
+    /// Of a step in which ropes catch.
+    division: Division,
     /// Where the balance of energy stands.
     pub(crate) account: Account,
     /// States at the beginning of the step and of its sub-step.
@@ -264,6 +268,7 @@ impl Stepper {
             fresh: Vec::new(),
             stage: Stage::Unsolved,
             holding: 0,
+            division: Division::new(rows, pieces.rows.bounds.len()),
             account: Account::default(),
             step_start: state.clone(),
             substep_start: state,
@@ -293,9 +298,9 @@ impl Stepper {
         })
     }
 
-    /// Length of a sub-step \[s].
+    /// Length of a sub-step, or of a part of a divided one \[s].
     pub(crate) fn substep(&self) -> f64 {
-        self.options.dt / self.options.substeps as f64
+        self.options.dt / (self.options.substeps as f64 * f64::from(self.division.parts))
     }
 
     /// Advances the scene by one time step, then lets the scene's events happen that are due. Allocates nothing with the
@@ -465,13 +470,13 @@ impl Stepper {
             self.pieces.update_velocity_change(&self.mu);
             if self.started {
                 let fresh = std::mem::take(&mut self.fresh);
-                self.take_half_back(fresh.into_iter());
+                self.take_half_back(fresh.into_iter(), 1.0);
                 // What was there goes on as if nothing had been solved.
                 let (mu, tension) = (&mut self.mu, &mut self.tension);
                 self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
                 self.substep_start.restore_contacts(&mut self.contacts);
             } else {
-                self.take_half_back(0..self.scene.bodies.len());
+                self.take_half_back(0..self.scene.bodies.len(), 1.0);
             }
         }
         self.fresh.clear();
@@ -480,13 +485,14 @@ impl Stepper {
         Ok(())
     }
 
-    /// Velocities of the bodies v − Δv/2, half a step back.
-    pub(crate) fn take_half_back(&mut self, numbers: impl Iterator<Item = usize>) {
+    /// Velocities of the bodies v − `sign` Δv/2: half a step back, or ahead where the sign is −1.
+    pub(crate) fn take_half_back(&mut self, numbers: impl Iterator<Item = usize>, sign: f64) {
+        let half = 0.5 * sign;
         let bodies = &mut self.scene.bodies;
         for i in numbers {
             let [x, y, z, p, q, r] = self.pieces.dv.get(i);
-            bodies.velocity[i] -= Vector3::new(x, y, z) * 0.5;
-            bodies.angular_velocity[i] -= Vector3::new(p, q, r) * 0.5;
+            bodies.velocity[i] -= Vector3::new(x, y, z) * half;
+            bodies.angular_velocity[i] -= Vector3::new(p, q, r) * half;
         }
     }
 
@@ -551,7 +557,7 @@ impl Stepper {
         };
         pieces.regularize(dt, jv, past);
         self.closing.round_kinks(pieces, &history.rate_now, dt);
-        self.closing.take_slack(&pieces.rows);
+        self.closing.begin(&pieces.rows);
         self.closing.damp_from_taut(pieces, dt);
     }
 

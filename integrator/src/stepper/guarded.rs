@@ -52,6 +52,7 @@ impl Stepper {
             &self.tension,
             &self.contacts,
         );
+        self.begin_division();
         if self.holding > 0 {
             self.holding -= 1;
             return self.redo(guard);
@@ -64,6 +65,11 @@ impl Stepper {
         };
         self.tally.see(disagreement);
         if disagreement.is_finite() && disagreement <= guard.tolerance {
+            if self.catches() {
+                self.return_to_start();
+                self.tally.end(Phase::Update);
+                return self.divide(guard);
+            }
             self.accept_linear();
             if self.contacts.is_empty() {
                 return Ok(());
@@ -187,7 +193,7 @@ impl Stepper {
         self.pieces.rows.drive(&self.scene, self.time, end);
         self.slip.forget();
         self.slip.grip(&self.scene);
-        self.closing.take_slack(&self.pieces.rows);
+        self.closing.begin(&self.pieces.rows);
         let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {
             let first = pass == 0;
