@@ -199,10 +199,11 @@ impl Closing {
         for ((k, bound), place) in bounds.zip(bounded.places()) {
             let (r, side, begin) = (bound.row, side(bound), self.begin[k]);
             let end = pieces.predicted[r];
-            // A rigid row is taut at φ = 0 but for rounding.
-            let opens = self.ages[k] != 0 && place != Place::Inside;
+            // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
+            let was_open = self.ages[k] == 0;
+            let changes = was_open == (place == Place::Inside);
             let passes = (side * begin < 0.0) != (side * end < 0.0);
-            if side == 0.0 || !passes && !opens {
+            if side == 0.0 || !passes && !changes {
                 continue;
             }
             let stiff = dt * (dt + pieces.rows.damping[r]) * response(pieces, k);
@@ -257,3 +258,5 @@ fn side(bound: &RowBounds) -> f64 {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_damping;

@@ -403,7 +403,7 @@ fn eliminate(rows: &mut [f64], count: usize) -> bool {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 #[cfg(test)]
 mod tests_energy;
 #[cfg(test)]

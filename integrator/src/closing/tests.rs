@@ -2,13 +2,13 @@ use crate::{Guard, StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Winch};
 
-const G: f64 = 9.81;
-const DT: f64 = 1.0 / 60.0;
+pub(super) const G: f64 = 9.81;
+pub(super) const DT: f64 = 1.0 / 60.0;
 /// Mass of the load that falls \[kg], length of its rope \[m].
 const LOAD: f64 = 50.0;
 const LENGTH: f64 = 4.0;
 
-fn options(dt: f64, substeps: usize) -> StepOptions {
+pub(super) fn options(dt: f64, substeps: usize) -> StepOptions {
     StepOptions {
         dt,
         substeps,
@@ -17,13 +17,13 @@ fn options(dt: f64, substeps: usize) -> StepOptions {
     }
 }
 
-fn scene(name: &str) -> Scene {
+pub(super) fn scene(name: &str) -> Scene {
     let mut scene = Scene::new(name);
     scene.gravity = Vector3::new(0.0, 0.0, -G);
     scene
 }
 
-fn ball(scene: &mut Scene, mass: f64, at: Vector3<f64>) -> Frame {
+pub(super) fn ball(scene: &mut Scene, mass: f64, at: Vector3<f64>) -> Frame {
     let body = scene.add_body(format!("ball {at}"), Body::sphere(0.1, mass).at(at));
     Frame::body(body, Vector3::zeros())
 }

@@ -326,7 +326,7 @@ pub(super) fn reeving(seed: u64) -> Scene {
     scene
 }
 
-pub(super) fn cable_length(scene: &Scene, cable: &MasslessCable) -> f64 {
+pub(crate) fn cable_length(scene: &Scene, cable: &MasslessCable) -> f64 {
     let mut phi = [0.0];
     Constraint::MasslessCable(cable.clone()).violation(&scene.bodies, 0.0, &mut phi);
     phi[0] + cable.length

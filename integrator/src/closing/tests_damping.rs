@@ -1,0 +1,275 @@
+//! Ropes with dampers that are slack at first: against the law's own motion, over floors, sheaves and winches.
+
+use super::tests::{DT, G, ball, options, scene};
+use crate::Stepper;
+use nalgebra::Vector3;
+use taut_model::collide::{Collider, Shape};
+use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Sheave, Winch};
+
+const MASS: f64 = 100.0;
+
+fn rope(scene: &mut Scene, frames: Vec<Frame>, length: f64, law: RowLaw) -> usize {
+    let cable = MasslessCable::new(frames, length, law);
+    scene.add_constraint("rope", Constraint::MasslessCable(cable), 0)
+}
+
+/// A load that reaches the length of its rope with the speed `speed` after `time` of free fall.
+fn falling(law: RowLaw, speed: f64, time: f64) -> (Scene, f64) {
+    let mut scene = scene("falling");
+    let load = ball(&mut scene, MASS, Vector3::zeros());
+    scene.bodies.velocity[0].z = G * time - speed;
+    let slack = speed * time - 0.5 * G * time * time;
+    let frames = vec![Frame::world(Vector3::z()), load];
+    rope(&mut scene, frames, 1.0 + slack, law);
+    (scene, slack)
+}
+
+/// Largest stretch within 0.3 s of a load that stretches its rope at `speed` at first, T = (x + τ ẋ)/ε ≥ 0: by Runge and Kutta.
+fn largest_stretch(law: RowLaw, speed: f64) -> f64 {
+    if law.compliance == 0.0 {
+        return 0.0;
+    }
+    let stiffness = 1.0 / law.compliance;
+    let pull = |x: f64, u: f64| (stiffness * (x + law.damping * u)).max(0.0);
+    let rate = |[x, u]: [f64; 2]| [u, G - pull(x, u) / MASS];
+    let step = |s: [f64; 2], k: [f64; 2], h: f64| [s[0] + h * k[0], s[1] + h * k[1]];
+    let fast = (stiffness / MASS).sqrt() + stiffness * law.damping / MASS;
+    let h = (0.02 / fast).min(1e-4);
+    let (mut state, mut largest, mut t) = ([0.0, speed], 0.0_f64, 0.0);
+    while t < 0.3 && state[1] > 0.0 {
+        let a = rate(state);
+        let b = rate(step(state, a, 0.5 * h));
+        let c = rate(step(state, b, 0.5 * h));
+        let d = rate(step(state, c, h));
+        state = [0, 1].map(|i| state[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+        largest = largest.max(state[0]);
+        t += h;
+    }
+    largest
+}
+
+/// The largest stretch, after which no force came while the rope was slack at both ends of a step.
+fn caught(law: RowLaw, speed: f64, dt: f64) -> f64 {
+    let time = 0.05;
+    let (scene, slack) = falling(law, speed, time);
+    let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
+    let (mut largest, mut before) = (0.0_f64, f64::NEG_INFINITY);
+    while stepper.time() < time + 0.3 - 0.5 * dt {
+        stepper.step().unwrap();
+        let x = -stepper.scene().bodies.position[0].z - slack;
+        let tension = stepper.tension(0).unwrap();
+        let is_slack = before.max(x) < -1e-12;
+        assert!(
+            !is_slack || tension == 0.0,
+            "{law:?}, {speed}: {tension} N at {x}"
+        );
+        (largest, before) = (largest.max(x), x);
+    }
+    largest
+}
+
+#[test]
+fn a_damped_rope_catches_a_load_where_it_is_taut() {
+    for damping in [0.02, 0.05, 0.3, 0.5, 5.0] {
+        for compliance in [0.0, 1e-6, 3e-5, 1e-4] {
+            for speed in [0.3, 1.0, 5.0, 20.0] {
+                let law = RowLaw::new(compliance, damping);
+                let exact = largest_stretch(law, speed);
+                let error = |dt| (caught(law, speed, dt) - exact).abs();
+                let errors = [DT, DT / 4.0, DT / 16.0].map(error);
+                let what = format!("{law:?}, {speed} m/s: {errors:?} of {exact}");
+                assert!(errors[2] < 1e-3 * (1.0 + exact), "{what}");
+                // Of first order, from the way of a step on.
+                for (error, dt) in errors.into_iter().zip([DT, DT / 4.0, DT / 16.0]) {
+                    assert!(error < 0.3 * speed * dt + 1e-5, "{what}");
+                }
+            }
+        }
+    }
+}
+
+/// A load on the ground, its rope with `slack`, and a winch that takes it up.
+fn standing(law: RowLaw, slack: f64, speed: f64) -> Scene {
+    let mut scene = scene("standing");
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let size = Vector3::repeat(1.0);
+    let body = Body::cuboid(size, MASS).at(Vector3::z() * 0.5);
+    let load = scene.add_body("load", body);
+    scene.add_collider(Collider::new("load", Some(load), Shape::Cuboid { size }));
+    let frames = vec![
+        Frame::world(Vector3::z() * 5.0),
+        Frame::body(load, Vector3::z() * 0.5),
+    ];
+    let cable = MasslessCable {
+        winch: Some(Winch {
+            speed,
+            since: 0.05,
+            ..Winch::new()
+        }),
+        ..MasslessCable::new(frames, 4.0 + slack, law)
+    };
+    scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+    scene
+}
+
+#[test]
+fn a_winch_that_takes_up_slack_lifts_a_load_where_the_rope_is_taut() {
+    for damping in [0.0, 0.02, 0.1, 0.5] {
+        for (slack, speed) in [(0.1, -0.5), (0.033, -0.13)] {
+            let scene = standing(RowLaw::new(0.0, damping), slack, speed);
+            let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();
+            let mut lifted = 0.0;
+            for step in 0..60 {
+                stepper.step().unwrap();
+                lifted = stepper.scene().bodies.position[0].z - 0.5;
+                let hauled = -speed * (stepper.time() - 0.05).max(0.0);
+                let due = (hauled - slack).max(0.0);
+                assert!(
+                    lifted < due + 1e-6,
+                    "τ {damping}, {step}: {lifted} m, not {due}"
+                );
+                assert!(
+                    lifted > due - 1e-6 || damping > 0.0,
+                    "{step}: {lifted} m, not {due}"
+                );
+            }
+            assert!(lifted > 0.01, "{lifted}");
+        }
+    }
+}
+
+/// A cabin and a lighter weight on a rigid rope over two points. The cabin lands; the weight goes on, falls back into the rope and
+/// lifts the cabin: with the share k = m/(m + M) of the weight it lands at v² = 2 g (1 − 2k) h and rises by (k v)²/(2 g (1 − 2k)).
+fn lift(share: f64, height: f64, parts: usize, damping: f64) -> f64 {
+    let mut scene = scene("pulley");
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let size = Vector3::repeat(1.0);
+    let at = Vector3::new(-1.0, 0.0, height + 0.5);
+    let cabin = scene.add_body("cabin", Body::cuboid(size, 1000.0 * (1.0 - share)).at(at));
+    scene.add_collider(Collider::new("cabin", Some(cabin), Shape::Cuboid { size }));
+    let weight = ball(&mut scene, 1000.0 * share, Vector3::new(1.0, 0.0, 0.8));
+    let over = [-1.0, 1.0].map(|x| Frame::world(Vector3::new(x, 0.0, 12.0)));
+    let frames = vec![
+        Frame::body(cabin, Vector3::zeros()),
+        over[0],
+        over[1],
+        weight,
+    ];
+    let length = 12.0 - at.z + 2.0 + 11.2;
+    rope(&mut scene, frames, length, RowLaw::new(0.0, damping));
+    let mut stepper = Stepper::new(scene, options(DT, parts)).unwrap();
+    let (mut landed, mut highest) = (false, 0.0_f64);
+    for _ in 0..360 {
+        stepper.step().unwrap();
+        let above = stepper.scene().bodies.position[cabin].z - 0.5;
+        landed |= above < 1e-3;
+        if landed {
+            highest = highest.max(above);
+        } else {
+            highest = 0.0;
+        }
+    }
+    highest
+}
+
+#[test]
+fn a_landing_and_a_catch_within_a_step_keep_the_lift_of_a_pulley() {
+    for (share, height) in [(5.0 / 12.0, 2.0), (0.35, 1.3), (0.45, 2.7)] {
+        let exact = share * share * height;
+        for (parts, damping) in [(1, 0.0), (1, 0.05), (4, 0.0)] {
+            let found = lift(share, height, parts, damping);
+            let off = found / exact - 1.0;
+            assert!(
+                off.abs() < 0.02,
+                "{share}, {height} m, {parts}, {damping}: {off}"
+            );
+        }
+    }
+}
+
+/// A hook on a rope over a sheave with friction, which a load under it takes down to the ground and up again.
+fn set_down(law: RowLaw, friction: f64) -> Scene {
+    let mut scene = scene("set-down");
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let hook = ball(&mut scene, 20.0, Vector3::new(0.2, 0.0, 5.0));
+    let size = Vector3::repeat(1.0);
+    let at = Vector3::new(0.2, 0.0, 0.7);
+    let load = scene.add_body("load", Body::cuboid(size, 800.0).at(at));
+    scene.add_collider(Collider::new("load", Some(load), Shape::Cuboid { size }));
+    let top = Frame::body(load, Vector3::z() * 0.5);
+    let sling = vec![hook, top];
+    rope(&mut scene, sling, 3.8 + 1e-4, law);
+    let frames = vec![
+        Frame::world(Vector3::new(-4.0, 0.0, 9.8)),
+        Frame::world(Vector3::new(0.0, 0.0, 10.0)).along(&Vector3::y()),
+        hook,
+    ];
+    let sheave = Sheave {
+        friction,
+        ..Sheave::new(0.2)
+    };
+    let cable = MasslessCable {
+        sheaves: vec![None, Some(sheave), None],
+        winch: Some(Winch::new()),
+        ..MasslessCable::new(frames, 1.0, law)
+    };
+    let path = crate::slip::tests::cable_length(&scene, &cable);
+    let cable = MasslessCable {
+        length: path - 0.002,
+        ..cable
+    };
+    scene.reeve("hoist", &cable, 0).unwrap();
+    scene
+}
+
+/// Friction against the slip, tensions at the limit only where the rope slips, and at rest the lengths of its law.
+#[test]
+fn a_damped_rope_over_a_sheave_goes_on_to_slip_when_its_load_is_set_down() {
+    for damping in [0.0, 0.05, 0.5] {
+        for friction in [0.02, 0.1, 0.3] {
+            let law = RowLaw::new(3e-7, damping);
+            let mut stepper = Stepper::new(set_down(law, friction), options(DT, 1)).unwrap();
+            let parts = ["hoist", "hoist-2"].map(|name| stepper.scene().constraint(name).unwrap());
+            let mut slipped = [0.0; 2];
+            for (stage, speed) in [0.3, 0.0, -0.3, 0.0].into_iter().enumerate() {
+                let winch = Winch {
+                    speed,
+                    ..Winch::new()
+                };
+                stepper.set_winch(parts[0], winch).unwrap();
+                for step in 0..180 {
+                    stepper.step().unwrap();
+                    let [before, after] = parts.map(|c| stepper.tension(c).unwrap());
+                    let slip = stepper.slip_rates().next().unwrap();
+                    let work = (after - before) * slip;
+                    let what = format!("τ {damping}, μ {friction}, {stage}, {step}");
+                    assert!(work > -1e-6, "{what}: {before} N, {after} N, {slip} m/s");
+                    slipped[usize::from(stage > 1)] += slip.abs() * DT;
+                }
+                let rows = stepper.linearized();
+                let gaps = parts.map(|c| {
+                    let r = rows.row_range(c).start;
+                    let tension = stepper.tension(c).unwrap();
+                    let stretch = rows.compliance[r] * tension;
+                    if tension > 0.0 {
+                        rows.phi[r] - stretch
+                    } else {
+                        rows.phi[r].max(0.0)
+                    }
+                });
+                // Dampers come to rest in a few of their times.
+                let bar = if stage % 2 == 0 {
+                    f64::INFINITY
+                } else {
+                    1e-4 * (1.0 + 100.0 * damping)
+                };
+                let held = gaps.iter().all(|gap| gap.abs() < bar);
+                assert!(held, "τ {damping}, μ {friction}, {stage}: {gaps:?}");
+            }
+            assert!(
+                slipped.iter().all(|way| *way > 0.3),
+                "τ {damping}, μ {friction}: {slipped:?}"
+            );
+        }
+    }
+}
