@@ -24,7 +24,8 @@
 //! φ + Δt r > 0, with 0 ≤ r⁺ = −φ/Δt < r: an impact without rebound. A row is therefore *young* until r and r⁻ are those of
 //! a closed row, and takes the share w = x²/(1 + x²) of these weights meanwhile, x = Ω²/Ω_c², with Ω² = Δt² J M̃⁻¹ Jᵀ/ε of
 //! the row alone: its stiffness in the step's eyes. That overstates Ω where others hold the bodies too, and so errs towards
-//! damping. Soft rows resolve their rebound and keep it. A row that was open and opens further has no such past: w = 1.
+//! damping. Soft rows resolve their rebound and keep it. A row that was open and opens further has no such past: w = 1. One
+//! whose drive jumps, as that of a winch that is set to another speed, is young again: its past rates are of another motion.
 //!
 //! **The kink of a soft row.** Sampled at steps of Δt, the work ∫ φ₊ dφ of a row that is crossed at the rate r is in error
 //! by B₂(θ) r² Δt²/2, θ ∈ [0, 1) the phase of the crossing, B₂(θ) = θ² − θ + ⅙: up to Ω²/4 of the energy, one way and the
@@ -108,13 +109,14 @@ impl Closing {
         }
     }
 
-    /// The weights of the bounded rows at the present state, where the rows' rates are `jv` + `phi_t`; M̃⁻¹ is that of this
-    /// step.
+    /// The weights of the bounded rows at the present state, where the rows' rates are `jv` + `phi_t`, and their drives those of this
+    /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s].
     pub(crate) fn weigh(
         &mut self,
         pieces: &mut Pieces,
         of: &[Weights; 4],
         (jv, phi_t): (&[f64], &[f64]),
+        jerk: f64,
         dt: f64,
     ) {
         for k in 0..self.ages.len() {
@@ -122,6 +124,9 @@ impl Closing {
             let (r, side) = (bound.row, side(&bound));
             let (phi, rate) = (side * pieces.rows.phi[r], side * (jv[r] + phi_t[r]));
             let age = &mut self.ages[k];
+            if *age == YOUNG && side != 0.0 && (pieces.rows.phi_t[r] - phi_t[r]).abs() > jerk {
+                *age = 1;
+            }
             if *age == UNKNOWN {
                 // What is open within a step, before it or after, was not closed for long.
                 *age = if phi < dt * rate.abs() { 0 } else { YOUNG };
@@ -185,13 +190,14 @@ impl Closing {
         }
     }
 
-    /// The fastest rate, in size, of a stiff one-sided row that is caught or thrown open in the linear step of `dt` that has been taken
-    /// but not accepted, with the rates `before` and the places of `bounded` \[m/s].
+    /// The fastest rate, in size, at which a stiff one-sided row is caught or thrown open in the linear step of `dt` that has been
+    /// taken but not accepted, or the largest change of its rate or its drive, with the rates `before`, the drives of the steps
+    /// before and now, and the places of `bounded` \[m/s].
     pub(crate) fn fastest_blow(
         &self,
         pieces: &Pieces,
         bounded: &Bounded,
-        before: &[f64],
+        (before, driven): (&[f64], [&[f64]; 2]),
         dt: f64,
     ) -> f64 {
         let mut fastest = 0.0_f64;
@@ -200,19 +206,29 @@ impl Closing {
             let (r, side, begin) = (bound.row, side(bound), self.begin[k]);
             let end = pieces.predicted[r];
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
-            let was_open = self.ages[k] == 0;
-            let changes = was_open == (place == Place::Inside);
-            let passes = (side * begin < 0.0) != (side * end < 0.0);
-            if side == 0.0 || !passes && !changes {
+            let (was_open, opens) = (self.ages[k] == 0, place != Place::Inside);
+            let passes = (side * begin < 0.0) != (side * end < 0.0) || was_open != opens;
+            if side == 0.0 || !passes && opens {
                 continue;
             }
             let stiff = dt * (dt + pieces.rows.damping[r]) * response(pieces, k);
             if stiff > STIFF * STIFF * pieces.rows.compliance[r] {
                 let after = (end - begin) / dt;
-                fastest = fastest.max(after.abs()).max(before[r].abs());
+                let of = if passes {
+                    after.abs().max(before[r].abs())
+                } else {
+                    (after - before[r]).abs()
+                };
+                let drive = (driven[1][r] - driven[0][k]).abs();
+                fastest = fastest.max(of).max(drive);
             }
         }
         fastest
+    }
+
+    /// Nothing is left of the drift.
+    pub(crate) fn forget_drift(&mut self) {
+        self.drift.fill(0.0);
     }
 
     /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`.

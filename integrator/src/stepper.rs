@@ -19,6 +19,7 @@ mod winding;
 use crate::bounded::Bounded;
 use crate::closing::Closing;
 use crate::contact::Contacts;
+use crate::contact::rebound::slowest;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::identity::Identities;
@@ -545,8 +546,14 @@ impl Stepper {
         pieces.weigh(&weights);
         // The driven part of r_n is that of the step that led here.
         let rates = (&**jv, &*history.phi_t);
-        self.closing.weigh(pieces, &weights, rates, dt);
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
+        // The last drives of cables that slip hold their slip.
+        let jerk = if self.slip.is_empty() {
+            divided::LEAST * slowest(&self.scene, dt)
+        } else {
+            f64::INFINITY
+        };
+        self.closing.weigh(pieces, &weights, rates, jerk, dt);
         self.slip.forget();
         let stiff = stiffness != GeometricStiffness::Off;
         pieces.soften_transverse_rows(&self.tension, stiff);
@@ -559,6 +566,9 @@ impl Stepper {
         self.closing.round_kinks(pieces, &history.rate_now, dt);
         self.closing.begin(&pieces.rows);
         self.closing.damp_from_taut(pieces, dt);
+        if self.division.parts > 1 {
+            self.closing.leave_drift(pieces, dt);
+        }
     }
 
     pub(crate) fn update_inertia(&mut self, dt: f64, alpha: f64) -> Result<(), StepError> {

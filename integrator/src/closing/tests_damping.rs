@@ -273,3 +273,37 @@ fn a_damped_rope_over_a_sheave_goes_on_to_slip_when_its_load_is_set_down() {
         }
     }
 }
+
+/// A rigid rope whose winch is set to another speed at once: its load goes with it from the first step on, wherever it swings.
+#[test]
+fn a_load_on_a_rigid_rope_goes_with_a_winch_that_is_set_to_another_speed() {
+    for (speed, aside) in [(-0.5, 0.01), (0.3, 0.2), (-2.0, 0.0)] {
+        let mut scene = scene("winch");
+        let load = ball(&mut scene, MASS, Vector3::new(aside, 0.0, -10.0));
+        let length = (100.0 + aside * aside).sqrt();
+        let frames = vec![Frame::world(Vector3::zeros()), load];
+        let cable = MasslessCable {
+            winch: Some(Winch::new()),
+            ..MasslessCable::new(frames, length, RowLaw::RIGID)
+        };
+        scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+        let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();
+        let mut due = length;
+        for (step, factor) in [0.0, 1.0, -1.0, 0.5].into_iter().enumerate() {
+            let winch = Winch {
+                speed: factor * speed,
+                ..Winch::new()
+            };
+            stepper.set_winch(0, winch).unwrap();
+            for _ in 0..30 {
+                stepper.step().unwrap();
+                due += factor * speed * DT;
+                let off = stepper.scene().bodies.position[0].norm() - due;
+                assert!(off < 1e-4 * speed.abs(), "{speed}, {step}: {off} m");
+                // A rope cannot push: a load that is let down, or hauled more slowly than before, flies on.
+                let flies = step > 1 || step > 0 && speed > 0.0;
+                assert!(flies || off.abs() < 1e-4, "{speed}, {step}: {off} m");
+            }
+        }
+    }
+}

@@ -9,6 +9,8 @@
 //! has with all rows as they were and without blows of contacts, half a part back again, and after the last part forward to its
 //! end, with Δv of a part; from there the next step begins as one of a new run does.
 //!
+//! What rows are short of at the beginning, the parts take back in proportion to time ([`crate::closing`]).
+//!
 //! The multipliers of a divided step are the sums of those of its parts: their forces are means over the step, so that a catch
 //! shows, wherever in the step it was.
 
@@ -23,7 +25,7 @@ use taut_lanes::Aligned;
 const PARTS: u32 = 32;
 
 /// Least rate that divides a step, over the largest one without restitution: |g| Δt.
-const LEAST: f64 = 10.0;
+pub(super) const LEAST: f64 = 10.0;
 
 /// What a divided step keeps.
 #[derive(Debug, Clone)]
@@ -75,7 +77,8 @@ impl Stepper {
         }
         let (dt, before) = (self.substep(), &self.history.rate);
         let closing = &self.closing;
-        let rate = closing.fastest_blow(&self.pieces, &self.bounded, before, dt);
+        let driven = [&*self.division.phi_t, &*self.history.phi_t];
+        let rate = closing.fastest_blow(&self.pieces, &self.bounded, (before, driven), dt);
         rate > LEAST * slowest(&self.scene, dt)
     }
 
@@ -100,11 +103,19 @@ impl Stepper {
     }
 
     fn take_parts(&mut self, guard: Guard) -> Result<(), StepError> {
+        self.closing.take_drift(&self.pieces.rows, &self.tension);
+        self.closing.left = 1.0;
         self.started = false;
         self.start()?;
         self.division.sum.fill(0.0);
-        for _ in 0..PARTS {
+        for part in 1..=PARTS {
+            self.closing.left = 1.0 - f64::from(part) / f64::from(PARTS);
+            let implicit = self.tally.implicit_substeps;
             self.guarded_substep(guard)?;
+            if self.tally.implicit_substeps > implicit {
+                // Implicit sub-steps take back all of it.
+                self.closing.forget_drift();
+            }
             let factor = self.substep() / self.mu_dt;
             for (sum, mu) in self.division.sum.iter_mut().zip(&self.mu[..]) {
                 *sum += factor * mu;
