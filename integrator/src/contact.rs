@@ -20,8 +20,9 @@
 //!
 //! **Normal row.** b = φ/Δt of a gap φ: the shapes at most touch at the end of the step. Of a penetration b = Υ φ/Δt with
 //! Υ = 1/(1 + τ/Δt); its compliance gives σ = Υ ε/Δt². The linearly implicit form, \[SL (8)–(11)], in every
-//! scheme: contacts do not ring. The force f of the last step explains ε f of the penetration. What is left, as of shapes that
-//! overlap at the start, is undone with at most [`RECOVERY`].
+//! scheme: contacts do not ring. The force f of the last step explains ε f
+//! of the penetration. What is left, as of shapes that overlap at the start, is undone with at most [`RECOVERY`]. In a step
+//! that shapes arrive in their contact is rigid: [`blow`].
 //!
 //! **Regularisation.** A box that stands on four corners has twelve rows for six degrees of freedom. Each row has
 //! [`FLOOR`] of its own W in σ besides: the impulses are unique, and a contact that sticks creeps by as little.
@@ -38,6 +39,7 @@
 //!
 //! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
 
+mod blow;
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
@@ -51,7 +53,6 @@ use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
-use taut_model::collide::Surface;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -79,11 +80,6 @@ pub(crate) struct Carrier {
     part: f64,
 }
 
-/// Υ = 1/(1 + τ/Δt).
-fn share(surface: &Surface, dt: f64) -> f64 {
-    dt / (dt + surface.damping)
-}
-
 /// The larger violation; unlike `f64::max` it keeps what is no number.
 fn worse(a: f64, b: f64) -> f64 {
     if a <= b || b.is_nan() { b } else { a }
@@ -107,8 +103,15 @@ pub(crate) struct Touch {
     pub(crate) aim: f64,
     /// ε Υ/Δt² of the normal row \[1/kg].
     pub(crate) softness: f64,
+    /// b where the contact is rigid, as it is in a blow \[m/s].
+    pub(crate) rigid: f64,
+    /// Whether the shapes close fast enough for a blow, and whether the contact had carried nothing before.
+    pub(crate) hit: bool,
+    pub(crate) arrives: bool,
     /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
     pub(crate) rebound: Option<f64>,
+    /// By how much the step's rates differ from those of the instant of the blow, in the mean of before and after \[m/s].
+    pub(crate) shift: [f64; 3],
 }
 
 impl Touch {
@@ -137,21 +140,29 @@ impl Touch {
             impulse: [0.0; 3],
             offset: found.gap / dt,
             aim: 0.0,
-            softness: share(&found.surface, dt) * found.surface.compliance / (dt * dt),
+            softness: 0.0,
+            rigid: found.gap / dt,
+            hit: false,
+            arrives: false,
             rebound: None,
+            shift: [0.0; 3],
             found: *found,
         }
     }
 
-    /// Takes b of a penetration, for the impulse of the last step.
+    /// Takes σ, and b of a penetration, for the impulse of the last step.
     fn recover(&mut self, dt: f64) {
+        let compliance = self.found.surface.compliance;
+        let force = self.impulse[0] / dt;
+        let rate = 1.0 / (dt + self.found.surface.damping);
+        self.softness = compliance * rate / dt;
         if self.found.gap >= 0.0 {
             return;
         }
-        let (depth, surface) = (-self.found.gap, &self.found.surface);
-        let sprung = (surface.compliance * self.impulse[0] / dt).min(depth);
-        let rate = share(surface, dt) / dt;
-        self.offset = -rate * sprung - (rate * (depth - sprung)).min(RECOVERY);
+        let depth = -self.found.gap;
+        let sprung = (compliance * force).min(depth);
+        self.rigid = -(rate * (depth - sprung)).min(RECOVERY);
+        self.offset = self.rigid - rate * sprung;
     }
 
     /// Its impulse in the world \[N s].
@@ -283,8 +294,8 @@ pub(crate) struct Contacts {
     /// Those of the last solve, in the order of their colliders.
     known: Vec<Known>,
     taken: Vec<bool>,
-    /// Whether shapes that arrive rebound: in the scheme's own steps.
-    pub(crate) bounces: bool,
+    /// Whether the step is the scheme's own, whose rates belong to the middles of the steps.
+    pub(crate) of_scheme: bool,
     /// Whether only what rests on each other touches: where the accelerations of the beginning are wanted.
     pub(crate) begins: bool,
     /// Steps that the impulses and the known ones belong to \[s].
@@ -319,7 +330,7 @@ impl Contacts {
             touches: Vec::new(),
             known: Vec::new(),
             taken: Vec::new(),
-            bounces: false,
+            of_scheme: false,
             begins: false,
             dt: 1.0,
             known_dt: 1.0,
@@ -354,8 +365,8 @@ impl Contacts {
         self.touches.clear();
         let touches = found.iter().map(|contact| Touch::new(contact, scene, dt));
         self.touches.extend(touches);
+        let slowest = rebound::slowest(scene, dt);
         if self.begins {
-            let slowest = rebound::slowest(scene, dt);
             self.touches.retain(|touch| touch.rests(scene, slowest, dt));
         }
         let factor = dt / self.known_dt;
@@ -377,6 +388,7 @@ impl Contacts {
                 self.taken[i] = true;
             }
             touch.recover(dt);
+            touch.meet(scene, slowest);
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use taut_model::{
 };
 use taut_solver::Backend;
 
+mod blows;
 mod momenta;
 mod passing;
 
