@@ -24,6 +24,8 @@
 //! of the penetration. What is left, as of shapes that overlap at the start, is undone with at most [`RECOVERY`]. In a step
 //! that shapes arrive in their contact is rigid: [`blow`].
 //!
+//! **Rows across.** b of surfaces that turn within the step: [`turning`].
+//!
 //! **Regularisation.** A box that stands on four corners has twelve rows for six degrees of freedom. Each row has
 //! [`FLOOR`] of its own W in σ besides: the impulses are unique, and a contact that sticks creeps by as little.
 //!
@@ -46,6 +48,7 @@ pub(crate) mod operator;
 pub(crate) mod rebound;
 mod sweeps;
 mod through;
+mod turning;
 
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;
@@ -101,6 +104,8 @@ pub(crate) struct Touch {
     /// b of the normal row, and what it aims beyond that where the shapes are to rebound \[m/s].
     pub(crate) offset: f64,
     pub(crate) aim: f64,
+    /// b of the rows across the normal, of surfaces that turn \[m/s].
+    pub(crate) turn: [f64; 2],
     /// ε Υ/Δt² of the normal row \[1/kg].
     pub(crate) softness: f64,
     /// b where the contact is rigid, as it is in a blow \[m/s].
@@ -140,6 +145,7 @@ impl Touch {
             impulse: [0.0; 3],
             offset: found.gap / dt,
             aim: 0.0,
+            turn: [0.0; 2],
             softness: 0.0,
             rigid: found.gap / dt,
             hit: false,
@@ -389,6 +395,7 @@ impl Contacts {
             }
             touch.recover(dt);
             touch.meet(scene, slowest);
+            touch.follow(scene, dt);
         }
         Ok(())
     }
@@ -490,7 +497,8 @@ impl Contacts {
                 let (v, dv) = (pieces.v.get(i), pieces.dv.get(i));
                 std::array::from_fn(|k| v[k] + dv[k])
             });
-            rates.extend([n + touch.offset + touch.aim, s, t]);
+            let [across, over] = touch.turn;
+            rates.extend([n + touch.offset + touch.aim, s + across, t + over]);
         }
     }
 

@@ -94,7 +94,8 @@ impl Contacts {
         for (touch, free) in touches.filter(|(touch, _)| touch.active) {
             let before = touch.rates(|i| pieces.v.get(i));
             free[0] -= touch.aim;
-            let alone = [free[0] - touch.offset, free[1], free[2]];
+            let own = [touch.offset, touch.turn[0], touch.turn[1]];
+            let alone = std::array::from_fn(|k| free[k] - own[k]);
             touch.aim(before, alone, dt, of_scheme);
             free[0] += touch.aim;
         }

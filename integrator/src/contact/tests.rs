@@ -12,6 +12,7 @@ use taut_solver::Backend;
 mod blows;
 mod momenta;
 mod passing;
+mod riding;
 
 const G: f64 = 9.81;
 
