@@ -20,7 +20,7 @@
 //!
 //! **Normal row.** b = φ/Δt of a gap φ: the shapes at most touch at the end of the step. Of a penetration b = Υ φ/Δt with
 //! Υ = 1/(1 + τ/Δt); its compliance gives σ = Υ ε/Δt². The linearly implicit form, \[SL (8)–(11)], in every
-//! scheme: contacts do not ring. The force f of the last step explains ε f
+//! scheme, with τ of critical damping at least ([`damping`]): contacts do not ring. The force f of the last step explains ε f
 //! of the penetration. What is left, as of shapes that overlap at the start, is undone with at most [`RECOVERY`]. In a step
 //! that shapes arrive in their contact is rigid: [`blow`].
 //!
@@ -42,6 +42,7 @@
 //! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
 
 mod blow;
+mod damping;
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
@@ -157,10 +158,10 @@ impl Touch {
     }
 
     /// Takes σ, and b of a penetration, for the impulse of the last step.
-    fn recover(&mut self, dt: f64) {
+    fn recover(&mut self, scene: &Scene, dt: f64) {
         let compliance = self.found.surface.compliance;
         let force = self.impulse[0] / dt;
-        let rate = 1.0 / (dt + self.found.surface.damping);
+        let rate = 1.0 / (dt + self.damping(scene, force));
         self.softness = compliance * rate / dt;
         if self.found.gap >= 0.0 {
             return;
@@ -393,7 +394,7 @@ impl Contacts {
                 touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
                 self.taken[i] = true;
             }
-            touch.recover(dt);
+            touch.recover(scene, dt);
             touch.meet(scene, slowest);
             touch.follow(scene, dt);
         }

@@ -99,7 +99,7 @@ pub struct Surface {
     pub restitution: f64,
     /// Compliance of a contact point \[m/N], ≥ 0; 0 is rigid.
     pub compliance: f64,
-    /// Damping time of a contact point \[s], ≥ 0.
+    /// Damping time of a contact point \[s], ≥ 0. That of critical damping counts where it is longer.
     pub damping: f64,
 }
 

@@ -1,6 +1,6 @@
 //! Heavy bodies at rest on each other, on slopes and on platforms that turn.
 
-use super::{G, add, ground, rough};
+use super::{G, add, ground, rough, tilt};
 use crate::{StepOptions, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use taut_model::collide::Shape;
@@ -111,4 +111,32 @@ fn a_ball_that_rolls_and_spins_goes_straight_on() {
     }
     let velocity = stepper.scene().bodies.velocity[i];
     assert!((velocity - Vector3::x()).norm() < 1e-6, "{velocity}");
+}
+
+#[test]
+fn a_box_of_any_mass_holds_on_a_slope_in_steps_of_any_length() {
+    let slope = 0.45_f64.atan();
+    for (mass, most) in [(1e5, 1e-5), (1e6, 1e-4), (1e7, 1e-3), (1e8, 1e-2)] {
+        let moved = [1, 10, 40].map(|substeps| {
+            let mut scene = ground(slope, rough(0.5));
+            let (body, shape) = block(Vector3::repeat(1.0), mass);
+            let start = tilt(slope) * Vector3::z() * 0.5;
+            let body = body.at(start).turned(tilt(slope));
+            let i = add(&mut scene, body, shape, rough(0.5));
+            let options = StepOptions {
+                substeps,
+                ..options(60.0)
+            };
+            let mut stepper = Stepper::new(scene, options).expect("a sound scene");
+            while stepper.time() < 1.0 {
+                stepper.step().expect("a step");
+            }
+            let way = stepper.scene().bodies.position[i] - start;
+            way.dot(&(tilt(slope) * Vector3::x()))
+        });
+        // It tilts on its compliance, in steps of any length alike.
+        let apart = moved[1] - moved[0];
+        let further = moved[2] - moved[0];
+        assert!(apart.abs().max(further.abs()) < most, "{mass}: {moved:?}");
+    }
 }
