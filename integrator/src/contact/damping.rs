@@ -10,6 +10,9 @@
 //!
 //! with 1/W the mass of both bodies as seen along the normal, and with what the force f of the last step weighs: a light body
 //! between heavy ones carries them. At 10⁻¹⁰ m/N a surface with 1 ms has its own up to a tonne a contact.
+//!
+//! That is for contacts that are soft for want of better knowledge. One softer than [`STIFF`] is a spring by intent, and damps
+//! as its surfaces say.
 
 use super::Touch;
 use taut_model::Scene;
@@ -17,11 +20,14 @@ use taut_model::Scene;
 /// Least damping time over √(m ε): that of critical damping.
 const CRITICAL: f64 = 2.0;
 
+/// Compliance from which on a contact is a spring by intent \[m/N].
+const STIFF: f64 = 1e-8;
+
 impl Touch {
     /// Damping time of the contact where it carries `force` (N) \[s].
     pub(super) fn damping(&self, scene: &Scene, force: f64) -> f64 {
         let surface = &self.found.surface;
-        if surface.compliance == 0.0 {
+        if surface.compliance == 0.0 || surface.compliance > STIFF {
             return surface.damping;
         }
         let (mobility, gravity) = (self.mobility(scene), scene.gravity.norm());
