@@ -20,8 +20,11 @@
 //!
 //! **Normal row.** b = φ/Δt of a gap φ: the shapes at most touch at the end of the step. Of a penetration b = Υ φ/Δt with
 //! Υ = 1/(1 + τ/Δt); its compliance gives σ = Υ ε/Δt². The linearly implicit form, \[SL (8)–(11)], in every
-//! scheme: contacts do not ring. The force f of the last step explains ε f of the penetration. What is left, as of shapes that
-//! overlap at the start, is undone with at most [`RECOVERY`].
+//! scheme, with τ of critical damping at least ([`damping`]): contacts do not ring. The force f of the last step explains ε f
+//! of the penetration. What is left, as of shapes that overlap at the start, is undone with at most [`RECOVERY`]. In a step
+//! that shapes arrive in their contact is rigid: [`blow`].
+//!
+//! **Rows across.** b of surfaces that turn within the step: [`turning`].
 //!
 //! **Regularisation.** A box that stands on four corners has twelve rows for six degrees of freedom. Each row has
 //! [`FLOOR`] of its own W in σ besides: the impulses are unique, and a contact that sticks creeps by as little.
@@ -38,12 +41,15 @@
 //!
 //! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
 
+mod blow;
+mod damping;
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
 pub(crate) mod rebound;
 mod sweeps;
 mod through;
+mod turning;
 
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;
@@ -51,7 +57,6 @@ use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
-use taut_model::collide::Surface;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -79,11 +84,6 @@ pub(crate) struct Carrier {
     part: f64,
 }
 
-/// Υ = 1/(1 + τ/Δt).
-fn share(surface: &Surface, dt: f64) -> f64 {
-    dt / (dt + surface.damping)
-}
-
 /// The larger violation; unlike `f64::max` it keeps what is no number.
 fn worse(a: f64, b: f64) -> f64 {
     if a <= b || b.is_nan() { b } else { a }
@@ -105,10 +105,19 @@ pub(crate) struct Touch {
     /// b of the normal row, and what it aims beyond that where the shapes are to rebound \[m/s].
     pub(crate) offset: f64,
     pub(crate) aim: f64,
+    /// b of the rows across the normal, of surfaces that turn \[m/s].
+    pub(crate) turn: [f64; 2],
     /// ε Υ/Δt² of the normal row \[1/kg].
     pub(crate) softness: f64,
+    /// b where the contact is rigid, as it is in a blow \[m/s].
+    pub(crate) rigid: f64,
+    /// Whether the shapes close fast enough for a blow, and whether the contact had carried nothing before.
+    pub(crate) hit: bool,
+    pub(crate) arrives: bool,
     /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
     pub(crate) rebound: Option<f64>,
+    /// By how much the step's rates differ from those of the instant of the blow, in the mean of before and after \[m/s].
+    pub(crate) shift: [f64; 3],
 }
 
 impl Touch {
@@ -137,21 +146,30 @@ impl Touch {
             impulse: [0.0; 3],
             offset: found.gap / dt,
             aim: 0.0,
-            softness: share(&found.surface, dt) * found.surface.compliance / (dt * dt),
+            turn: [0.0; 2],
+            softness: 0.0,
+            rigid: found.gap / dt,
+            hit: false,
+            arrives: false,
             rebound: None,
+            shift: [0.0; 3],
             found: *found,
         }
     }
 
-    /// Takes b of a penetration, for the impulse of the last step.
-    fn recover(&mut self, dt: f64) {
+    /// Takes σ, and b of a penetration, for the impulse of the last step.
+    fn recover(&mut self, scene: &Scene, dt: f64) {
+        let compliance = self.found.surface.compliance;
+        let force = self.impulse[0] / dt;
+        let rate = 1.0 / (dt + self.damping(scene, force));
+        self.softness = compliance * rate / dt;
         if self.found.gap >= 0.0 {
             return;
         }
-        let (depth, surface) = (-self.found.gap, &self.found.surface);
-        let sprung = (surface.compliance * self.impulse[0] / dt).min(depth);
-        let rate = share(surface, dt) / dt;
-        self.offset = -rate * sprung - (rate * (depth - sprung)).min(RECOVERY);
+        let depth = -self.found.gap;
+        let sprung = (compliance * force).min(depth);
+        self.rigid = -(rate * (depth - sprung)).min(RECOVERY);
+        self.offset = self.rigid - rate * sprung;
     }
 
     /// Its impulse in the world \[N s].
@@ -283,8 +301,8 @@ pub(crate) struct Contacts {
     /// Those of the last solve, in the order of their colliders.
     known: Vec<Known>,
     taken: Vec<bool>,
-    /// Whether shapes that arrive rebound: in the scheme's own steps.
-    pub(crate) bounces: bool,
+    /// Whether the step is the scheme's own, whose rates belong to the middles of the steps.
+    pub(crate) of_scheme: bool,
     /// Whether only what rests on each other touches: where the accelerations of the beginning are wanted.
     pub(crate) begins: bool,
     /// Steps that the impulses and the known ones belong to \[s].
@@ -319,7 +337,7 @@ impl Contacts {
             touches: Vec::new(),
             known: Vec::new(),
             taken: Vec::new(),
-            bounces: false,
+            of_scheme: false,
             begins: false,
             dt: 1.0,
             known_dt: 1.0,
@@ -354,8 +372,8 @@ impl Contacts {
         self.touches.clear();
         let touches = found.iter().map(|contact| Touch::new(contact, scene, dt));
         self.touches.extend(touches);
+        let slowest = rebound::slowest(scene, dt);
         if self.begins {
-            let slowest = rebound::slowest(scene, dt);
             self.touches.retain(|touch| touch.rests(scene, slowest, dt));
         }
         let factor = dt / self.known_dt;
@@ -376,7 +394,9 @@ impl Contacts {
                 touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
                 self.taken[i] = true;
             }
-            touch.recover(dt);
+            touch.recover(scene, dt);
+            touch.meet(scene, slowest);
+            touch.follow(scene, dt);
         }
         Ok(())
     }
@@ -478,7 +498,8 @@ impl Contacts {
                 let (v, dv) = (pieces.v.get(i), pieces.dv.get(i));
                 std::array::from_fn(|k| v[k] + dv[k])
             });
-            rates.extend([n + touch.offset + touch.aim, s, t]);
+            let [across, over] = touch.turn;
+            rates.extend([n + touch.offset + touch.aim, s + across, t + over]);
         }
     }
 

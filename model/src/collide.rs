@@ -99,7 +99,8 @@ pub struct Surface {
     pub restitution: f64,
     /// Compliance of a contact point \[m/N], ≥ 0; 0 is rigid.
     pub compliance: f64,
-    /// Damping time of a contact point \[s], ≥ 0.
+    /// Damping time of a contact point \[s], ≥ 0. That of critical damping counts where it is longer and the
+    /// contact's compliance at most 10⁻⁸ m/N.
     pub damping: f64,
 }
 

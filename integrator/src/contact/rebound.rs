@@ -2,8 +2,20 @@
 //!
 //! The step that they arrive in ends where the rebound has brought them, at which the normal row's b aims. Once the step
 //! stands a second solve with its W, on velocities alone, gives the rates of the rebound: Coulomb's law bounds its impulses
-//! too. Newton's law can gain energy where friction turns a body; then the impulses are scaled so that the step's and theirs
-//! together add none.
+//! too. An implicit step ends where the shapes touch, and its rebound is in the velocities alone. Newton's law can gain energy
+//! where friction turns a body; then the impulses are scaled so that the step's and theirs together add none.
+//!
+//! **Energy.** Impulses p that turn the rates u⁻ into u⁺ do the work ½ p·(u⁻ + u⁺) with the rates of the instant T of the
+//! blow. Those of the step belong to its middle: with the acceleration a of the contact without impulses, the step's rates
+//! without and with p are
+//!
+//! ```text
+//! u⁻ + a (½ Δt − T),      u⁺ + a (½ Δt − T)
+//! ```
+//!
+//! so that of their mean a (½ Δt − T) is not the blow's: taken along, a late blow would lose and an early one gain 2 g Δt/v
+//! of its energy. An implicit step has its rates at its end, u⁻ + a (Δt − T) and u⁺. The step's own work is that of the bodies
+//! as they stood, the rebound's that of the bodies as they have turned.
 //!
 //! The step by itself gains energy where a body that is thrown back meets another within the step, as in a row of balls: both
 //! are then held together, and the one that arrived still rebounds. Then the step's impulses go towards those of a step
@@ -33,62 +45,80 @@ impl Touch {
         rate >= -slowest && self.found.gap <= slowest * dt
     }
 
-    /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` is the normal rate that
-    /// the step begins with, `free` the one that it ends with without contacts.
+    /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` are the rates that the
+    /// step begins with, `free` those that it ends with without contacts.
     ///
-    /// The rate belongs to the middles of the steps, so the gap is φ + w t + ½ a t² with a = (free − before)/Δt and
-    /// w = before + ½ a Δt. It closes at t = T with the rate w + a T; from there the shapes part with −e times that.
-    fn aim(&mut self, before: f64, free: f64, slowest: f64, dt: f64) {
+    /// The normal rate at the beginning is w, and a = (free − before)/Δt; in steps `of_scheme` the rates belong to the middles
+    /// of the steps, and w = before + ½ a Δt. The gap φ + w t + ½ a t² closes at t = T with the rate w + a T; from there the
+    /// shapes part with −e times that. An implicit step ends with what it begins with: where the shapes touch.
+    fn aim(&mut self, before: [f64; 3], free: [f64; 3], dt: f64, of_scheme: bool) {
         (self.rebound, self.aim) = (None, 0.0);
         let (e, gap) = (self.found.surface.restitution, self.found.gap.max(0.0));
-        let a = (free - before) / dt;
-        let w = before + 0.5 * a * dt;
-        let root = (w * w - 2.0 * a * gap).max(0.0).sqrt();
+        let a: [f64; 3] = std::array::from_fn(|k| (free[k] - before[k]) / dt);
+        let w = before[0] + if of_scheme { 0.5 * a[0] * dt } else { 0.0 };
+        let root = (w * w - 2.0 * a[0] * gap).max(0.0).sqrt();
         // The first root of the gap, in the form without cancellation for w < 0.
         let arrival = 2.0 * gap / (root - w);
-        if e == 0.0 || before > -slowest || w >= 0.0 || arrival.is_nan() || arrival > dt {
+        let arrives = w < 0.0 && (0.0..=dt).contains(&arrival);
+        let time = match arrives {
+            true => arrival,
+            false if gap == 0.0 => 0.0,
+            false => dt,
+        };
+        let early = if of_scheme {
+            0.5 * dt - time
+        } else {
+            0.5 * (dt - time)
+        };
+        self.shift = a.map(|a| a * early);
+        if e == 0.0 || !self.hit || !arrives {
             return;
         }
-        let (left, parting) = (dt - arrival, e * root);
-        let reached = (parting * left + 0.5 * a * left * left).max(0.0);
-        self.aim = -reached / dt;
-        self.rebound = Some(parting + a * (0.5 * dt - arrival));
+        let parting = e * root;
+        if of_scheme {
+            let left = dt - arrival;
+            let reached = (parting * left + 0.5 * a[0] * left * left).max(0.0);
+            self.aim = -reached / dt;
+            self.rebound = Some(parting + a[0] * (0.5 * dt - arrival));
+        } else {
+            self.rebound = Some(parting);
+        }
     }
 }
 
 impl Contacts {
     /// Aims at rebounds where shapes arrive, with the rates `free` of a step `dt` without contacts, which then aim there too.
-    pub(crate) fn aim(&mut self, scene: &Scene, pieces: &Pieces, free: &mut [f64], dt: f64) {
-        if !self.bounces {
-            return;
-        }
-        let slowest = slowest(scene, dt);
+    pub(crate) fn aim(&mut self, pieces: &Pieces, free: &mut [f64], dt: f64) {
+        let of_scheme = self.of_scheme;
         let touches = self.touches.iter_mut().zip(free.as_chunks_mut::<3>().0);
         for (touch, free) in touches.filter(|(touch, _)| touch.active) {
-            let [before, ..] = touch.rates(|i| pieces.v.get(i));
+            let before = touch.rates(|i| pieces.v.get(i));
             free[0] -= touch.aim;
-            touch.aim(before, free[0] - touch.offset, slowest, dt);
+            let own = [touch.offset, touch.turn[0], touch.turn[1]];
+            let alone = std::array::from_fn(|k| free[k] - own[k]);
+            touch.aim(before, alone, dt, of_scheme);
             free[0] += touch.aim;
         }
     }
 
-    /// Impulses of rebounds, from the velocities at the end of a step `dt` long, which `of` gives: those of the step are kept
-    /// in `resting`. Scaled so that both together add no energy.
+    /// Impulses of rebounds, from the velocities at the end of a step `dt` long, which `of` gives; those that it was solved
+    /// for, before the bodies turned, `solved` gives. The step's impulses are kept in `resting`. Scaled so that both together
+    /// add no energy where bodies do not turn.
     pub(crate) fn rebound(
         &mut self,
         method: ConeMethod,
         dt: f64,
-        of: impl Fn(usize) -> [f64; 6],
+        (solved, of): (impl Fn(usize) -> [f64; 6], impl Fn(usize) -> [f64; 6]),
         factor: &mut Factor<'_>,
         each: impl FnMut(ConeReport, bool),
-    ) -> Result<(), SolveError> {
+    ) -> Result<Budget, SolveError> {
         let mut rates = std::mem::take(&mut self.rates);
         let mut wanted = std::mem::take(&mut self.wanted);
         wanted.clear();
         rates.clear();
         for touch in &self.touches {
             let [n, s, t] = touch.rates(&of);
-            rates.extend([n, s, t]);
+            rates.extend(touch.rates(&solved));
             let room = (touch.found.gap + dt * n).max(0.0) / dt;
             wanted.extend([touch.rebound.map_or(n + room, |rate| n - rate), s, t]);
         }
@@ -98,10 +128,15 @@ impl Contacts {
         // Of the step: p₀·u and p₀·W p₀.
         let along = |touches: &[Touch], rates: &[f64]| -> f64 {
             let impulses = touches.iter().flat_map(|t| t.impulse);
-            impulses.zip(rates).map(|(p, u)| p * u).sum()
+            let shifts = touches.iter().flat_map(|t| t.shift);
+            let instant = rates.iter().zip(shifts).map(|(u, shift)| u - shift);
+            impulses.zip(instant).map(|(p, u)| p * u).sum()
         };
         let spent =
             along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
+        for (touch, rates) in self.touches.iter().zip(rates.as_chunks_mut::<3>().0) {
+            *rates = touch.rates(&of);
+        }
         let gains = spent > 0.0;
         if gains {
             // A step without restitution: its rates without impulses, and no more than closing the gaps.
@@ -134,7 +169,18 @@ impl Contacts {
             touch.impulse = touch.impulse.map(|p| p * part);
         }
         (self.rates, self.wanted) = (rates, wanted);
-        Ok(())
+        let moved = |touch: &Touch| dot3(&touch.impulse, &touch.shift);
+        Ok(Budget {
+            spent,
+            shifted: self.touches.iter().map(moved).sum(),
+        })
+    }
+
+    /// The impulses of the rebounds are `part` of what they were.
+    pub(crate) fn lessen(&mut self, part: f64) {
+        for touch in &mut self.touches {
+            touch.impulse = touch.impulse.map(|p| p * part);
+        }
     }
 
     /// The impulses are those of the step and its rebounds together.
@@ -145,6 +191,30 @@ impl Contacts {
             }
             touch.rebound = None;
         }
+    }
+}
+
+/// a·b of three numbers.
+fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// What a blow may use.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Budget {
+    /// Energy that the step's impulses have added, ≤ 0 where they have not \[J].
+    spent: f64,
+    /// What of the blow's work belongs to the time between its instant and that of the velocities \[J].
+    shifted: f64,
+}
+
+impl Budget {
+    /// The part of a change Δv of velocities that adds no more than was spent, for v·M Δv and Δv·M Δv as the bodies stand.
+    pub(crate) fn part(&self, linear: f64, square: f64) -> f64 {
+        if self.spent > 0.0 {
+            return 1.0;
+        }
+        largest_part(self.spent, linear - self.shifted, square)
     }
 }
 

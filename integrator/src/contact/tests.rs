@@ -9,8 +9,10 @@ use taut_model::{
 };
 use taut_solver::Backend;
 
+mod blows;
 mod momenta;
 mod passing;
+mod riding;
 
 const G: f64 = 9.81;
 

@@ -167,6 +167,8 @@ impl Stepper {
                 if k == 0 {
                     rate += touch.offset + touch.aim;
                     sigma += touch.softness;
+                } else {
+                    rate += touch.turn[k - 1];
                 }
                 for (body, row) in touch.row(k) {
                     match first_of[body] {

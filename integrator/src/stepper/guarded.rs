@@ -135,13 +135,15 @@ impl Stepper {
             self.tally.implicit_substeps += 1;
             self.stage = Stage::Advanced { dt, implicit: true };
             self.account(dt, true);
-            if !converged {
-                self.lose_gain(dt);
-            }
             done += dt;
             self.time = end;
             self.pieces.rows.follow_windings(&mut self.scene, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
+            if converged {
+                self.rebound()?;
+            } else {
+                self.lose_gain(dt);
+            }
             length = (2.0 * dt).min(first);
         }
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.

@@ -21,7 +21,10 @@ impl Stepper {
         contacts.rates(pieces, &mut rates);
         // Those that only the impulses of others would close take part as well.
         contacts.activate(&rates, f64::INFINITY);
-        let done = self.build_operator().and_then(|()| {
+        let done = self.build_operator().and_then(|hardened| {
+            if hardened {
+                self.contacts.rates(&self.pieces, &mut rates);
+            }
             let done = self.solve_dense(dt, &mut rates, true);
             self.contacts.apply(&mut self.pieces.inertia, true);
             done.map(|_| ()).map_err(|e| self.culprit(e))

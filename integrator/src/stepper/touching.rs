@@ -3,10 +3,11 @@
 use super::Stepper;
 use crate::contact::groups::LIMIT;
 use crate::contact::operator::Factor;
+use crate::contact::rebound::Budget;
 use crate::pieces::Pieces;
 use crate::{Phase, StepError};
 use nalgebra::Vector3;
-use taut_model::BodyVectors;
+use taut_model::{Bodies, BodyVectors};
 use taut_solver::SolveError;
 use taut_solver::coulomb::ConeMethod;
 
@@ -32,8 +33,8 @@ macro_rules! factor_of {
 
 impl Stepper {
     /// Finds the contacts of a step of `dt` from the present state.
-    pub(crate) fn find_contacts(&mut self, dt: f64, bounces: bool) -> Result<(), StepError> {
-        self.contacts.bounces = bounces;
+    pub(crate) fn find_contacts(&mut self, dt: f64, of_scheme: bool) -> Result<(), StepError> {
+        self.contacts.of_scheme = of_scheme;
         self.contacts.find(&self.scene, dt)?;
         Ok(())
     }
@@ -94,8 +95,8 @@ impl Stepper {
             // W is that of another matrix at first.
             let close = self.scene.gravity.norm() * dt;
             let new = self.contacts.activate(rates, close) || pass == 0;
-            if new {
-                self.build_operator()?;
+            if new && self.build_operator()? {
+                self.contacts.rates(&self.pieces, rates);
             }
             self.contacts.regularize(rates);
             let found = self.contacts.violation(rates, &self.pieces);
@@ -129,7 +130,7 @@ impl Stepper {
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         operator.take_away(touches, rates, &mut factor)?;
         if first {
-            contacts.aim(&self.scene, &self.pieces, rates, dt);
+            contacts.aim(&self.pieces, rates, dt);
         }
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         let method = self.options.contacts.of_dense_problems();
@@ -138,12 +139,12 @@ impl Stepper {
         })
     }
 
-    /// W of the active contacts.
-    pub(super) fn build_operator(&mut self) -> Result<(), StepError> {
+    /// W of the active contacts; whether some became rigid.
+    pub(super) fn build_operator(&mut self) -> Result<bool, StepError> {
         let together = !self.options.contacts.is_staggered();
         let mut factor = factor_of!(self);
         let contacts = &mut self.contacts;
-        let (operator, touches) = (&mut contacts.operator, &contacts.touches);
+        let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         let active = touches.iter().filter(|touch| touch.active).count();
         if active > LIMIT {
             return Err(StepError::TooManyContacts {
@@ -153,11 +154,12 @@ impl Stepper {
             });
         }
         operator.groups.divide(&self.pieces, touches);
+        let hardened = operator.harden(&self.scene, touches);
         let report = operator.build(&self.pieces, touches, &mut factor, together);
         let report = report.map_err(|e| self.culprit(e))?;
         self.tally.add_part(report);
         self.tally.end(Phase::Solve);
-        Ok(())
+        Ok(hardened)
     }
 
     /// After a step of the scheme: what arrived in it leaves with its restitution.
@@ -172,13 +174,19 @@ impl Stepper {
         }
         let mut factor = factor_of!(self);
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
-        let bodies = &self.scene.bodies;
+        let (bodies, v, dv) = (&self.scene.bodies, &self.pieces.v, &self.pieces.dv);
         let of = |i: usize| bodies.rates(i);
+        // Passes of an implicit step turn on from the last one.
+        let of_scheme = contacts.of_scheme;
+        let solved_for = |i: usize| match of_scheme {
+            true => std::array::from_fn(|k| v.get(i)[k] + dv.get(i)[k]),
+            false => of(i),
+        };
         let mut solved = true;
         let done = contacts.rebound(
             self.options.contacts.of_dense_problems(),
             contacts.dt(),
-            of,
+            (solved_for, of),
             &mut factor,
             |report, softer| {
                 tally.contacts.add(&report, softer);
@@ -186,8 +194,8 @@ impl Stepper {
             },
         );
         tally.undecided += usize::from(!solved);
-        done.map_err(|e| self.culprit(e))?;
-        self.strike()?;
+        let budget = done.map_err(|e| self.culprit(e))?;
+        self.strike(budget)?;
         self.account_for_blow();
         self.contacts.end_rebound();
         // The rates of the step are those before the blow.
@@ -196,17 +204,22 @@ impl Stepper {
     }
 
     /// The velocities change by the contacts' impulses, and by what the joints make of them.
-    fn strike(&mut self) -> Result<(), StepError> {
+    fn strike(&mut self, budget: Budget) -> Result<(), StepError> {
         let [mut impulse, mut change] = std::mem::take(&mut self.contacts.blow);
         let mut mu = std::mem::take(&mut self.contacts.joints);
         let done = self.blow(&mut impulse, &mut change, &mut mu);
         if done.is_ok() {
+            let (linear, square) = works(&self.scene.bodies, &change);
+            let part = budget.part(linear, square);
+            if part < 1.0 {
+                self.contacts.lessen(part);
+            }
             let bodies = &mut self.scene.bodies;
             for i in 0..bodies.len() {
                 if bodies.is_dynamic(i) {
                     let [x, y, z, p, q, r] = change.get(i);
-                    bodies.velocity[i] += Vector3::new(x, y, z);
-                    bodies.angular_velocity[i] += Vector3::new(p, q, r);
+                    bodies.velocity[i] += Vector3::new(x, y, z) * part;
+                    bodies.angular_velocity[i] += Vector3::new(p, q, r) * part;
                 }
             }
         }
@@ -245,4 +258,17 @@ impl Stepper {
         }
         Ok(())
     }
+}
+
+/// v·M Δv and Δv·M Δv of dynamic bodies as they stand, for a change Δv of their velocities \[J].
+fn works(bodies: &Bodies, change: &BodyVectors) -> (f64, f64) {
+    let (mut linear, mut square) = (0.0, 0.0);
+    for i in (0..bodies.len()).filter(|i| bodies.is_dynamic(*i)) {
+        let [x, y, z, p, q, r] = change.get(i);
+        let (dv, dw) = (Vector3::new(x, y, z), Vector3::new(p, q, r));
+        let (momentum, spin) = (dv * bodies.mass[i], bodies.inertia_world(i) * dw);
+        linear += bodies.velocity[i].dot(&momentum) + bodies.angular_velocity[i].dot(&spin);
+        square += dv.dot(&momentum) + dw.dot(&spin);
+    }
+    (linear, square)
 }

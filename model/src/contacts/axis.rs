@@ -37,8 +37,10 @@ const DEEP: f64 = 1e-3;
 /// By how much another direction has to be better, over the size: rounding does not decide between a face and an edge.
 const BETTER: f64 = 1e-11;
 
-/// The same of two edges, which touch in one point: boxes that rock on each other keep the corners of their faces.
+/// The same of two edges or rims, which touch in one point: bodies that rock on each other keep the corners of their faces.
 const CLEARLY: f64 = 1e-3;
+/// Cosine between the normal of a face and another direction, above which the shapes stand on the face and do not pass beside it.
+const UPRIGHT: f64 = 0.9;
 /// Cosine between directions that count as perpendicular where two faces are flush.
 const ACROSS: f64 = 1e-3;
 
@@ -135,7 +137,11 @@ impl<'a> Search<'a> {
             b.edges().for_each(|f| search.try_along(&e.cross(&f), 1e-9));
         }
         search.better = BETTER * size;
+        let flat = search.best;
         let round = |s: &Solid| s.core == Core::Cylinder;
+        if !(round(a) || round(b)) {
+            return flat;
+        }
         for solid in [a, b] {
             if round(solid) {
                 let axis = solid.axis(2);
@@ -143,17 +149,22 @@ impl<'a> Search<'a> {
                 search.try_along(&(between - axis * axis.dot(&between)), 1e-9 * size);
             }
         }
-        if round(a) || round(b) {
-            let edges = a.edges().chain(b.edges());
-            edges.for_each(|e| search.around(&e));
-        }
+        let edges = a.edges().chain(b.edges());
+        edges.for_each(|e| search.around(&e));
         if round(a) && round(b) {
             for [i, j] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
                 search.rims([i, j]);
             }
             search.climb();
         }
-        search.best
+        // A rim touches in one point, too: what stands on a round face keeps the corners that carry it.
+        let (clearly, best) = (CLEARLY * size, search.best);
+        let stands = flat.1.abs() <= clearly && flat.0.dot(&best.0) > UPRIGHT;
+        if stands && best.1 <= flat.1 + clearly {
+            flat
+        } else {
+            best
+        }
     }
 
     /// Improves the direction between two cylinders that overlap deeply, where rims cross otherwise than at their closest

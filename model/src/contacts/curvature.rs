@@ -118,6 +118,22 @@ fn inverse(sum: &Matrix2<f64>, flat: f64) -> Matrix2<f64> {
 }
 
 impl Contact {
+    /// By how much faster than the surfaces there the point of contact moves along them, where body 0 turns with `turn`
+    /// (rad/s) against body 1, world \[m/s]: C (ω × n), r ω of a ball of radius r that rolls on a plane, 0 of corners, faces
+    /// and turns about n.
+    #[must_use]
+    pub fn rolling(&self, turn: &Vector3<f64>) -> Vector3<f64> {
+        let Some(axes) = axes_along(&self.normal) else {
+            return Vector3::zeros();
+        };
+        let plane = [1, 2].map(|k| axes.column(k).into_owned());
+        let [own, other] = self.curvature.map(|of| of.matrix(&plane));
+        let along = turn.cross(&self.normal);
+        let along = Vector2::new(along.dot(&plane[0]), along.dot(&plane[1]));
+        let moved = inverse(&(own + other), self.flat) * along;
+        plane[0] * moved.x + plane[1] * moved.y
+    }
+
     /// −∂²φ/∂θ² of the gap φ for turns θ of body `side` about `centre`, world \[m/rad²]: times a force along the normal, its
     /// part of the body's geometric stiffness.
     #[must_use]

@@ -7,6 +7,12 @@ use nalgebra::Vector3;
 /// Corners that there is room for: a face of 16 cuts at most that many more off one of 9.
 const ROOM: usize = 32;
 
+/// Difference of heights, over the extent, up to which corners are as low.
+const LEVEL: f64 = 1e-3;
+
+/// Relative difference of squared distances up to which corners are as far.
+const ALIKE: f64 = 1e-3;
+
 /// The corners of a flat convex polygon in their order, or the ends of a segment, or a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Polygon {
@@ -72,23 +78,30 @@ impl Polygon {
         left
     }
 
-    /// At most `most` of the corners: the one that is lowest along `up`, and then always the one that is farthest from those
-    /// that there are.
+    /// At most `most` of the corners: the lowest along `up`, and then always the one that is farthest from those that there
+    /// are. The first one counts of those that are as low up to [`LEVEL`] or as far up to [`ALIKE`]: what rests on the corners
+    /// keeps them while it rocks by less.
     pub(super) fn spread(&self, up: &Vector3<f64>, most: usize) -> Self {
         if self.count <= most {
             return *self;
         }
-        let lowest = self.iter().min_by(|a, b| a.dot(up).total_cmp(&b.dot(up)));
+        let extent = self
+            .iter()
+            .map(|p| (p - self[0]).norm())
+            .fold(0.0, f64::max);
+        let lowest = self.iter().map(|p| p.dot(up)).fold(f64::INFINITY, f64::min);
+        let low = |p: &&Vector3<f64>| p.dot(up) <= lowest + LEVEL * extent;
         let mut kept = Self::default();
-        kept.push(lowest.copied().unwrap_or_default());
+        kept.push(self.iter().find(low).copied().unwrap_or_default());
         while kept.count < most {
             let apart = |p: &Vector3<f64>| {
                 let distances = kept.iter().map(|k| (p - k).norm_squared());
                 distances.fold(f64::INFINITY, f64::min)
             };
-            let farthest = self.iter().max_by(|a, b| apart(a).total_cmp(&apart(b)));
-            let farthest = farthest.copied().unwrap_or_default();
-            kept.push(farthest);
+            let farthest = self.iter().map(apart).fold(0.0, f64::max);
+            let far = |p: &&Vector3<f64>| apart(p) >= (1.0 - ALIKE) * farthest;
+            let next = self.iter().find(far).copied().unwrap_or_default();
+            kept.push(next);
         }
         kept
     }

@@ -1,0 +1,98 @@
+//! Contacts that are hit.
+//!
+//! The law of impact knows no compliance, and shapes that arrive are stopped within one step: where Δt is not long against
+//! √(m ε) a contact's spring would slow them down over several steps, of which the last ones know nothing of the speed of
+//! arrival. So a contact is rigid, σ = 0, in a step that it is hit in, and so are all contacts of its island, through which the
+//! blow passes on. What the spring of one has explained of its depth stays: u_N ≥ 0 of that part.
+//!
+//! A contact is hit where its shapes close faster than [`slowest`](super::rebound::slowest). Where one that touches carried a
+//! force in the last step, they have to close faster than the swing of what it carries on its own spring, g √(ε m) with the
+//! mass m of both bodies as seen along the normal: a weight on a spring that is let go reaches no more. What a driven body
+//! pushes gives way by compliance alone, so that in its island only contacts that had carried nothing become rigid as they are
+//! hit.
+
+use super::Touch;
+use super::operator::Operator;
+use nalgebra::Vector3;
+use taut_model::Scene;
+
+impl Touch {
+    /// 1/m + (r × n)·I⁻¹ (r × n) of its bodies without joints and other contacts \[1/kg].
+    pub(super) fn mobility(&self, scene: &Scene) -> f64 {
+        let bodies = &scene.bodies;
+        let of = |(i, [x, y, z, p, q, r]): (usize, [f64; 6])| {
+            if !bodies.is_dynamic(i) {
+                return 0.0;
+            }
+            let line = Vector3::new(x, y, z).norm_squared() / bodies.mass[i];
+            if bodies.is_point(i) {
+                return line;
+            }
+            let turn = bodies.orientation[i].inverse() * Vector3::new(p, q, r);
+            let inverse = bodies.inertia[i].try_inverse().unwrap_or_default();
+            line + turn.dot(&(inverse * turn))
+        };
+        self.row(0).map(of).sum()
+    }
+
+    /// Whether its shapes touch and it carried a force in the last step.
+    fn carries(&self) -> bool {
+        self.impulse[0] > 0.0 && self.found.gap <= 0.0
+    }
+
+    /// Takes whether it is hit, after it got the impulse of the last step: whether the shapes close faster than `slowest`.
+    pub(super) fn meet(&mut self, scene: &Scene, slowest: f64) {
+        let [rate, ..] = self.rates(|i| scene.bodies.rates(i));
+        if rate >= -slowest {
+            return;
+        }
+        let mut least = slowest;
+        if self.carries() {
+            let mass = self.mobility(scene).recip();
+            let swing = scene.gravity.norm() * (self.found.surface.compliance * mass).sqrt();
+            least = least.max(swing);
+        }
+        (self.hit, self.arrives) = (rate < -least, !self.carries());
+    }
+
+    /// Whether one of its bodies moves as it is told to.
+    fn is_driven(&self, scene: &Scene) -> bool {
+        let carriers = self.carriers().iter();
+        let mut moves = carriers.map(|of| (of.body, scene.bodies.rates(of.body)));
+        moves.any(|(i, rates)| !scene.bodies.is_dynamic(i) && rates != [0.0; 6])
+    }
+
+    /// Becomes rigid for this step; whether it was not.
+    fn harden(&mut self) -> bool {
+        let soft = self.softness != 0.0;
+        if soft {
+            self.softness = 0.0;
+            self.offset = self.rigid;
+        }
+        soft
+    }
+}
+
+impl Operator {
+    /// Contacts of the islands in which one is hit become rigid; whether any did.
+    pub(crate) fn harden(&self, scene: &Scene, touches: &mut [Touch]) -> bool {
+        if !touches.iter().any(|touch| touch.hit) {
+            return false;
+        }
+        let mut hardened = false;
+        for island in &self.groups.islands {
+            let members = &self.groups.order[island.contacts.clone()];
+            if !members.iter().any(|i| touches[*i].hit) {
+                continue;
+            }
+            let driven = members.iter().any(|i| touches[*i].is_driven(scene));
+            for touch in members.iter() {
+                let touch = &mut touches[*touch];
+                if !driven || (touch.hit && touch.arrives) {
+                    hardened |= touch.harden();
+                }
+            }
+        }
+        hardened
+    }
+}

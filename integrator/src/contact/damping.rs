@@ -1,0 +1,39 @@
+//! Damping of a contact that carries more than its spring can without ringing.
+//!
+//! A mass m on the compliance ε rings with √(m ε) unless the damping time τ is at least 2 √(m ε): then the force
+//! (d + τ ḋ)/ε of a depth d never swings back below what is carried, so that nothing hops or slides while its weight settles, and
+//! what the points of contact store as they change comes back as heat and not as motion. So
+//!
+//! ```text
+//! τ = max(τ of the surfaces, 2 √(m ε)),      m = max(1/W, f/|g|)
+//! ```
+//!
+//! with 1/W the mass of both bodies as seen along the normal, and with what the force f of the last step weighs: a light body
+//! between heavy ones carries them. At 10⁻¹⁰ m/N a surface with 1 ms has its own up to a tonne a contact.
+//!
+//! That is for contacts that are soft for want of better knowledge. One softer than [`STIFF`] is a spring by intent, and damps
+//! as its surfaces say.
+
+use super::Touch;
+use taut_model::Scene;
+
+/// Least damping time over √(m ε): that of critical damping.
+const CRITICAL: f64 = 2.0;
+
+/// Compliance from which on a contact is a spring by intent \[m/N].
+const STIFF: f64 = 1e-8;
+
+impl Touch {
+    /// Damping time of the contact where it carries `force` (N) \[s].
+    pub(super) fn damping(&self, scene: &Scene, force: f64) -> f64 {
+        let surface = &self.found.surface;
+        if surface.compliance == 0.0 || surface.compliance > STIFF {
+            return surface.damping;
+        }
+        let (mobility, gravity) = (self.mobility(scene), scene.gravity.norm());
+        let own = if mobility > 0.0 { 1.0 / mobility } else { 0.0 };
+        let carried = if gravity > 0.0 { force / gravity } else { 0.0 };
+        let ringing = (surface.compliance * own.max(carried)).sqrt();
+        surface.damping.max(CRITICAL * ringing)
+    }
+}

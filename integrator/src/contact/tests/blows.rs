@@ -1,0 +1,191 @@
+//! The law of impact for bodies of any mass in steps of any length.
+
+use super::{G, add, ground, rough};
+use crate::{Guard, StepOptions, Stepper};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_PI_2;
+use taut_model::collide::{Collider, Shape, Surface};
+use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
+
+const MASSES: [f64; 4] = [1.0, 3e3, 1e5, 1e6];
+const RATES: [f64; 3] = [60.0, 240.0, 3840.0];
+const RADIUS: f64 = 0.2;
+
+fn bouncing(restitution: f64) -> Surface {
+    Surface {
+        restitution,
+        ..rough(0.0)
+    }
+}
+
+fn ball(scene: &mut Scene, at: Vector3<f64>, mass: f64, surface: Surface) -> usize {
+    let shape = Shape::Sphere { radius: RADIUS };
+    add(scene, Body::sphere(RADIUS, mass).at(at), shape, surface)
+}
+
+fn options(rate: f64) -> StepOptions {
+    StepOptions {
+        dt: 1.0 / rate,
+        ..StepOptions::default()
+    }
+}
+
+#[test]
+fn a_ball_of_any_mass_comes_up_as_high_as_its_restitution_says() {
+    let height = 0.9;
+    for e in [0.0, 0.3, 0.8, 1.0] {
+        for (mass, rate) in MASSES.into_iter().flat_map(|m| RATES.map(|r| (m, r))) {
+            let mut scene = ground(0.0, bouncing(e));
+            let at = Vector3::z() * (RADIUS + height);
+            let i = ball(&mut scene, at, mass, bouncing(e));
+            let mut stepper = Stepper::new(scene, options(rate)).expect("a sound scene");
+            let fall = (2.0 * height / G).sqrt();
+            let mut top = 0.0_f64;
+            while stepper.time() < fall * (1.0 + 1.2 * e.max(0.2)) {
+                stepper.step().expect("a step");
+                if stepper.time() > fall + 2.0 / rate {
+                    top = top.max(stepper.scene().bodies.position[i].z - RADIUS);
+                }
+            }
+            let exact = e * e * height;
+            assert!(
+                (top - exact).abs() <= 0.01 * exact + 1e-6,
+                "{e} {mass} {rate}: {top}, not {exact}"
+            );
+        }
+    }
+}
+
+#[test]
+fn pairs_of_any_masses_part_with_their_restitution() {
+    for e in [0.0, 0.5, 1.0] {
+        for masses in [[1.0, 1.0], [1e5, 1e5], [1e6, 1e3], [1.0, 1e6]] {
+            for rate in RATES {
+                let mut scene = Scene::new("pair");
+                for (k, mass) in masses.into_iter().enumerate() {
+                    let at = Vector3::x() * 0.9 * k as f64;
+                    ball(&mut scene, at, mass, bouncing(e));
+                }
+                scene.bodies.velocity[0].x = 2.0;
+                let mut stepper = Stepper::new(scene, options(rate)).expect("a sound scene");
+                while stepper.time() < 0.4 {
+                    stepper.step().expect("a step");
+                }
+                let bodies = &stepper.scene().bodies;
+                let parting = bodies.velocity[1].x - bodies.velocity[0].x;
+                assert!(
+                    (parting - 2.0 * e).abs() < 1e-5,
+                    "{e} {masses:?} {rate}: {parting}"
+                );
+            }
+        }
+    }
+}
+
+/// A ball on a rod of 2 m that falls against a wall below its end, from 0.5 rad.
+fn pendulum(mass: f64) -> Scene {
+    let (length, angle, surface) = (2.0, 0.5_f64, bouncing(1.0));
+    let mut scene = Scene::new("pendulum");
+    scene.gravity.z = -G;
+    scene.add_collider(Collider {
+        surface,
+        orientation: UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2),
+        ..Collider::new("wall", None, Shape::HalfSpace)
+    });
+    let hangs = Vector3::new(angle.sin(), 0.0, -angle.cos()) * length;
+    let i = ball(&mut scene, Vector3::x() * RADIUS + hangs, mass, surface);
+    let ends = [
+        Frame::world(Vector3::x() * RADIUS),
+        Frame::body(i, Vector3::zeros()),
+    ];
+    let rod = Distance {
+        frames: ends,
+        length,
+        law: RowLaw::RIGID,
+        transverse: false,
+    };
+    scene.add_constraint("rod", Constraint::Distance(rod), 0);
+    scene
+}
+
+/// Largest height after each hit, over that of the start.
+fn heights(mut stepper: Stepper, hits: usize) -> Vec<f64> {
+    let height = |stepper: &Stepper| stepper.scene().bodies.position[0].z + 2.0;
+    let start = height(&stepper);
+    let (mut tops, mut before) = (Vec::new(), 0.0);
+    while stepper.time() < 20.0 {
+        stepper.step().expect("a step");
+        let speed = stepper.scene().bodies.velocity[0].x;
+        if before < -0.1 && speed > 0.1 {
+            if tops.len() == hits {
+                break;
+            }
+            tops.push(0.0);
+        }
+        before = speed;
+        let now = height(&stepper) / start;
+        if let Some(top) = tops.last_mut() {
+            *top = now.max(*top);
+        }
+    }
+    tops
+}
+
+#[test]
+fn a_pendulum_against_a_wall_keeps_its_energy() {
+    for mass in [100.0, 1e5] {
+        for rate in [60.0, 240.0, 960.0] {
+            let stepper = Stepper::new(pendulum(mass), options(rate)).expect("a sound scene");
+            let tops = heights(stepper, 6);
+            assert_eq!(tops.len(), 6, "{mass} {rate}: {tops:?}");
+            assert!((tops[5] - 1.0).abs() < 2e-3, "{mass} {rate}: {tops:?}");
+        }
+    }
+}
+
+#[test]
+fn implicit_steps_of_the_guard_know_restitution() {
+    let all = Guard {
+        tolerance: 1e-9,
+        ..Guard::default()
+    };
+    let options = StepOptions {
+        guard: Some(all),
+        ..options(960.0)
+    };
+    let stepper = Stepper::new(pendulum(1e5), options).expect("a sound scene");
+    let tops = heights(stepper, 6);
+    assert_eq!(tops.len(), 6, "{tops:?}");
+    // The method damps every motion in the first order of its step.
+    assert!(tops[5] > 0.93 && tops[5] < 1.0, "{tops:?}");
+}
+
+#[test]
+fn a_box_that_tumbles_gains_no_energy() {
+    let size = Vector3::new(0.7, 0.4, 0.2);
+    for (e, friction) in [(0.9, 0.0), (0.9, 0.4), (1.0, 0.0), (1.0, 0.4)] {
+        for k in 0..6_u8 {
+            let surface = Surface {
+                restitution: e,
+                ..rough(friction)
+            };
+            let mut scene = ground(0.0, surface);
+            let body = Body::cuboid(size, 10.0).at(Vector3::z() * 1.5);
+            let i = add(&mut scene, body, Shape::Cuboid { size }, surface);
+            let k = f64::from(k);
+            let spin = [(3.0 * k).sin(), (1.7 * k + 0.3).cos(), (2.3 * k).sin()];
+            scene.bodies.angular_velocity[i] = Vector3::from(spin) * 4.0;
+            let start = scene.kinetic_energy() + scene.potential_energy();
+            let mut stepper = Stepper::new(scene, options(240.0)).expect("a sound scene");
+            while stepper.time() < 6.0 {
+                stepper.step().expect("a step");
+                let now = stepper.energy();
+                let all = now.kinetic + now.gravity;
+                assert!(
+                    all < start * (1.0 + 1e-3),
+                    "{e} {friction} {k}: {all} {start}"
+                );
+            }
+        }
+    }
+}

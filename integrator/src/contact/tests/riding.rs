@@ -1,0 +1,142 @@
+//! Heavy bodies at rest on each other, on slopes and on platforms that turn.
+
+use super::{G, add, ground, rough, tilt};
+use crate::{StepOptions, Stepper};
+use nalgebra::{Matrix3, Vector3};
+use taut_model::collide::Shape;
+use taut_model::{Body, Mobility, Scene};
+
+fn disc(length: f64, radius: f64, mass: f64) -> (Body, Shape) {
+    let across = mass * (3.0 * radius * radius + length * length) / 12.0;
+    let along = 0.5 * mass * radius * radius;
+    let inertia = Matrix3::from_diagonal(&Vector3::new(across, across, along));
+    (Body::new(mass, inertia), Shape::Cylinder { length, radius })
+}
+
+fn block(size: Vector3<f64>, mass: f64) -> (Body, Shape) {
+    (Body::cuboid(size, mass), Shape::Cuboid { size })
+}
+
+fn options(rate: f64) -> StepOptions {
+    StepOptions {
+        dt: 1.0 / rate,
+        ..StepOptions::default()
+    }
+}
+
+#[test]
+fn boxes_and_discs_of_any_mass_rest_on_each_other_off_their_middles() {
+    let heavy: [(&str, &[f64]); 5] = [
+        ("db", &[1e3, 1e3]),
+        ("db", &[1e5, 1e5]),
+        ("db", &[1.0, 1e5]),
+        ("bdb", &[3e4, 1.0, 3e4]),
+        ("bdb", &[1e5, 1.0, 1e5]),
+    ];
+    for (kinds, masses) in heavy {
+        for off in [0.003, 0.1] {
+            let mut scene = ground(0.0, rough(0.5));
+            let mut top = 0.0;
+            for (k, (kind, mass)) in kinds.bytes().zip(masses).enumerate() {
+                let (height, (body, shape)) = match kind {
+                    b'd' => (0.3, disc(0.3, 0.4, *mass)),
+                    _ => (0.4, block(Vector3::new(0.8, 0.7, 0.4), *mass)),
+                };
+                let x = if k % 2 == 1 { off } else { 0.0 };
+                let at = Vector3::new(x, 0.0, top + 0.5 * height);
+                add(&mut scene, body.at(at), shape, rough(0.5));
+                top += height;
+            }
+            let (start, places) = (scene.potential_energy(), scene.bodies.position.clone());
+            let mut stepper = Stepper::new(scene, options(60.0)).expect("a sound scene");
+            while stepper.time() < 1.5 {
+                stepper.step().expect("a step");
+                let scene = stepper.scene();
+                let gain = scene.kinetic_energy() + scene.potential_energy() - start;
+                assert!(gain < 1e-6, "{kinds} {masses:?} {off}: {gain} J");
+                for (now, place) in scene.bodies.position.iter().zip(&places) {
+                    let drift = (now - place).xy().norm();
+                    assert!(drift < 1e-4, "{kinds} {masses:?} {off}: {drift} m");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_rides_on_a_platform_that_turns_stays_where_it_stands() {
+    // The last one needs 0.97 of the friction that there is.
+    for (spin, radius, mass, friction) in [
+        (0.5, 4.0, 12.0, 0.5),
+        (0.1, 20.0, 1e5, 0.5),
+        (1.86, 0.8, 12.0, 0.290_87),
+    ] {
+        let mut scene = Scene::new("platform");
+        scene.gravity.z = -G;
+        let (mut body, shape) = disc(0.2, radius + 2.0, 1.0);
+        body.mobility = Mobility::Driven;
+        let table = add(&mut scene, body, shape, rough(friction));
+        scene.bodies.angular_velocity[table].z = spin;
+        let (body, shape) = block(Vector3::new(0.4, 0.4, 0.2), mass);
+        let at = Vector3::new(radius, 0.0, 0.2);
+        let i = add(&mut scene, body.at(at), shape, rough(friction));
+        scene.bodies.velocity[i].y = spin * radius;
+        scene.bodies.angular_velocity[i].z = spin;
+        let mut stepper = Stepper::new(scene, options(60.0)).expect("a sound scene");
+        while stepper.time() < 60.0 {
+            stepper.step().expect("a step");
+        }
+        let bodies = &stepper.scene().bodies;
+        let place = bodies.orientation[table].inverse() * bodies.position[i];
+        let crept = (place - at).xy().norm();
+        assert!(
+            crept < 1e-4,
+            "{spin} {radius} {mass}: {crept} m in a minute"
+        );
+    }
+}
+
+#[test]
+fn a_ball_that_rolls_and_spins_goes_straight_on() {
+    let radius = 0.2;
+    let mut scene = ground(0.0, rough(0.5));
+    let at = Vector3::z() * radius;
+    let ball = Body::sphere(radius, 3.0).at(at);
+    let i = add(&mut scene, ball, Shape::Sphere { radius }, rough(0.5));
+    scene.bodies.velocity[i].x = 1.0;
+    scene.bodies.angular_velocity[i] = Vector3::new(0.0, 5.0, 4.0);
+    let mut stepper = Stepper::new(scene, options(60.0)).expect("a sound scene");
+    while stepper.time() < 5.0 {
+        stepper.step().expect("a step");
+    }
+    let velocity = stepper.scene().bodies.velocity[i];
+    assert!((velocity - Vector3::x()).norm() < 1e-6, "{velocity}");
+}
+
+#[test]
+fn a_box_of_any_mass_holds_on_a_slope_in_steps_of_any_length() {
+    let slope = 0.45_f64.atan();
+    for (mass, most) in [(1e5, 1e-5), (1e6, 1e-4), (1e7, 1e-3), (1e8, 1e-2)] {
+        let moved = [1, 10, 40].map(|substeps| {
+            let mut scene = ground(slope, rough(0.5));
+            let (body, shape) = block(Vector3::repeat(1.0), mass);
+            let start = tilt(slope) * Vector3::z() * 0.5;
+            let body = body.at(start).turned(tilt(slope));
+            let i = add(&mut scene, body, shape, rough(0.5));
+            let options = StepOptions {
+                substeps,
+                ..options(60.0)
+            };
+            let mut stepper = Stepper::new(scene, options).expect("a sound scene");
+            while stepper.time() < 1.0 {
+                stepper.step().expect("a step");
+            }
+            let way = stepper.scene().bodies.position[i] - start;
+            way.dot(&(tilt(slope) * Vector3::x()))
+        });
+        // It tilts on its compliance, in steps of any length alike.
+        let apart = moved[1] - moved[0];
+        let further = moved[2] - moved[0];
+        assert!(apart.abs().max(further.abs()) < most, "{mass}: {moved:?}");
+    }
+}
