@@ -57,6 +57,11 @@ impl Edit {
         Ok(self.ids.constraint_named(&self.scene, name)?)
     }
 
+    /// The constraint of that number.
+    pub(crate) fn constraint_at(&self, number: usize) -> ConstraintId {
+        self.ids.of_constraint(number)
+    }
+
     /// Number of the body in [`scene`](Self::scene).
     ///
     /// # Errors
