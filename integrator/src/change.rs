@@ -271,6 +271,10 @@ impl Edit {
         self.scene.events.retain(|event| !events.contains(event));
     }
 
+    pub(crate) fn drop_events_called(&mut self, name: &str) {
+        self.scene.events.retain(|event| event.name != name);
+    }
+
     pub(crate) fn remove(
         &mut self,
         bodies: &[usize],

@@ -115,6 +115,13 @@ impl Edit {
             _ => None,
         });
         let mut released = released.collect::<Vec<_>>().into_iter();
+        // What comes in this step is still to come for those events that release it later.
+        let ties = actions().filter(|action| matches!(action, Action::Attach { .. }));
+        self.add_event(Event {
+            name: String::new(),
+            when: When::Time(f64::INFINITY),
+            then: ties.cloned().collect(),
+        });
         for action in actions() {
             match action {
                 Action::Release(_) => self.let_go(released.next())?,
@@ -126,6 +133,7 @@ impl Edit {
                 _ => {}
             }
         }
+        self.drop_events_called("");
         // What is left to release may never be there.
         self.remove(&[], &[])
     }

@@ -389,7 +389,8 @@ impl Scene {
 
     /// The error of a massless cable, by its first part, that is strained by more than 5 % at the start and pulls by more
     /// than the scene's weight.
-    pub(crate) fn too_short(&self, first: usize) -> Option<SceneError> {
+    #[must_use]
+    pub fn too_short(&self, first: usize) -> Option<SceneError> {
         let laid = self.pulls(first).filter(|laid| laid.strain() > STRAINED)?;
         Some(SceneError::Short {
             cable: self.constraint_names[first].clone(),
