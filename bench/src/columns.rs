@@ -38,7 +38,7 @@ const OF_RUN: [Quantity<OfRun>; 18] = [
     ("contacts", "", |s| Some(s.contacts.touching as f64)),
     ("sliding", "", |s| Some(s.contacts.sliding as f64)),
     ("groups", "", |s| Some(s.contacts.groups as f64)),
-    ("error", "m", |s| s.error.map(|e| e.total())),
+    ("error", "mm", |s| s.error.map(|e| 1e3 * e.total())),
     ("segments", "", |s| Some(s.resolved.segments as f64)),
     ("asleep", "", |s| Some(f64::from(u8::from(s.asleep)))),
 ];

@@ -57,6 +57,11 @@ impl Edit {
         Ok(self.ids.constraint_named(&self.scene, name)?)
     }
 
+    /// The constraint of that number.
+    pub(crate) fn constraint_at(&self, number: usize) -> ConstraintId {
+        self.ids.of_constraint(number)
+    }
+
     /// Number of the body in [`scene`](Self::scene).
     ///
     /// # Errors
@@ -264,6 +269,10 @@ impl Edit {
     pub(crate) fn drop_events(&mut self, events: &[Event]) {
         self.touched = true;
         self.scene.events.retain(|event| !events.contains(event));
+    }
+
+    pub(crate) fn drop_events_called(&mut self, name: &str) {
+        self.scene.events.retain(|event| event.name != name);
     }
 
     pub(crate) fn remove(

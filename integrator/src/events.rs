@@ -2,8 +2,9 @@
 
 use crate::StepError;
 use crate::change::Edit;
+use crate::identity::ConstraintId;
 use crate::stepper::Stepper;
-use taut_model::{Action, CableParts, Event, When};
+use taut_model::{Action, CableParts, Event, Frame, When};
 
 impl Stepper {
     /// Names of the events of the last step.
@@ -36,13 +37,7 @@ impl Stepper {
         let time = self.time;
         self.change(|edit| {
             edit.drop_events(&due);
-            actions().for_each(|action| edit.attach(action, time));
-            let released = actions().filter_map(|action| match action {
-                Action::Release(constraint) => Some(*constraint),
-                _ => None,
-            });
-            let parts = released.flat_map(|c| edit.scene().parts_of(c));
-            edit.remove(&[], &parts.collect::<Vec<_>>())
+            edit.act(&due, time)
         })?;
         for (name, value) in settings {
             // A control goes with the last thing that it drives.
@@ -111,14 +106,51 @@ impl Stepper {
 }
 
 impl Edit {
-    /// Ties two points together as they are at `time` (s), if that is what the action asks for.
-    fn attach(&mut self, action: &Action, time: f64) {
-        let Action::Attach { name, between } = action else {
-            return;
-        };
+    /// Releases and attaches what the events ask for at `time` (s), one after the other. What is not there is passed over.
+    fn act(&mut self, due: &[Event], time: f64) -> Result<(), StepError> {
+        let actions = || due.iter().flat_map(|event| &event.then);
+        // Numbers change as constraints go.
+        let released = actions().filter_map(|action| match action {
+            Action::Release(constraint) => Some(self.constraint_at(*constraint)),
+            _ => None,
+        });
+        let mut released = released.collect::<Vec<_>>().into_iter();
+        // What comes in this step is still to come for those events that release it later.
+        let ties = actions().filter(|action| matches!(action, Action::Attach { .. }));
+        self.add_event(Event {
+            name: String::new(),
+            when: When::Time(f64::INFINITY),
+            then: ties.cloned().collect(),
+        });
+        for action in actions() {
+            match action {
+                Action::Release(_) => self.let_go(released.next())?,
+                Action::Detach(name) => self.let_go(self.constraint(name).ok())?,
+                Action::Attach { name, between } => {
+                    self.let_go(self.constraint(name).ok())?;
+                    self.attach(name, between, time);
+                }
+                _ => {}
+            }
+        }
+        self.drop_events_called("");
+        // What is left to release may never be there.
+        self.remove(&[], &[])
+    }
+
+    /// Removes a constraint that is still there.
+    fn let_go(&mut self, constraint: Option<ConstraintId>) -> Result<(), StepError> {
+        match constraint.filter(|constraint| self.constraint_index(*constraint).is_ok()) {
+            Some(constraint) => self.remove_constraint(constraint),
+            None => Ok(()),
+        }
+    }
+
+    /// Ties two points together as they are at `time` (s).
+    fn attach(&mut self, name: &str, between: &[Frame; 2], time: f64) {
         let points = between.map(|f| f.resolve(&self.scene().bodies, time).point());
         let length = (points[0] - points[1]).norm();
-        self.add_constraint(name.clone(), Action::tie(**between, length), 0);
+        self.add_constraint(name, Action::tie(*between, length), 0);
     }
 }
 

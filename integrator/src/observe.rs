@@ -130,13 +130,12 @@ impl Stepper {
     #[must_use]
     pub fn loads(&self, constraint: usize) -> Option<Loads> {
         let rows = self.row_forces(constraint)?;
-        let constraint = &self.scene.constraints[constraint];
-        Some(constraint.loads(&self.scene.bodies, self.time, &rows))
+        self.scene.loads(constraint, self.time, &rows)
     }
 
-    /// Tension of constraint `constraint` \[N], that of its [`loads`](Self::loads): negative where it pushes. `None` where
-    /// there is no such constraint, or none that has a tension: see
-    /// [`Constraint::tension`](taut_model::Constraint::tension).
+    /// Tension of constraint `constraint` \[N], that of its [`loads`](Self::loads): negative where it pushes; of a joint of
+    /// a cable along the cable. `None` where there is no such constraint, or none that has a tension: see
+    /// [`Scene::tension`](taut_model::Scene::tension).
     #[must_use]
     pub fn tension(&self, constraint: usize) -> Option<f64> {
         self.loads(constraint)?.tension

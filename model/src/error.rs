@@ -65,6 +65,17 @@ pub enum SceneError {
         /// Names of the bodies that there are (the first few).
         known: Vec<String>,
     },
+    /// A massless cable is far shorter than its path at the start.
+    Short {
+        /// The cable.
+        cable: String,
+        /// Its length at rest \[m].
+        length: f64,
+        /// The length of its path, with what lies on sheaves and drums \[m].
+        path: f64,
+        /// Its strain, of what is off the drums.
+        strain: f64,
+    },
     /// A control or a program names a joint or cable that is not there.
     UnknownJoint {
         /// Who names it.
@@ -233,6 +244,17 @@ impl SceneError {
     /// The faults of bodies and joints as they stand in a scene.
     fn fmt_structure(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Short {
+                cable,
+                length,
+                path,
+                strain,
+            } => write!(
+                f,
+                "massless cable `{cable}`: length is {length} m, but its path is {path:.6} m long, a strain of {:.3} % at the \
+                 start: leave `length` out for the length of the path, give `slack` (m) or `tension` (N) instead, or `strained = true` where it is meant so",
+                100.0 * strain
+            ),
             Self::UnknownJoint { what, name, known } if known.is_empty() => write!(
                 f,
                 "{what} names `{name}`, which is not there, nor is another: a control needs a joint that has a motor with a \

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::constraint::{Constraint, MasslessCable, RowKind};
 use crate::contacts::{Collisions, Contact};
+use crate::error::SceneError;
 use crate::frame::Frame;
 use crate::scene::Scene;
 
@@ -60,6 +61,21 @@ pub enum Note {
         cable: String,
         /// By how much \[m].
         slack: f64,
+        /// The length of the path, with what lies on sheaves and drums \[m].
+        path: f64,
+    },
+    /// A massless cable is shorter than its path, and pulls by more than the scene weighs.
+    Short {
+        /// The cable, with all of its parts.
+        cable: String,
+        /// By how much \[m].
+        short: f64,
+        /// The length of the path, with what lies on sheaves and drums \[m].
+        path: f64,
+        /// By how much over its length off the drums.
+        strain: f64,
+        /// Its tension at the start \[N]; infinite where it is rigid.
+        tension: f64,
     },
     /// Two shapes that can meet begin inside each other: they are thrown apart.
     Overlap {
@@ -116,10 +132,35 @@ impl fmt::Display for Note {
                  {STEEP}°: turn the axis of the sheave, or move it",
                 angle.to_degrees()
             ),
-            Self::Slack { cable, slack } => write!(
+            Self::Slack { cable, slack, path } => write!(
                 f,
-                "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves"
+                "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves, which is {path:.6} m long"
             ),
+            Self::Short {
+                cable,
+                short,
+                path,
+                strain,
+                tension,
+            } => {
+                write!(
+                    f,
+                    "`{cable}` starts taut: it is {short:.3e} m shorter than its path, which is {path:.6} m long, a strain of \
+                     {:.2} %",
+                    100.0 * strain
+                )?;
+                if tension.is_finite() {
+                    write!(
+                        f,
+                        " that pulls with {tension:.3e} N, more than the scene weighs"
+                    )?;
+                } else {
+                    f.write_str(" of what cannot stretch")?;
+                }
+                f.write_str(
+                    ": leave its length out for that of the path, or give its slack or tension",
+                )
+            }
             Self::Overlap {
                 colliders: [a, b],
                 depth,
@@ -148,6 +189,30 @@ impl fmt::Display for Note {
                 100.0 * strain
             ),
         }
+    }
+}
+
+/// A massless cable at the start, all parts of it together.
+#[derive(Debug, Clone, Copy, Default)]
+struct Laid {
+    /// Number of its first part.
+    first: usize,
+    /// Length at rest, length of its path, and length at rest off the drums \[m].
+    length: f64,
+    path: f64,
+    off: f64,
+    /// Compliance over length \[1/N].
+    per_metre: f64,
+}
+
+impl Laid {
+    fn strain(&self) -> f64 {
+        (self.path - self.length) / self.off
+    }
+
+    /// \[N]; infinite where it is rigid.
+    fn tension(&self) -> f64 {
+        self.strain() / self.per_metre
     }
 }
 
@@ -236,6 +301,7 @@ impl Scene {
         notes.extend(self.far_lever());
         notes.extend(self.fleet_angle());
         notes.extend(self.slack());
+        notes.extend(self.short());
         notes.extend(self.overlap());
         notes.extend(self.meets_nothing());
         notes
@@ -293,22 +359,74 @@ impl Scene {
     fn slack(&self) -> Option<Note> {
         let over = self
             .massless_cables()
-            .filter(|(_, cable)| !cable.sheaves.is_empty());
-        let mut firsts = over.filter(|(c, _)| self.parts_of(*c).next() == Some(*c));
-        firsts.find_map(|(first, _)| {
-            let (mut slack, mut length) = (0.0, 0.0);
-            for part in self.parts_of(first) {
-                if let Constraint::MasslessCable(cable) = &self.constraints[part] {
-                    let own = cable.length_at(0.0);
-                    slack += own - cable.path(&self.bodies, 0.0);
-                    length += own;
-                }
-            }
-            (slack > LOOSE * length).then(|| Note::Slack {
-                cable: self.constraint_names[first].clone(),
-                slack,
-            })
+            .filter(|(_, cable)| !cable.sheaves.is_empty() && cable.tension_only);
+        let mut laid = over.filter_map(|(first, _)| self.laid(first));
+        let laid = laid.find(|laid| laid.length - laid.path > LOOSE * laid.length)?;
+        Some(Note::Slack {
+            cable: self.constraint_names[laid.first].clone(),
+            slack: laid.length - laid.path,
+            path: laid.path,
         })
+    }
+
+    /// The massless cable that is strained most at the start and pulls by more than the scene's weight.
+    fn short(&self) -> Option<Note> {
+        if self.start_in_equilibrium {
+            // What it holds hangs where the equilibrium has it.
+            return None;
+        }
+        let firsts = self.massless_cables().map(|(first, _)| first);
+        let laid = firsts.filter_map(|first| self.pulls(first));
+        let laid = laid.max_by(|a, b| a.strain().total_cmp(&b.strain()))?;
+        Some(Note::Short {
+            cable: self.constraint_names[laid.first].clone(),
+            short: laid.path - laid.length,
+            path: laid.path,
+            strain: laid.strain(),
+            tension: laid.tension(),
+        })
+    }
+
+    /// The error of a massless cable, by its first part, that is strained by more than 5 % at the start and pulls by more
+    /// than the scene's weight.
+    #[must_use]
+    pub fn too_short(&self, first: usize) -> Option<SceneError> {
+        let laid = self.pulls(first).filter(|laid| laid.strain() > STRAINED)?;
+        Some(SceneError::Short {
+            cable: self.constraint_names[first].clone(),
+            length: laid.length,
+            path: laid.path,
+            strain: laid.strain(),
+        })
+    }
+
+    /// A massless cable that is shorter than its path and pulls by more than the scene's weight.
+    fn pulls(&self, first: usize) -> Option<Laid> {
+        let weight = self.mass() * self.gravity.norm() + self.external_force();
+        let laid = self.laid(first)?;
+        let short = laid.path - laid.length > LOOSE * laid.length;
+        (short && laid.tension() > weight).then_some(laid)
+    }
+
+    /// How the massless cable with this first part lies at the start; `None` where it is none, or no first part.
+    fn laid(&self, first: usize) -> Option<Laid> {
+        if self.parts_of(first).next() != Some(first) {
+            return None;
+        }
+        let mut laid = Laid {
+            first,
+            ..Laid::default()
+        };
+        for part in self.parts_of(first) {
+            if let Constraint::MasslessCable(cable) = self.constraints.get(part)? {
+                let own = cable.length_at(0.0);
+                laid.length += own;
+                laid.path += cable.path(&self.bodies, 0.0);
+                laid.off += own - cable.wound();
+                laid.per_metre = cable.law.compliance / cable.length;
+            }
+        }
+        (laid.length > 0.0).then_some(laid)
     }
 
     fn massless_cables(&self) -> impl Iterator<Item = (usize, &MasslessCable)> {

@@ -2,6 +2,7 @@
 
 mod colliders;
 mod event;
+mod loads;
 pub mod reeving;
 mod remove;
 pub mod resolution;

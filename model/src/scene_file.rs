@@ -98,7 +98,9 @@
 //! | `name` | |
 //! | `through` | two or more `{ body = "…", point = [x, y, z] }`: in the body's frame, default its centre, m |
 //! | | with an optional `motion` of a world point, and an optional `sheave` with its hub there; see below |
-//! | `length` | of the whole at rest, m, with what lies on drums |
+//! | `length`, `slack` or `tension` | of the whole at rest, m, with what lies on drums; or how much longer than its path at |
+//! | | first, m; or its tension at first, N; default the length of the path, with all wraps |
+//! | `strained` | `true` lets it begin strained by more than 5 % |
 //! | `after` | the cable that it goes on from, over a shared sheave: written for the parts of a cable, see [`Scene::reeve`] |
 //! | `stretch` or `ea` | compliance, m/N; stiffness, N |
 //! | `tension_only` | `true` (default): it goes slack; `false`: it pushes |
@@ -179,12 +181,35 @@
 //! | `force` or | condition: `{ joint = "…", above = … }`: tension of a joint or massless cable (of one without, the size of |
 //! | | its force), N |
 //! | `distance` | condition: `{ a = { body = "…", point = [x, y, z] }, b = …, below = … }`, m |
-//! | `attach` | rigid links of the distance at that time, `{ name = "…", a = …, b = … }` each |
-//! | `release` | names of constraints that let go |
+//! | `release` | names of constraints that let go, of the scene or attached by an event; those not there then are passed over |
+//! | `attach` | rigid links of the distance at that time, `{ name = "…", a = …, b = … }` each, after what it releases |
 //! | `set` | controls, `{ control = "…", value = … }` each |
 //!
 //! `breaks_at` (N) of a joint or massless cable is such an event, called `NAME breaks`; of a cable one for
 //! each joint, of which only the most strained breaks in a step.
+//!
+//! A hook picks a crate up and sets it down again:
+//! ```
+//! # use taut_model::scene_file::SceneText;
+//! # let text = r#"
+//! body = [
+//!   { name = "hook", mass = 50, shape = { sphere = { radius = 0.1 } }, position = [0, 0, 1] },
+//!   { name = "crate", mass = 200, shape = { sphere = { radius = 0.3 } } },
+//! ]
+//!
+//! [[event]]
+//! name = "pick up"
+//! at = 2
+//! attach = [{ name = "grip", a = { body = "hook" }, b = { body = "crate", point = [0, 0, 0.3] } }]
+//!
+//! [[event]]
+//! name = "set down"
+//! at = 8
+//! release = ["grip"]
+//! # "#;
+//! # let text: SceneText = toml::from_str(text).unwrap();
+//! # assert_eq!(text.build().unwrap().events.len(), 2);
+//! ```
 //!
 //! A crane: its jib slews about the fixed tower, a trolley runs along the jib, a winch on it holds a hook on a massless
 //! cable, and a load hangs from the hook:
@@ -337,6 +362,8 @@ mod tests_faults;
 mod tests_from_scene;
 #[cfg(test)]
 mod tests_lean;
+#[cfg(test)]
+mod tests_lengths;
 #[cfg(test)]
 mod tests_sheaves;
 mod write;

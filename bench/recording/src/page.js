@@ -13,7 +13,7 @@ const makePlots = () => {
   })));
   addPlot("Largest gap", "m", both("max_gap"), true);
   addPlot("Time of a step", "µs", both("step", 1e-3), true);
-  addPlot("Estimated error of the load", "mm", both("error", 1e3), true);
+  addPlot("Estimated error of the load", "mm", both("error"), true);
   if (runs.length > 1) {
     const [run] = runs;
     const y = Float32Array.from(run.time, distance);

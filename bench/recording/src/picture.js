@@ -55,6 +55,7 @@ const load = async (run) => {
     part.sides = decoded(bytes, width + 4 * width * frames, OF_CONTACT, touching);
     part.contacts = new Float32Array(part.sides.buffer);
     part.names = new Map(channels.map(({ name }, channel) => [name, channel]));
+    part.units = new Map(channels.map(({ name, unit }) => [name, unit]));
     [part.first, part.width] = [first, width];
     first += frames;
     part.held = holding(part);
@@ -65,7 +66,9 @@ const column = (run, name) => {
   for (const part of run.parts) {
     const channel = part.names.get(name);
     if (channel === undefined) continue;
-    for (let k = 0; k < part.times.length; k++) all[part.first + k] = part.values[k * part.width + channel];
+    // Recordings made before hold the error in m.
+    const scale = name === "error" && part.units.get(name) === "m" ? 1e3 : 1;
+    for (let k = 0; k < part.times.length; k++) all[part.first + k] = scale * part.values[k * part.width + channel];
   }
   return all;
 };

@@ -24,7 +24,7 @@ pub(crate) struct ReplayArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// A table of a line a frame: time load_x load_y load_z kinetic gravity elastic max_gap iterations step load_tension contacts
-    /// sliding groups error segments asleep; NAME.QUANTITY of a body (x y z qw qx qy qz contact contact_x contact_y contact_z), of a
+    /// sliding groups error (mm) segments asleep; NAME.QUANTITY of a body (x y z qw qx qy qz contact contact_x contact_y contact_z), of a
     /// joint or cable (tension bending twist drive length); the name of a control
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     csv: Vec<String>,

@@ -59,7 +59,7 @@ pub(crate) struct RunArgs {
     /// of the force of its contacts the norm, contact, and contact_x contact_y contact_z), of a joint (tension fx fy fz force bending twist drive gap), of a massless cable or of its part `NAME-2`, `NAME-3` … beyond a sheave with friction (tension drive gap length, and slip of a part over the sheave that it begins at);
     /// CABLE.tension, CABLE.SEGMENT.tension of a cable of segments, from 0; the name of a control; of the run: time
     /// load_x load_y load_z kinetic gravity elastic max_gap iterations step load_tension events contacts sliding groups error
-    /// asleep
+    /// (mm) asleep
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     columns: Vec<String>,
     /// Writes the summary and the path of the load to a file (`-` for standard output, which then holds nothing else)

@@ -272,7 +272,7 @@ const begin = () => {
   addPlot("Tension of the load", "N", series("load_tension", 1));
   addPlot("Kinetic energy", "J", series("kinetic", 1));
   addPlot("Time of a step", "µs", series("step", 1e-3), true);
-  addPlot("Estimated error of the load", "mm", series("error", 1e3), true);
+  addPlot("Estimated error of the load", "mm", series("error", 1), true);
   by("pause").addEventListener("click", () => send({ pause: !known.status?.paused }));
   by("step").addEventListener("click", () => send("step"));
   by("restart").addEventListener("click", () => send("restart"));

@@ -3,6 +3,7 @@ use nalgebra::Vector3;
 use taut_model::{
     Action, Body, Constraint, Distance, Event, Frame, GantryParams, RowLaw, Scene, SceneError, When,
 };
+use taut_model::{Cable, CableEnd, Collider, Control, Material, Segments, Shape, Winch};
 
 fn options() -> StepOptions {
     StepOptions {
@@ -247,4 +248,213 @@ fn events_of_what_is_not_there_are_refused_by_name() {
     let known = matches!(gone, Err(StepError::Scene(SceneError::UnknownJoint { .. })));
     assert!(known, "{gone:?}");
     assert_eq!(stepper.scene().constraints.len(), 2);
+}
+
+/// A load of 2 t under 12 m of steel rope, 1 m above the ground, its winch at the jib.
+fn landing(pinned: [bool; 2], limit: f64) -> Stepper {
+    let mut scene = Scene::new("landing");
+    scene.gravity = Vector3::z() * -9.81;
+    let size = Vector3::new(1.0, 1.0, 1.0);
+    let load = Body::cuboid(size, 2000.0).at(Vector3::z() * 1.5);
+    let load = scene.add_body("load", load);
+    scene.load = Some(load);
+    scene.add_collider(Collider::new("load", Some(load), Shape::Cuboid { size }));
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let frames = [
+        Frame::world(Vector3::z() * 14.0),
+        Frame::body(load, Vector3::z() * 0.5),
+    ];
+    let end = |k: usize| {
+        if pinned[k] {
+            CableEnd::Pinned(frames[k])
+        } else {
+            CableEnd::Clamped(frames[k])
+        }
+    };
+    let cable = Cable {
+        segments: Segments::Equal(12),
+        winch: Some(Winch::new()),
+        ..Cable::round("rope", &Material::STEEL, 0.01, [end(0), end(1)])
+    };
+    let parts = scene.add_cable(&cable).unwrap();
+    let lead = parts.joints[0];
+    scene.controls.push(Control::of("lower", lead, 1.0));
+    for joint in parts.joints {
+        scene.break_at(joint, limit);
+    }
+    let last = scene.constraint("rope-end").unwrap();
+    scene.events.push(Event {
+        name: "overload".into(),
+        when: When::Force {
+            constraint: last,
+            above: limit,
+        },
+        then: vec![Action::Set {
+            control: 0,
+            value: 0.0,
+        }],
+    });
+    scene.start_in_equilibrium = true;
+    Stepper::new(scene, StepOptions::default()).unwrap()
+}
+
+/// Straight as it is, the cable stands as a column on the load that it has set down, and pushes.
+#[test]
+fn a_cable_that_pushes_does_not_break() {
+    const WEIGHT: f64 = 2000.0 * 9.81;
+    for pinned in [[false, true], [true, true], [false, false]] {
+        let mut stepper = landing(pinned, 3.0 * WEIGHT);
+        let last = stepper.scene().constraint("rope-end").unwrap();
+        stepper.set_control(0, 0.5).unwrap();
+        let mut least = f64::INFINITY;
+        for _ in 0..150 {
+            stepper.step().unwrap();
+            assert_eq!(stepper.fired(), [""; 0], "{pinned:?}");
+            let [end, segment] = [
+                stepper.tension(last).unwrap(),
+                stepper
+                    .tension_in("rope", stepper.scene().cables[0].bodies.len() - 1)
+                    .unwrap(),
+            ];
+            if end.abs() > WEIGHT && least > -WEIGHT {
+                assert!((end / segment - 1.0).abs() < 0.05, "{end} {segment}");
+            }
+            least = least.min(end);
+        }
+        assert!(least < -3.0 * WEIGHT, "{pinned:?}: {least}");
+    }
+}
+
+#[test]
+fn a_cable_that_pulls_breaks_at_its_limit() {
+    const WEIGHT: f64 = 2000.0 * 9.81;
+    for pinned in [[false, true], [true, true], [false, false]] {
+        // A hard start.
+        let mut stepper = landing(pinned, 1.2 * WEIGHT);
+        assert_eq!(run(&mut stepper, 5), []);
+        stepper.set_control(0, -0.8).unwrap();
+        let log = run(&mut stepper, 30);
+        assert!(
+            log.iter().any(|(_, name)| name.ends_with(" breaks")),
+            "{pinned:?}: {log:?}"
+        );
+    }
+}
+
+/// A hook picks a crate up, sets it down, picks it up again elsewhere, and hands it over.
+fn picked() -> Scene {
+    let mut scene = Scene::new("picked");
+    let at = |x: f64| Vector3::x() * x;
+    scene.add_body("hook", Body::sphere(0.1, 2.0));
+    scene.add_body("crate", Body::sphere(0.1, 6.0).at(at(1.0)));
+    scene.add_body("truck", Body::sphere(0.1, 9.0).at(at(2.0)));
+    let tie = |a: usize, b: usize| Action::Attach {
+        name: "grip".into(),
+        between: Box::new([a, b].map(|body| Frame::body(body, Vector3::zeros()))),
+    };
+    let release = || Action::Detach("grip".into());
+    for (name, time, then) in [
+        ("early", 0.05, vec![release()]),
+        ("up", 0.1, vec![tie(0, 1)]),
+        ("down", 0.2, vec![release()]),
+        ("nothing", 0.3, vec![release()]),
+        ("again", 0.4, vec![tie(0, 1)]),
+        ("over", 0.5, vec![tie(1, 2)]),
+        ("moved", 0.6, vec![release(), tie(0, 2)]),
+        ("last", 0.7, vec![release()]),
+    ] {
+        scene.events.push(Event {
+            name: name.into(),
+            when: When::Time(time),
+            then,
+        });
+    }
+    scene
+}
+
+#[test]
+fn what_an_event_attached_an_event_releases_and_another_attaches_again() {
+    let mut stepper = Stepper::new(picked(), options()).unwrap();
+    let mut seen = Vec::new();
+    let mut fired = Vec::new();
+    for step in 0..60 {
+        stepper.step().unwrap();
+        if step == 20 {
+            // Between the second release and the second attachment.
+            stepper = Stepper::restore(stepper.save().unwrap()).unwrap();
+        }
+        fired.extend(stepper.fired().to_vec());
+        let scene = stepper.scene();
+        let held = scene.constraints.first().map(|c| {
+            c.frames()
+                .iter()
+                .filter_map(Frame::body_index)
+                .collect::<Vec<_>>()
+        });
+        assert!(scene.constraints.len() < 2);
+        if seen.last() != Some(&held) {
+            seen.push(held);
+        }
+    }
+    let expected = [
+        "early", "up", "down", "nothing", "again", "over", "moved", "last",
+    ];
+    assert_eq!(fired, expected);
+    let pair = |a, b| Some(vec![a, b]);
+    assert_eq!(
+        seen,
+        [
+            None,
+            pair(0, 1),
+            None,
+            pair(0, 1),
+            pair(1, 2),
+            pair(0, 2),
+            None
+        ]
+    );
+    assert!(stepper.scene().events.is_empty());
+}
+
+/// In one step events act in their order: the crate that is picked up is set down.
+#[test]
+fn events_of_one_step_act_in_their_order() {
+    for (first, left) in [("up", 0), ("down", 1)] {
+        let mut scene = picked();
+        scene
+            .events
+            .retain(|event| ["up", "down"].contains(&&*event.name));
+        for event in &mut scene.events {
+            event.when = When::Time(0.0);
+        }
+        scene.events.sort_by_key(|event| event.name != first);
+        let mut stepper = Stepper::new(scene, options()).unwrap();
+        assert_eq!(run(&mut stepper, 2).len(), 2);
+        assert_eq!(stepper.scene().constraints.len(), left, "{first}");
+    }
+}
+
+#[test]
+fn what_can_never_be_there_is_not_released() {
+    // The attachment goes with what it ties.
+    let mut stepper = Stepper::new(picked(), options()).unwrap();
+    stepper
+        .change(|edit| {
+            let hook = edit.body("hook")?;
+            edit.remove_body(hook)
+        })
+        .unwrap();
+    let left = stepper.scene().events.iter().map(|e| e.name.clone());
+    let left: Vec<_> = left.collect();
+    assert_eq!(left, ["early", "down", "nothing", "over", "moved", "last"]);
+    // `moved` releases for good, so that `last` goes without having fired.
+    assert_eq!(run(&mut stepper, 60).len(), 5);
+    assert!(stepper.scene().events.is_empty());
+    let mut scene = picked();
+    scene.events[2].then = vec![Action::Detach("grap".into())];
+    let Err(StepError::Scene(fault)) = Stepper::new(scene, options()) else {
+        panic!("a fault");
+    };
+    let words = "event `down` names `grap`, which is not there: choose one of grip";
+    assert!(fault.to_string().starts_with(words), "{fault}");
 }

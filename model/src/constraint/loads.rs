@@ -13,6 +13,7 @@ use nalgebra::Vector3;
 
 use super::{Constraint, JointLaw, MAX_ROWS, RowKind, Rows};
 use crate::body::Bodies;
+use crate::frame::Frame;
 
 /// A force at a point and a torque about it, world frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,7 +44,7 @@ impl Wrench {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Loads {
-    /// Tension \[N]: see [`Constraint::tension`].
+    /// Tension \[N]: see [`Constraint::tension`], in a cable of segments [`Scene::tension`](crate::Scene::tension).
     pub tension: Option<f64>,
     /// Bending moment, ≥ 0 \[N m]: the norm of the bend rows of a cable joint or of the bending of links, of the tilt
     /// rows of a hinge.
@@ -74,15 +75,26 @@ impl Constraint {
         Some(Wrench { force, torque })
     }
 
-    /// What it carries with the multipliers `lambda` (one a row, N and N m) and the bodies where they are at time `t` (s).
-    /// Allocates: no.
+    /// What it carries with the multipliers `lambda` (one a row, N and N m) and the bodies where they are at time `t` (s),
+    /// as a constraint outside cables of segments: see [`Scene::loads`](crate::Scene::loads). Allocates: no.
     ///
     /// # Panics
     /// As [`Constraint::tension`].
     #[must_use]
     pub fn loads(&self, bodies: &Bodies, t: f64, lambda: &[f64]) -> Loads {
+        self.loads_in(&[], bodies, t, lambda)
+    }
+
+    /// [`loads`](Self::loads) of a joint of the cable with these segments.
+    pub(crate) fn loads_in(
+        &self,
+        segments: &[usize],
+        bodies: &Bodies,
+        t: f64,
+        lambda: &[f64],
+    ) -> Loads {
         let mut loads = Loads {
-            tension: self.tension(bodies, t, lambda),
+            tension: self.tension_in(segments, bodies, t, lambda),
             ..Loads::default()
         };
         let mut rest = lambda;
@@ -118,29 +130,70 @@ impl Constraint {
     /// | ball joint, cable joint without bend rows | their size ‖λ‖: a free axis is no direction |
     /// | lock, hinge, slider, bending of links, cable joint without stretch rows | none |
     ///
+    /// A joint of a cable of segments has the direction of the cable: [`Scene::tension`](crate::Scene::tension).
+    ///
     /// # Panics
     /// When `lambda` is shorter than the rows or a frame names a body that is not there.
     #[must_use]
     pub fn tension(&self, bodies: &Bodies, t: f64, lambda: &[f64]) -> Option<f64> {
-        let along = |law: &JointLaw| {
+        self.tension_in(&[], bodies, t, lambda)
+    }
+
+    /// [`tension`](Self::tension) of a joint of the cable with these segments.
+    pub(crate) fn tension_in(
+        &self,
+        segments: &[usize],
+        bodies: &Bodies,
+        t: f64,
+        lambda: &[f64],
+    ) -> Option<f64> {
+        let force = || Vector3::from_column_slice(&lambda[..3]);
+        let free = || {
+            let (force, along) = (force(), self.along_cable(segments, bodies, t));
+            along.map_or_else(|| force.norm(), |along| force.dot(&along))
+        };
+        let of_law = |law: &JointLaw| {
             law.stretch?;
-            let force = Vector3::from_column_slice(&lambda[..3]);
             let axes = self.frames().iter().map(|f| f.resolve(bodies, t).u());
             let axis = axes.sum::<Vector3<f64>>();
             // Axes that point at each other have no mean.
-            Some(match axis.try_normalize(1e-9) {
-                Some(axis) if law.bend.is_some() => force.dot(&axis),
-                _ => force.norm(),
-            })
+            let Some(axis) = axis.try_normalize(1e-9).filter(|_| law.bend.is_some()) else {
+                return Some(free());
+            };
+            let along = self.along_cable(segments, bodies, t);
+            let backwards = along.is_some_and(|along| along.dot(&axis) < 0.0);
+            let tension = force().dot(&axis);
+            Some(if backwards { -tension } else { tension })
         };
         match self {
             // Not −0 where it is slack.
             Self::Distance(_) | Self::MasslessCable(_) | Self::Fairlead(_) => Some(0.0 - lambda[0]),
-            Self::Spherical(_) => Some(Vector3::from_column_slice(&lambda[..3]).norm()),
-            Self::Paper(c) => along(&c.law),
-            Self::Cosserat(c) => along(&c.law),
+            Self::Spherical(_) => Some(free()),
+            Self::Paper(c) => of_law(&c.law),
+            Self::Cosserat(c) => of_law(&c.law),
             Self::Lock(_) | Self::Hinge(_) | Self::Slider(_) | Self::LinkBend(_) => None,
         }
+    }
+
+    /// Unit vector from side a to side b along the cable with these segments: the axis of the segment that the joint holds,
+    /// or the mean of both; `None` where it holds none. A segment reaches from its centre to the joint, so that the order
+    /// of the sides and the axes of their frames do not matter.
+    fn along_cable(&self, segments: &[usize], bodies: &Bodies, t: f64) -> Option<Vector3<f64>> {
+        if segments.is_empty() {
+            return None;
+        }
+        // Numbers ascend but for cables that were listed otherwise.
+        let is_segment =
+            |body: &usize| segments.binary_search(body).is_ok() || segments.contains(body);
+        let out = |(frame, sign): (&Frame, f64)| {
+            frame.body_index().filter(is_segment)?;
+            let lever = frame.resolve(bodies, t).lever;
+            Some(lever.try_normalize(0.0)? * sign)
+        };
+        let sides = || self.frames().iter().zip([1.0, -1.0]).filter_map(out);
+        let mean = sides().sum::<Vector3<f64>>().try_normalize(1e-9);
+        // Segments that are folded onto each other have no mean.
+        mean.or_else(|| sides().next())
     }
 }
 

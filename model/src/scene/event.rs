@@ -15,7 +15,7 @@ pub struct Event {
     pub name: String,
     /// Its condition.
     pub when: When,
-    /// What happens, in this order.
+    /// What happens, in this order. Of several events in one step those listed first go first.
     pub then: Vec<Action>,
 }
 
@@ -52,7 +52,10 @@ pub enum When {
 pub enum Action {
     /// Removes the constraint of this number: it lets go. A part of a cable over sheaves with friction takes the others along.
     Release(usize),
-    /// Ties two points together by a rigid link of their present distance, or by a ball joint where they coincide.
+    /// Removes the constraint of this name, which an event attaches; does nothing where it is not there at that time.
+    Detach(String),
+    /// Ties two points together by a rigid link of their present distance, or by a ball joint where they coincide. One that
+    /// an event tied under this name before, and that is still there, lets go.
     Attach {
         /// Name of the new constraint.
         name: String,
@@ -84,6 +87,25 @@ impl Action {
             transverse: false,
         })
     }
+
+    /// Whether a constraint is such a tie, which an event may replace.
+    fn is_tie(constraint: &Constraint) -> bool {
+        match constraint {
+            Constraint::Spherical(joint) => joint.stretch == RowLaw::RIGID,
+            Constraint::Distance(link) => link.law == RowLaw::RIGID && !link.transverse,
+            _ => false,
+        }
+    }
+}
+
+impl Event {
+    /// Names that it ties points under.
+    pub(crate) fn attached(&self) -> impl Iterator<Item = &String> {
+        self.then.iter().filter_map(|action| match action {
+            Action::Attach { name, .. } => Some(name),
+            _ => None,
+        })
+    }
 }
 
 impl Scene {
@@ -103,16 +125,52 @@ impl Scene {
         });
     }
 
+    /// Whether something is called `name`, or an event that is to come attaches it.
+    pub(crate) fn may_be_there(&self, name: &str) -> bool {
+        let mut attached = self.events.iter().flat_map(Event::attached);
+        self.constraint_names.iter().any(|known| known == name)
+            || attached.any(|attached| attached == name)
+    }
+
+    /// Drops what events would let go that is not there and is not attached any more, and events that do nothing then.
+    pub(super) fn forget_detached(&mut self) {
+        let mut events = std::mem::take(&mut self.events);
+        let attached: Vec<String> = events.iter().flat_map(Event::attached).cloned().collect();
+        let is_left = |action: &Action| match action {
+            Action::Detach(name) => self.constraint_names.contains(name) || attached.contains(name),
+            _ => true,
+        };
+        events.retain_mut(|event| {
+            event.then.retain(is_left);
+            !event.then.is_empty()
+        });
+        self.events = events;
+    }
+
     pub(super) fn validate_events(&self) -> Result<(), SceneError> {
         let names: Vec<String> = self.events.iter().map(|e| e.name.clone()).collect();
         super::validate::unique("event", &names)?;
-        let actions = self.events.iter().flat_map(|event| &event.then);
-        let made = actions.filter_map(|action| match action {
-            Action::Attach { name, .. } => Some(name.clone()),
-            _ => None,
-        });
-        super::validate::unique("joint", &made.collect::<Vec<_>>())?;
+        for event in &self.events {
+            let made: Vec<String> = event.attached().cloned().collect();
+            super::validate::unique("joint", &made)?;
+        }
         (0..self.events.len()).try_for_each(|i| self.validate_event(i))
+    }
+
+    /// The error of an event that names a constraint which is neither there nor attached.
+    fn unknown_to_events(&self, what: &str, name: &str) -> SceneError {
+        let attached = self.events.iter().flat_map(Event::attached);
+        let names: Vec<String> = self
+            .constraint_names
+            .iter()
+            .chain(attached)
+            .cloned()
+            .collect();
+        SceneError::UnknownJoint {
+            what: what.to_owned(),
+            name: name.to_owned(),
+            known: super::first_names(&names),
+        }
     }
 
     pub(crate) fn validate_event(&self, i: usize) -> Result<(), SceneError> {
@@ -153,8 +211,11 @@ impl Scene {
                 Err(self.unknown_constraint(&what, *constraint))
             }
             Action::Release(_) => Ok(()),
+            Action::Detach(name) if self.may_be_there(name) => Ok(()),
+            Action::Detach(name) => Err(self.unknown_to_events(&what, name)),
             Action::Attach { name, between } => {
-                if self.constraint_names.contains(name) {
+                let known = self.constraint_names.iter().position(|known| known == name);
+                if known.is_some_and(|i| !Action::is_tie(&self.constraints[i])) {
                     let (kind, name) = ("joint", name.clone());
                     return Err(SceneError::Duplicate { kind, name });
                 }

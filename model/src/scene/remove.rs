@@ -77,7 +77,9 @@ impl Scene {
         kept.filter(&mut self.constraints);
         kept.filter(&mut self.constraint_names);
         kept.filter(&mut self.groups);
-        Ok(self.renumber(&kept_bodies, &kept))
+        let idle = self.renumber(&kept_bodies, &kept);
+        self.forget_detached();
+        Ok(idle)
     }
 
     /// Gives bodies and constraints their new numbers wherever they are named; returns the numbers that controls without
@@ -182,6 +184,7 @@ fn follow(event: &mut Event, bodies: &Kept, constraints: &Kept, controls: &Kept)
     };
     event.then.retain_mut(|action| match action {
         Action::Release(constraint) => constraints.follow(constraint),
+        Action::Detach(_) => true,
         Action::Attach { between, .. } => points(between),
         Action::Set { control, .. } => controls.follow(control),
     });

@@ -241,6 +241,7 @@ impl Scene {
         };
         let released = event.then.iter().filter_map(|action| match action {
             Action::Release(joint) => Some(*joint),
+            Action::Detach(name) => self.constraint_names.iter().position(|known| known == name),
             _ => None,
         });
         let attached = event.then.iter().filter_map(|action| match action {

@@ -246,14 +246,18 @@ impl SceneText {
         for (i, entry) in self.event.iter().enumerate() {
             let path = format!("event.{i}");
             let event = entry
-                .build(&scene, &names)
+                .build(&scene, &names, &self.event)
                 .map_err(|fault| fault.within(&path))?;
             if scene.events.iter().any(|e| e.name == entry.name) {
                 return Err(duplicate("event", &entry.name, &path));
             }
             scene.events.push(event);
-            let event = scene.validate_event(scene.events.len() - 1);
-            event.map_err(|error| {
+        }
+        // One may release what a later one attaches.
+        let first = scene.events.len() - self.event.len();
+        for i in 0..self.event.len() {
+            let path = format!("event.{i}");
+            scene.validate_event(first + i).map_err(|error| {
                 Fault {
                     paths: Vec::new(),
                     error,
@@ -261,6 +265,7 @@ impl SceneText {
                 .within(&path)
             })?;
         }
+        self.check_lengths(&scene)?;
         scene.validate().map_err(|error| {
             let gravity = matches!(&error, SceneError::BadValue { what, .. } if what == "gravity");
             let paths = gravity.then(|| "gravity".to_owned());
@@ -268,6 +273,23 @@ impl SceneText {
             Fault { paths, error }
         })?;
         Ok(scene)
+    }
+
+    /// Refuses massless cables that are far shorter than their paths, unless the equilibrium moves what they hold.
+    fn check_lengths(&self, scene: &Scene) -> Result<(), Fault> {
+        let cables = self.massless_cable.iter().enumerate();
+        for (i, entry) in
+            cables.filter(|(_, entry)| !self.equilibrium && entry.strained != Some(true))
+        {
+            let first = scene.constraint(&entry.name).ok();
+            let short = first.and_then(|first| scene.too_short(first));
+            if let Some(error) = short {
+                let keys = ["length", "tension", "name"].map(str::to_owned);
+                let (paths, path) = (keys.to_vec(), format!("massless_cable.{i}"));
+                return Err(Fault { paths, error }.within(&path));
+            }
+        }
+        Ok(())
     }
 
     /// Lays the cables of segments: their bodies in the scene, their joints in a list.

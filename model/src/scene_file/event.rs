@@ -23,10 +23,14 @@ pub struct EventEntry {
     pub force: Option<ForceEntry>,
     /// Condition: two points are nearer than `below` \[m]: `{ a = { body = "…", point = [x, y, z] }, b = …, below = … }`.
     pub distance: Option<DistanceEntry>,
-    /// Constraints that let go, by their names.
+    /// Constraints that let go, by their names: joints, links and cables of the scene, and what this or another event
+    /// attaches. A name that is not there at that time is passed over. Of one event what it releases goes before what it
+    /// attaches.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub release: Vec<String>,
-    /// Rigid links of the distance at that time, each `{ name = "…", a = { body = "…", point = [x, y, z] }, b = … }`.
+    /// Rigid links of the distance at that time, each `{ name = "…", a = { body = "…", point = [x, y, z] }, b = … }`. Several
+    /// events may attach one name, each in turn: what it tied before lets go first. Example: `attach = [{ name = "grip", a =
+    /// { body = "hook" }, b = { body = "crate" } }]` in one event, `release = ["grip"]` in a later one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attach: Vec<AttachEntry>,
     /// Controls that are set, each `{ control = "…", value = … }`.
@@ -80,12 +84,28 @@ pub struct SetEntry {
 
 impl EventEntry {
     /// The event of a scene that has its constraints and controls.
-    pub(super) fn build(&self, scene: &Scene, names: &Names<'_>) -> Result<Event, Fault> {
+    pub(super) fn build(
+        &self,
+        scene: &Scene,
+        names: &Names<'_>,
+        all: &[Self],
+    ) -> Result<Event, Fault> {
         let of = Entry::new("event", &self.name);
+        let attached = || {
+            all.iter()
+                .flat_map(|event| &event.attach)
+                .map(|tie| &tie.name)
+        };
         let at = |key: &str| {
             let (key, what) = (key.to_owned(), format!("event `{}`", self.name));
             move |error: SceneError| match error {
-                SceneError::UnknownJoint { name, known, .. } => {
+                SceneError::UnknownJoint {
+                    name, mut known, ..
+                } => {
+                    if key == "release" {
+                        known.extend(attached().cloned());
+                        known.dedup();
+                    }
                     Fault::new(key, SceneError::UnknownJoint { what, name, known })
                 }
                 other => Fault::new(key, other),
@@ -112,15 +132,18 @@ impl EventEntry {
             _ => return Err(of.conflict("at", "give one condition: at, force or distance")),
         };
         let mut then = Vec::new();
+        for name in &self.release {
+            then.push(if attached().any(|attached| attached == name) {
+                Action::Detach(name.clone())
+            } else {
+                Action::Release(scene.constraint(name).map_err(at("release"))?)
+            });
+        }
         for (i, entry) in self.attach.iter().enumerate() {
             then.push(Action::Attach {
                 name: entry.name.clone(),
                 between: points(&format!("attach.{i}"), [&entry.a, &entry.b])?,
             });
-        }
-        for name in &self.release {
-            let constraint = scene.constraint(name).map_err(at("release"))?;
-            then.push(Action::Release(constraint));
         }
         for SetEntry { control, value } in &self.set {
             let control = scene.control(control).map_err(at("set"))?;
@@ -162,6 +185,7 @@ impl EventEntry {
         for action in then {
             match action {
                 Action::Release(constraint) => entry.release.push(joint(*constraint)),
+                Action::Detach(name) => entry.release.push(name.clone()),
                 Action::Attach { name, between } => {
                     let [a, b] = between.each_ref().map(point);
                     let name = name.clone();

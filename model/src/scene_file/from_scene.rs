@@ -359,11 +359,15 @@ impl MasslessCableEntry {
             tension_only,
             winch,
         } = cable;
+        let first = scene.constraint(name).ok();
         Self {
             name: name.to_owned(),
             through: over(points(scene, frames), sheaves),
             after: None,
-            length: *length,
+            length: Some(*length),
+            slack: None,
+            tension: None,
+            strained: first.and_then(|first| scene.too_short(first)).map(|_| true),
             ea: None,
             stretch: Some(law.compliance),
             damping: law.damping,

@@ -365,14 +365,14 @@ fn massless(
     // Each segment has two ends in its own frame.
     ends.sort_by_key(|(body, _)| *body);
     let segments = ends.chunk_by(|a, b| a.0 == b.0);
-    let length = segments
+    let length: f64 = segments
         .filter(|ends| ends.len() == 2)
         .map(|ends| (ends[0].1 - ends[1].1).norm())
         .sum();
     MasslessCableEntry {
         name: name.to_owned(),
         through,
-        length,
+        length: Some(length),
         stretch: Some(stretch),
         damping: joints[0].damping,
         ..MasslessCableEntry::default()

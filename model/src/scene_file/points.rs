@@ -110,8 +110,16 @@ pub struct MasslessCableEntry {
     pub through: Vec<PointEntry>,
     /// The cable that it goes on from over the shared sheave at its beginning, which has the friction there.
     pub after: Option<String>,
-    /// Total length at rest \[m].
-    pub length: f64,
+    /// Total length at rest, with what lies on drums \[m]; default that of its path at first, with what lies on sheaves and
+    /// drums. See `strained`.
+    pub length: Option<f64>,
+    /// How much longer it is than its path at first \[m], instead of `length`.
+    pub slack: Option<f64>,
+    /// Its tension at first \[N], instead of `length`; needs `ea`, or a `stretch` that is not 0.
+    pub tension: Option<f64>,
+    /// Whether it may begin strained by more than 5 % with a pull of more than the scene's weight; default `false`: that is
+    /// refused as a mistake.
+    pub strained: Option<bool>,
     /// Axial stiffness \[N].
     pub ea: Option<f64>,
     /// Compliance \[m/N]; 0 is rigid.
@@ -159,13 +167,6 @@ impl MasslessCableEntry {
             return Err(of.conflict("through", "needs at least 2 points"));
         }
         let frames = through(&of, &self.through, bodies, names)?;
-        of.check("length", self.length, self.length > 0.0, "> 0 m")?;
-        let stiffness = ("ea", self.ea);
-        let compliance = of.compliance("stretch", self.stretch, stiffness, Some(self.length))?;
-        let Some(compliance) = compliance else {
-            return Err(of.conflict("stretch", "give it in m/N (0 is rigid), or ea in N"));
-        };
-        let law = law(&of, "stretch", compliance, self.damping)?;
         let is_part = self.through.iter().any(PointEntry::is_shared);
         let winch = self.winch.as_ref().map(|winch| winch.build(&of, is_part));
         let sheave = |point: &PointEntry| point.sheave.as_ref().map(SheaveEntry::build);
@@ -177,14 +178,76 @@ impl MasslessCableEntry {
             // It is the capstan's.
             first.friction = 0.0;
         }
+        let laid = MasslessCable {
+            sheaves,
+            ..MasslessCable::new(frames, 1.0, RowLaw::RIGID)
+        };
+        let length = self.length_at_rest(&of, &laid, bodies)?;
+        let stiffness = ("ea", self.ea);
+        let compliance = of.compliance("stretch", self.stretch, stiffness, Some(length))?;
+        let Some(compliance) = compliance else {
+            return Err(of.conflict("stretch", "give it in m/N (0 is rigid), or ea in N"));
+        };
         let cable = MasslessCable {
+            length,
+            law: law(&of, "stretch", compliance, self.damping)?,
             tension_only: self.tension_only.unwrap_or(true),
             winch: winch.transpose()?,
-            sheaves,
-            ..MasslessCable::new(frames, self.length, law)
+            ..laid
         };
         let parts = cable.in_parts(&self.name, bodies, 0.0);
         parts.map_err(|error| Fault::new("through", error))
+    }
+
+    /// Its length at rest \[m]: the one given, or one for the path that `laid` takes at first.
+    fn length_at_rest(
+        &self,
+        of: &Entry<'_>,
+        laid: &MasslessCable,
+        bodies: &Bodies,
+    ) -> Result<f64, Fault> {
+        let given = [self.length, self.slack, self.tension];
+        if given.iter().flatten().count() > 1 {
+            let keys = ["length", "slack", "tension"];
+            let last = (0..3).rfind(|k| given[*k].is_some());
+            let reason = "is one of length, slack and tension: give one of them, or none for the length of the path";
+            return Err(of.conflict(last.map_or("length", |k| keys[k]), reason));
+        }
+        if let Some(length) = self.length {
+            return of.check("length", length, length > 0.0, "> 0 m");
+        }
+        let (path, wound) = (laid.path(bodies, 0.0), laid.wound());
+        if !path.is_finite() {
+            // It has none, which its sheaves tell.
+            return Ok(f64::MAX);
+        }
+        if let Some(slack) = self.slack {
+            return Ok(path + of.check("slack", slack, slack >= 0.0, "≥ 0 m")?);
+        }
+        let Some(tension) = self.tension else {
+            return Ok(path);
+        };
+        of.check("tension", tension, tension >= 0.0, "≥ 0 N")?;
+        // path − L = T ε of what is off the drums, ε = (L − wound)/EA or stretch (L − wound)/L.
+        match (self.ea, self.stretch) {
+            (Some(ea), None) if ea > 0.0 => {
+                let strain = tension / ea;
+                Ok((path + strain * wound) / (1.0 + strain))
+            }
+            (None, Some(stretch)) if stretch > 0.0 => {
+                let (pulled, half) = (tension * stretch, 0.5 * (path - tension * stretch));
+                let length = half + (half * half + pulled * wound).sqrt();
+                let needs = "less than the path over stretch (N)";
+                of.check("tension", tension, length > wound, needs)?;
+                Ok(length)
+            }
+            (None, Some(0.0)) => {
+                let reason = "belongs to a cable that stretches: give ea or a stretch that is not 0, or no tension";
+                Err(of.conflict("tension", reason))
+            }
+            // Its stiffness is faulty, and told so.
+            _ => Ok(path),
+        }
     }
 
     /// Friction of the sheave that it shares with the cable before it.

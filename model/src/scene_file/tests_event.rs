@@ -149,3 +149,84 @@ fn faults_of_events_name_line_and_key() {
         assert!(!message.contains('\n'));
     }
 }
+
+/// A load that is picked up and set down twice, under one name, and taken over in between.
+const PICKED: &str = r#"
+[[body]]
+name = "hook"
+mass = 50
+shape = { sphere = { radius = 0.1 } }
+position = [0, 0, 1]
+[[body]]
+name = "crate"
+mass = 200
+shape = { sphere = { radius = 0.3 } }
+
+[[joint]]
+name = "stand"
+kind = "spherical"
+stretch = 0
+a = "world"
+b = "crate"
+point = [0, 0, 0]
+
+[[event]]
+name = "early"
+at = 0.5
+release = ["grip"]
+
+[[event]]
+name = "up"
+at = 1
+attach = [{ name = "grip", a = { body = "hook" }, b = { body = "crate" } }]
+release = ["stand"]
+
+[[event]]
+name = "down"
+at = 2
+release = ["grip"]
+attach = [{ name = "stand", a = { body = "world" }, b = { body = "crate" } }]
+
+[[event]]
+name = "again"
+at = 3
+attach = [{ name = "grip", a = { body = "hook" }, b = { body = "crate", point = [0, 0, 0.3] } }]
+"#;
+
+#[test]
+fn what_an_event_attaches_an_event_can_release() {
+    let scene = SceneSource::parse(PICKED, &[]).unwrap().build().unwrap();
+    let grip = || Action::Detach("grip".into());
+    assert_eq!(scene.events[0].then, [grip()]);
+    assert_eq!(scene.events[1].then[0], Action::Detach("stand".into()));
+    assert_eq!(scene.events[2].then[0], grip());
+    let explicit = SceneText::from_scene(&scene).unwrap();
+    assert_eq!(explicit.build().unwrap(), scene);
+    let source = SceneSource::Explicit(Box::new(explicit));
+    for toml in [source.to_toml(), source.to_commented_toml()] {
+        let again = SceneSource::parse(&toml.unwrap(), &[]).unwrap();
+        assert_eq!(again.build().unwrap(), scene);
+    }
+    for (old, new, words) in [
+        (
+            "release = [\"stand\"]",
+            "release = [\"grap\"]",
+            "event `up` names `grap`, which is not there: choose one of stand, grip",
+        ),
+        (
+            "name = \"grip\", a = { body = \"hook\" }, b = { body = \"crate\" } }",
+            "name = \"grip\", a = { body = \"hook\" }, b = { body = \"crate\" } },\n  { name = \"grip\", a = { body = \"hook\" }, b = { body = \"world\" } }",
+            "two joint entries are called `grip`",
+        ),
+        (
+            "kind = \"spherical\"\nstretch = 0",
+            "kind = \"hinge\"\naxis = [0, 1, 0]",
+            "called `stand`",
+        ),
+    ] {
+        assert!(PICKED.contains(old), "{old}");
+        let source = SceneSource::parse(&PICKED.replacen(old, new, 1), &[]);
+        let message = source.and_then(|s| s.build()).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+    }
+}

@@ -64,12 +64,6 @@ const FAULTS: &[FaultCase] = &[
         &["body `hook`: mass: is missing", "give it in kg"],
     ),
     (
-        "length = 4.8\n",
-        "",
-        "line 20, column 1",
-        &["missing field `length`", "add it"],
-    ),
-    (
         "mass = 50",
         "mass = \"heavy\"",
         "line 8, column 8",

@@ -1,0 +1,228 @@
+//! Lengths of massless cables by their paths, and ropes that are too short.
+
+use super::{SceneSource, SceneText};
+use crate::Note;
+use crate::constraint::Constraint;
+use crate::scene::Scene;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// A rope from a drum with 2½ turns over a sheave to a hook: `LENGTH` stands for its length and stiffness.
+const CRANE: &str = r#"
+load = "hook"
+[[body]]
+name = "drum"
+mobility = "static"
+position = [-5, 0, 0]
+[[body]]
+name = "hook"
+mass = 300
+shape = { sphere = { radius = 0.2 } }
+position = [0.2, 0, -6]
+[[massless_cable]]
+name = "rope"
+through = [
+  { body = "drum", sheave = { radius = 0.2, axis = [0, 1, 0], turns = 2.5 } },
+  { body = "world", sheave = { radius = 0.2, axis = [0, 1, 0]FRICTION } },
+  { body = "hook" },
+]
+LENGTH
+"#;
+
+/// 5 m between wheels of one size, a quarter of a turn, 6 m down, and 2½ turns on the drum.
+const WOUND: f64 = 2.5 * TAU * 0.2;
+const PATH: f64 = 5.0 + 0.2 * FRAC_PI_2 + 6.0 + WOUND;
+
+fn text(length: &str, friction: &str) -> String {
+    CRANE
+        .replace("LENGTH", length)
+        .replace("FRICTION", friction)
+}
+
+fn built(text: &str) -> Scene {
+    SceneSource::parse(text, &[]).unwrap().build().unwrap()
+}
+
+fn fault(text: &str) -> String {
+    let source = SceneSource::parse(text, &[]);
+    source.and_then(|s| s.build()).unwrap_err().to_string()
+}
+
+/// Length, stiffness and length off the drums of all parts together.
+fn whole(scene: &Scene) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for constraint in &scene.constraints {
+        if let Constraint::MasslessCable(cable) = constraint {
+            sums[0] += cable.length;
+            sums[1] = cable.length / cable.law.compliance;
+            sums[2] += cable.length - cable.wound();
+        }
+    }
+    sums
+}
+
+#[test]
+fn a_length_left_out_is_that_of_the_path_with_its_wraps() {
+    for friction in ["", ", friction = 0.15"] {
+        for (keys, expected) in [
+            ("ea = 3e6", PATH),
+            ("ea = 3e6\nslack = 0.25", PATH + 0.25),
+            ("stretch = 2e-6\ntension_only = true", PATH),
+        ] {
+            let text = text(keys, friction);
+            let scene = built(&text);
+            let [length, ..] = whole(&scene);
+            assert!((length - expected).abs() < 1e-12, "{keys}: {length}");
+            let slack = keys.contains("slack");
+            assert_eq!(
+                scene.notes().len(),
+                usize::from(slack),
+                "{:?}",
+                scene.notes()
+            );
+            let explicit = SceneText::from_scene(&scene).unwrap();
+            assert_eq!(explicit.build().unwrap(), scene);
+            let source = SceneSource::parse(&text, &[]).unwrap();
+            for toml in [source.to_toml(), source.to_commented_toml()] {
+                let again = SceneSource::parse(&toml.unwrap(), &[]).unwrap();
+                assert_eq!(again.build().unwrap(), scene);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cable_begins_with_the_tension_that_is_asked_for() {
+    for friction in ["", ", friction = 0.15"] {
+        for tension in [0.0, 1.0, 2500.0, 9e4] {
+            for law in ["ea = 3e6", "stretch = 4e-6"] {
+                if tension > 5e4 && !friction.is_empty() {
+                    continue;
+                }
+                let keys = format!("{law}\ntension = {tension}");
+                let scene = built(&text(&keys, friction));
+                let [length, ea, off] = whole(&scene);
+                let found = (PATH - length) / off * ea;
+                assert!(
+                    (found - tension).abs() < 1e-7 + 1e-9 * tension,
+                    "{keys}: {found}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn lengths_that_contradict_each_other_are_refused() {
+    for (keys, words) in [
+        (
+            "ea = 3e6\nlength = 14\nslack = 1",
+            "line 21, column 1: massless cable `rope`: slack: is one of",
+        ),
+        (
+            "ea = 3e6\nlength = 14\ntension = 1",
+            "tension: is one of length, slack and tension: give one",
+        ),
+        (
+            "ea = 3e6\nslack = 0.1\ntension = 1",
+            "tension: is one of length, slack and tension: give one",
+        ),
+        (
+            "ea = 3e6\nslack = -0.1",
+            "slack is -0.1: it has to be ≥ 0 m",
+        ),
+        (
+            "ea = 3e6\ntension = -5",
+            "tension is -5: it has to be ≥ 0 N",
+        ),
+        (
+            "stretch = 0\ntension = 5",
+            "tension: belongs to a cable that stretches",
+        ),
+        ("tension = 5", "stretch: give it in m/N"),
+        ("ea = -3\ntension = 5", "ea is -3"),
+        ("ea = 3e6\nlength = 0", "length is 0"),
+        (
+            "ea = 3e6\nlength = 3",
+            "length is 3: it has to be more than what lies on its drums",
+        ),
+    ] {
+        let message = fault(&text(keys, ""));
+        assert!(message.contains(words), "{keys}: {message}");
+        assert!(!message.contains('\n'));
+    }
+}
+
+#[test]
+fn a_rope_shorter_than_its_path_is_told_and_one_far_shorter_refused() {
+    for friction in ["", ", friction = 0.15"] {
+        // Its weight strains it by 1e-3.
+        for (short, told) in [(0.0, false), (5e-4, false), (0.02, true), (0.34, true)] {
+            let keys = format!("ea = 3e6\nlength = {}", PATH - short);
+            let notes = built(&text(&keys, friction)).notes();
+            assert_eq!(notes.len(), usize::from(told), "{short}: {notes:?}");
+            let Some(Note::Short {
+                short: found,
+                strain,
+                tension,
+                path,
+                ..
+            }) = notes.first()
+            else {
+                continue;
+            };
+            assert!((found - short).abs() < 1e-9 && (path - PATH).abs() < 1e-9);
+            let expected = short / (PATH - short - WOUND);
+            assert!((strain / expected - 1.0).abs() < 1e-6, "{strain}");
+            assert!((tension / (3e6 * expected) - 1.0).abs() < 1e-6, "{tension}");
+            let note = notes[0].to_string();
+            assert!(note.starts_with("`rope` starts taut: it is "), "{note}");
+            assert!(note.contains("its path, which is 14.4557"), "{note}");
+        }
+        let keys = format!("ea = 3e6\nlength = {}", PATH - 2.0);
+        let message = fault(&text(&keys, friction));
+        assert!(
+            message.contains("massless cable `rope`: length is 12.4"),
+            "{message}"
+        );
+        assert!(message.contains("its path is 14.4557"), "{message}");
+        assert!(message.contains("leave `length` out"), "{message}");
+        // The equilibrium lifts the hook to where it hangs.
+        let text = format!("equilibrium = true\n{}", text(&keys, friction));
+        assert_eq!(built(&text).notes(), []);
+        // Meant so, as one that is written back is.
+        let scene = built(&self::text(&format!("{keys}\nstrained = true"), friction));
+        assert_eq!(scene.notes().len(), 1);
+        let explicit = SceneText::from_scene(&scene).unwrap();
+        assert_eq!(explicit.build().unwrap(), scene);
+        // A band that carries less than the weight is meant to be long.
+        let keys = format!("ea = 6e3\nlength = {}", PATH - 2.0);
+        assert_eq!(built(&self::text(&keys, friction)).notes(), []);
+    }
+}
+
+#[test]
+fn a_rigid_cable_that_is_too_short_cannot_stretch() {
+    let [drum, sheave] = [
+        "  { body = \"drum\", sheave = { radius = 0.2, axis = [0, 1, 0], turns = 2.5 } },\n",
+        "  { body = \"world\", sheave = { radius = 0.2, axis = [0, 1, 0]FRICTION } },\n",
+    ];
+    let plain = CRANE
+        .replace(drum, "")
+        .replace(sheave, "  { body = \"world\", point = [0.2, 0, 0] },\n");
+    let of = |keys: &str| built(&plain.replace("LENGTH", keys));
+    assert_eq!(of("stretch = 0").notes(), []);
+    assert!((whole(&of("stretch = 0"))[0] - 6.0).abs() < 1e-12);
+    let notes = of("stretch = 0\nlength = 5.9").notes();
+    assert!(
+        notes[0].to_string().contains("of what cannot stretch"),
+        "{notes:?}"
+    );
+}
+
+/// A strut that is too long pushes: it is not slack.
+#[test]
+fn a_strut_is_never_slack() {
+    let keys = format!("ea = 3e6\nlength = {}\ntension_only = false", PATH + 0.2);
+    let notes = built(&text(&keys, "")).notes();
+    assert!(!notes.iter().any(|note| matches!(note, Note::Slack { .. })));
+}
