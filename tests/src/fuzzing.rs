@@ -425,7 +425,7 @@ pub fn products(data: &[u8]) -> bool {
         Outcome::Refused(_) => false,
         Outcome::Violated(found) => {
             let (small, violation) = smallest(&choices, &found);
-            panic!("{violation:?} of {:?}\n{}", small.steps, toml(&small).unwrap_or_default());
+            panic!("{violation:?}\n{}", toml(&small).unwrap_or_default());
         }
     }
 }

@@ -14,40 +14,40 @@
 
 pub mod invariants;
 mod paired;
-pub mod run;
+mod run;
 pub mod scene;
 pub mod shrink;
 
 use crate::random::Random;
 
 /// Simulated time \[s] and steps a second.
-pub const TIME: f64 = 2.0;
-pub const RATE: f64 = 60.0;
+pub(crate) const TIME: f64 = 2.0;
+pub(crate) const RATE: f64 = 60.0;
 
 /// Acceleration of gravity \[m/s²].
-pub const G: f64 = 9.81;
+pub(crate) const G: f64 = 9.81;
 
 /// What a scene is made of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choices {
-    pub gravity: bool,
-    pub load: Load,
-    pub rope: Option<Rope>,
-    pub ground: Option<Ground>,
-    pub other: Option<Other>,
+    pub(crate) gravity: bool,
+    pub(crate) load: Load,
+    pub(crate) rope: Option<Rope>,
+    pub(crate) ground: Option<Ground>,
+    pub(crate) other: Option<Other>,
     /// Friction and restitution of everything that touches.
-    pub friction: f64,
-    pub restitution: f64,
+    pub(crate) friction: f64,
+    pub(crate) restitution: f64,
     /// When the rope is released \[s].
-    pub release: Option<f64>,
+    pub(crate) release: Option<f64>,
     /// When a link from the load to the world is made, and when an event lets it go \[s].
-    pub attach: Option<[f64; 2]>,
-    pub steps: Steps,
+    pub(crate) attach: Option<[f64; 2]>,
+    pub(crate) steps: Steps,
 }
 
 /// Outlines of bodies, all about half a metre across.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Form {
+pub(crate) enum Form {
     Ball,
     Block,
     Disc,
@@ -55,44 +55,44 @@ pub enum Form {
 
 /// The body that all is about.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Load {
-    pub form: Form,
+pub(crate) struct Load {
+    pub(crate) form: Form,
     /// kg.
-    pub mass: f64,
+    pub(crate) mass: f64,
     /// m/s.
-    pub velocity: [f64; 3],
+    pub(crate) velocity: [f64; 3],
     /// rad/s.
-    pub spin: [f64; 3],
+    pub(crate) spin: [f64; 3],
     /// About y, x \[rad], before it falls.
-    pub turned: [f64; 2],
+    pub(crate) turned: [f64; 2],
 }
 
 /// What it hangs from.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rope {
+pub(crate) struct Rope {
     /// A cable of so many segments, or one without mass.
-    pub segments: Option<usize>,
+    pub(crate) segments: Option<usize>,
     /// m, from the load to the point or sheave above.
-    pub length: f64,
+    pub(crate) length: f64,
     /// How much longer it is than its path \[m]; 0 is stretched by the load's weight.
-    pub slack: f64,
+    pub(crate) slack: f64,
     /// Strain under the load's weight, 0 for a rigid one.
-    pub strain: f64,
+    pub(crate) strain: f64,
     /// s.
-    pub damping: f64,
+    pub(crate) damping: f64,
     /// Angle from the vertical \[rad].
-    pub aside: f64,
+    pub(crate) aside: f64,
     /// Friction of a sheave that it runs over.
-    pub sheave: Option<f64>,
-    pub end: End,
-    pub winch: Option<Winch>,
+    pub(crate) sheave: Option<f64>,
+    pub(crate) end: End,
+    pub(crate) winch: Option<Winch>,
     /// Times the weight of the load.
-    pub breaks: Option<f64>,
+    pub(crate) breaks: Option<f64>,
 }
 
 /// What holds the rope's other end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum End {
+pub(crate) enum End {
     World,
     /// A body of so many times the load's mass.
     Counterweight(f64),
@@ -102,28 +102,28 @@ pub enum End {
 
 /// Hauls in and pays out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Winch {
+pub(crate) struct Winch {
     /// m/s, positive pays out: of the three thirds of the time.
-    pub speeds: [f64; 3],
+    pub(crate) speeds: [f64; 3],
     /// Times the weight of the load: of the motor, of the brake.
-    pub force: Option<f64>,
-    pub brake: Option<f64>,
+    pub(crate) force: Option<f64>,
+    pub(crate) brake: Option<f64>,
     /// How far it may haul in and pay out \[m].
-    pub range: Option<f64>,
+    pub(crate) range: Option<f64>,
 }
 
 /// What is below.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ground {
+pub(crate) struct Ground {
     /// Between it and the lowest body \[m].
-    pub below: f64,
+    pub(crate) below: f64,
     /// Angle of its slope \[rad].
-    pub slope: f64,
+    pub(crate) slope: f64,
 }
 
 /// A second body that the load may touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Other {
+pub(crate) enum Other {
     /// Under it: form, mass over the load's, and by how much the load is off its centre \[m].
     Under {
         form: Form,
@@ -137,11 +137,11 @@ pub enum Other {
 
 /// How it is stepped.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Steps {
-    pub substeps: usize,
-    pub guard: bool,
-    pub estimate: bool,
-    pub sleep: bool,
+pub(crate) struct Steps {
+    pub(crate) substeps: usize,
+    pub(crate) guard: bool,
+    pub(crate) estimate: bool,
+    pub(crate) sleep: bool,
 }
 
 /// Something that a draw adds.
@@ -249,8 +249,7 @@ const OF_GROUND: [Feature; 4] = [
 
 impl Choices {
     /// 100 kg on 3 m of rope at rest.
-    #[must_use]
-    pub fn plain() -> Self {
+    pub(crate) fn plain() -> Self {
         Self {
             gravity: true,
             load: Load {
@@ -328,14 +327,17 @@ impl Choices {
 
     /// Without what the model's documentation excludes: sheaves and drums of cables of segments, winches beside drums, events
     /// of ropes that are not there.
-    #[must_use]
-    pub fn settled(mut self) -> Self {
+    pub(crate) fn settled(mut self) -> Self {
         if matches!(self.other, Some(Other::Turntable { .. })) {
             (self.rope, self.ground) = (None, None);
             self.gravity = true;
             // A ball rolls off.
             let (form, mass) = (Form::Block, self.load.mass);
-            self.load = Load { form, mass, ..Self::plain().load };
+            self.load = Load {
+                form,
+                mass,
+                ..Self::plain().load
+            };
         }
         if self.rope.is_none() {
             self.release = None;
@@ -346,6 +348,10 @@ impl Choices {
             }
             if rope.end != End::World {
                 rope.winch = None;
+            }
+            if rope.strain == 0.0 && rope.sheave.is_some() {
+                // A rigid rope has no tension between the points of one body.
+                rope.strain = 1e-3;
             }
             if !self.gravity && matches!(rope.end, End::World) {
                 rope.end = End::Counterweight(2.0);
@@ -359,8 +365,7 @@ impl Choices {
     }
 
     /// Whether nothing drives the scene.
-    #[must_use]
-    pub fn is_passive(&self) -> bool {
+    pub(crate) fn is_passive(&self) -> bool {
         let turns = |w: &Winch| w.speeds.iter().any(|s| *s != 0.0);
         let rope = self.rope.as_ref();
         !matches!(self.other, Some(Other::Turntable { .. }))
@@ -370,15 +375,13 @@ impl Choices {
     }
 
     /// Weight of the load \[N].
-    #[must_use]
-    pub fn weight(&self) -> f64 {
+    pub(crate) fn weight(&self) -> f64 {
         G * self.load.mass
     }
 }
 
 impl Rope {
-    #[must_use]
-    pub fn plain() -> Self {
+    pub(crate) fn plain() -> Self {
         Self {
             segments: None,
             length: 3.0,

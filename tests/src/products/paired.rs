@@ -70,7 +70,9 @@ pub(super) fn asleep(case: &Case) -> Fault {
         (n, places.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max))
     });
     let mut beyond = off.filter(|(n, off)| *off > allowed(*n));
-    beyond.next().map(|(n, off)| (n, format!("{off:.3e} m apart")))
+    beyond
+        .next()
+        .map(|(n, off)| (n, format!("{off:.3e} m apart")))
 }
 
 /// Where the load ends with steps so many times as short, and from a place moved by so much.
@@ -104,18 +106,28 @@ fn refinements(choices: &Choices) -> Option<[f64; 2]> {
 /// Of motions that do not amplify a change: what halving the steps once more changes is no more than twice what it changed
 /// at first, and as far as things go in half a step where shapes meet or ropes close within one.
 pub(super) fn refined(case: &Case) -> Fault {
-    // Ten runs more of faces on faces would take seconds.
-    if case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
+    // Times of bounces are known to a step. Ten runs more of faces on faces would take seconds.
+    let bounces = case.choices.restitution > 0.0;
+    if bounces || case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
         return None;
     }
     let [first, second] = (*case.halvings.get_or_init(|| refinements(&case.choices)))?;
     let load = case.load();
-    let speeds = case.run.steps.iter().map(|m| m.bodies.velocity[load].norm());
+    let speeds = case
+        .run
+        .steps
+        .iter()
+        .map(|m| m.bodies.velocity[load].norm());
     // What rings faster than a step is not resolved.
-    let rings = case.choices.rope.as_ref().map_or(0.0, |r| 2.0 * r.strain * r.length);
+    let rings = case
+        .choices
+        .rope
+        .as_ref()
+        .map_or(0.0, |r| 2.0 * r.strain * r.length);
     let allowed = 2.0 * first + 1e-5 + rings + 0.5 / RATE * speeds.fold(0.0, f64::max);
     (second > allowed).then(|| {
-        let text = format!("{first:.3e} m by the first halving of the step, {second:.3e} m by the second");
+        let text =
+            format!("{first:.3e} m by the first halving of the step, {second:.3e} m by the second");
         (steps(), text)
     })
 }

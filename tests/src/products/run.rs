@@ -9,69 +9,68 @@ use taut_model::{Bodies, Constraint, Scene, SceneError};
 
 /// A part of a cable without mass at the end of a step.
 #[derive(Debug, Clone)]
-pub struct Part {
-    pub name: String,
+pub(crate) struct Part {
+    pub(crate) name: String,
     /// Path less length \[m].
-    pub phi: f64,
+    pub(crate) phi: f64,
     /// At rest, with what lies on drums \[m].
-    pub length: f64,
+    pub(crate) length: f64,
     /// m/N and s.
-    pub compliance: f64,
-    pub damping: f64,
+    pub(crate) compliance: f64,
+    pub(crate) damping: f64,
     /// Over the last sub-step, and at which its drum slips \[N].
-    pub tension: f64,
-    pub holds: f64,
+    pub(crate) tension: f64,
+    pub(crate) holds: f64,
 }
 
 /// A sheave with friction in the last sub-step.
 #[derive(Debug, Clone)]
-pub struct Wheel {
-    pub parts: [String; 2],
+pub(crate) struct Wheel {
+    pub(crate) parts: [String; 2],
     /// Slip in the direction of travel \[m/s].
-    pub slip: f64,
+    pub(crate) slip: f64,
     /// e^(μθ) of the end of the step.
-    pub grip: f64,
+    pub(crate) grip: f64,
 }
 
 /// What one step showed.
 #[derive(Debug, Clone)]
-pub struct Moment {
-    pub report: StepReport,
+pub(crate) struct Moment {
+    pub(crate) report: StepReport,
     /// At the end of the step.
-    pub bodies: Bodies,
-    pub parts: Vec<Part>,
-    pub wheels: Vec<Wheel>,
-    pub contacts: Vec<ContactForce>,
+    pub(crate) bodies: Bodies,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) wheels: Vec<Wheel>,
+    pub(crate) contacts: Vec<ContactForce>,
     /// Of constraints and contacts on each body in the last sub-step \[N].
-    pub forces: Vec<Vector3<f64>>,
+    pub(crate) forces: Vec<Vector3<f64>>,
     /// Of a cable of segments: the tension that its last joint tells, that in its last segment, the largest in any \[N].
-    pub column: Option<[f64; 3]>,
-    pub fired: Vec<String>,
-    pub bits: Vec<u64>,
+    pub(crate) column: Option<[f64; 3]>,
+    pub(crate) fired: Vec<String>,
+    pub(crate) bits: Vec<u64>,
 }
 
 /// A run, and what ended it early.
 #[derive(Debug, Default)]
-pub struct Run {
-    pub steps: Vec<Moment>,
-    pub error: Option<StepError>,
+pub(crate) struct Run {
+    pub(crate) steps: Vec<Moment>,
+    pub(crate) error: Option<StepError>,
 }
 
 /// Choices, their scene, its run.
 #[derive(Debug)]
 pub struct Case {
-    pub choices: Choices,
-    pub scene: Scene,
+    pub(crate) choices: Choices,
+    pub(crate) scene: Scene,
     /// What its ropes without mass store at the start \[J].
-    pub stretched: f64,
-    pub run: Run,
+    pub(crate) stretched: f64,
+    pub(crate) run: Run,
     /// Distances of the load's ends \[m] with Δt, Δt/2 and Δt/4, once they are known.
-    pub halvings: OnceCell<Option<[f64; 2]>>,
+    pub(crate) halvings: OnceCell<Option<[f64; 2]>>,
 }
 
 /// Options of a run of the choices.
-#[must_use]
-pub fn options(c: &Choices) -> StepOptions {
+pub(crate) fn options(c: &Choices) -> StepOptions {
     StepOptions {
         dt: 1.0 / RATE,
         substeps: c.steps.substeps,
@@ -85,8 +84,7 @@ pub fn options(c: &Choices) -> StepOptions {
 }
 
 /// Rest is seen in half a second: in the default minute nothing sleeps within the time of a run.
-#[must_use]
-pub fn sleep() -> Sleep {
+pub(crate) fn sleep() -> Sleep {
     Sleep {
         distance: 1e-3,
         after: 0.3,
@@ -135,8 +133,7 @@ impl Moment {
     }
 
     /// The part of that name, if there is one.
-    #[must_use]
-    pub fn part(&self, name: &str) -> Option<&Part> {
+    pub(crate) fn part(&self, name: &str) -> Option<&Part> {
         self.parts.iter().find(|part| part.name == name)
     }
 }
@@ -170,8 +167,7 @@ fn column(stepper: &Stepper) -> Option<[f64; 3]> {
 
 impl Run {
     /// So many steps of a stepper.
-    #[must_use]
-    pub fn of(mut stepper: Stepper, steps: usize) -> Self {
+    pub(crate) fn of(mut stepper: Stepper, steps: usize) -> Self {
         let mut run = Self::default();
         for _ in 0..steps {
             match stepper.step() {
@@ -187,8 +183,7 @@ impl Run {
 }
 
 /// Steps of a run.
-#[must_use]
-pub fn steps() -> usize {
+pub(crate) fn steps() -> usize {
     (TIME * RATE) as usize
 }
 
@@ -197,7 +192,7 @@ impl Case {
     ///
     /// # Errors
     /// Where the scene, or its first state, is refused.
-    pub fn of(choices: &Choices) -> Result<Self, StepError> {
+    pub(crate) fn of(choices: &Choices) -> Result<Self, StepError> {
         let refused = |e: SceneError| StepError::Scene(e);
         let scene = scene::build(choices).map_err(refused)?;
         let stepper = Stepper::new(scene.clone(), options(choices))?;
@@ -220,14 +215,12 @@ impl Case {
     }
 
     /// Number of the load's body.
-    #[must_use]
-    pub fn load(&self) -> usize {
+    pub(crate) fn load(&self) -> usize {
         self.scene.load.unwrap_or(0)
     }
 
     /// The moment before step `n`: its bodies.
-    #[must_use]
-    pub fn before(&self, n: usize) -> &Bodies {
+    pub(crate) fn before(&self, n: usize) -> &Bodies {
         match n.checked_sub(1) {
             Some(last) => &self.run.steps[last].bodies,
             None => &self.scene.bodies,

@@ -89,7 +89,10 @@ fn places(c: &Choices) -> Places {
 }
 
 fn surface(c: &Choices) -> String {
-    format!("friction = {:?}, restitution = {:?}", c.friction, c.restitution)
+    format!(
+        "friction = {:?}, restitution = {:?}",
+        c.friction, c.restitution
+    )
 }
 
 /// The scene as text, its rope as long as its path and slack ask for.
@@ -107,7 +110,11 @@ pub fn toml(c: &Choices) -> Result<String, SceneError> {
     let is_rope = |k: &usize| matches!(scene.constraints[*k], Constraint::MasslessCable(_));
     let parts = (0..scene.constraints.len()).filter(is_rope);
     let over: f64 = parts.map(|k| rows.phi[rows.row_range(k).start]).sum();
-    let weight = if c.gravity { c.weight() } else { 0.0 };
+    let weight = if c.gravity {
+        c.weight().min(1e12 * G)
+    } else {
+        0.0
+    };
     let extra = match rope.slack > 0.0 {
         true => rope.slack,
         false => -compliance(c, rope) * weight * rope.aside.cos(),
@@ -119,17 +126,21 @@ pub fn toml(c: &Choices) -> Result<String, SceneError> {
 ///
 /// # Errors
 /// Where the model refuses it.
-pub fn build(c: &Choices) -> Result<Scene, SceneError> {
+pub(super) fn build(c: &Choices) -> Result<Scene, SceneError> {
     SceneSource::parse(&toml(c)?, &[])?.build()
 }
 
 fn text(c: &Choices, length: f64) -> String {
     let at = places(c);
-    let mut out = String::new();
+    let mut out = format!("# {:?}\n", c.steps);
     bodies(c, &at, &mut out);
     if let Some(ground) = c.ground {
         let (point, normal) = (at.ground, at.normal);
-        let kept = if ground.slope == 0.0 { [0.0, 0.0, 1.0] } else { normal };
+        let kept = if ground.slope == 0.0 {
+            [0.0, 0.0, 1.0]
+        } else {
+            normal
+        };
         let _ = write!(
             out,
             "[[ground]]\nname = \"ground\"\npoint = {point:?}\nnormal = {kept:?}\nfriction = {:?}\nrestitution = {:?}\n",

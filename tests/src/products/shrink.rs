@@ -72,8 +72,15 @@ const HALVES: [Change; 10] = [
         }
     },
     |c| {
-        if let Some(Other::Under { ratio, off, gap, .. }) = &mut c.other {
-            (*ratio, *off, *gap) = (half(*ratio - 1.0, 0.1) + 1.0, half(*off, 1e-3), half(*gap, 1e-3));
+        if let Some(Other::Under {
+            ratio, off, gap, ..
+        }) = &mut c.other
+        {
+            (*ratio, *off, *gap) = (
+                half(*ratio - 1.0, 0.1) + 1.0,
+                half(*off, 1e-3),
+                half(*gap, 1e-3),
+            );
         }
     },
     |c| {
@@ -101,5 +108,6 @@ fn candidates(choices: &Choices) -> Vec<Choices> {
         change(&mut c);
         c.settled()
     });
-    made.filter(|c| c != choices && c.load.mass >= 1.0).collect()
+    made.filter(|c| c != choices && c.load.mass >= 1.0)
+        .collect()
 }
