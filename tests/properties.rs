@@ -12,6 +12,8 @@ mod determinism;
 mod equations;
 /// Turning, shifting and renumbering a scene.
 mod invariance;
+/// Scenes that join two to five features.
+mod products;
 /// Guesses and refinement.
 mod refinement;
 /// Runs saved and taken up again, to the same bits.

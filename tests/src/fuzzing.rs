@@ -7,6 +7,8 @@
 //! call it, says `Direct` of what nobody has looked at before it is refined. Sizes are limited so that no input takes long.
 
 use crate::decode::Bytes;
+use crate::products::invariants::{Outcome, judge};
+use crate::products::{Choices, scene::toml, shrink::smallest};
 use nalgebra::Vector3;
 use std::fmt::Display;
 use std::io::Read;
@@ -32,7 +34,7 @@ const ROWS: usize = 60;
 /// A target's name, as that of its folder of inputs, and what it does.
 pub type Target = (&'static str, fn(&[u8]) -> bool);
 
-/// All of them.
+/// All of them but [`products`], whose inputs take too long to be tried by hundreds.
 pub const TARGETS: [Target; 6] = [
     ("scene_file", scene_file),
     ("scene_builder", scene_builder),
@@ -412,6 +414,20 @@ fn iterations(backend: &str) -> usize {
     let options = backend.split(':');
     let limit = options.filter_map(|o| o.strip_prefix("iterations=")?.parse().ok());
     limit.max().unwrap_or(1)
+}
+
+/// Choices of features: whatever they are, their scene is refused or keeps all invariants of [`crate::products`].
+#[must_use]
+pub fn products(data: &[u8]) -> bool {
+    let choices = Choices::of_bytes(data);
+    match judge(&choices) {
+        Outcome::Sound(_) => true,
+        Outcome::Refused(_) => false,
+        Outcome::Violated(found) => {
+            let (small, violation) = smallest(&choices, &found);
+            panic!("{violation:?}\n{}", toml(&small).unwrap_or_default());
+        }
+    }
 }
 
 /// The lines of a recording, one for each chunk: its item as JSON, a tab, and the hexadecimal digits of the bytes behind the item.

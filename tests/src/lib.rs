@@ -18,6 +18,7 @@
 //! | `graphs` | branches, rings, nets and ladders of bodies |
 //! | `fuzzing`, `decode` | what arbitrary bytes are put through, and what they stand for |
 //! | `machines` | random scenes of what moves and is moved: motors, winches, static and driven bodies |
+//! | `products` | small scenes that join two to five features, and what holds in all of them |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
 //! | test binary | asserts |
@@ -34,6 +35,7 @@ pub mod decode;
 pub mod fuzzing;
 pub mod graphs;
 pub mod machines;
+pub mod products;
 pub mod scenes;
 pub mod systems;
 

@@ -1,4 +1,5 @@
-//! Fuzz targets: arbitrary bytes as scene files, as scenes, as systems, as Matrix Market files, as saved runs.
+//! Fuzz targets: arbitrary bytes as scene files, as scenes, as systems, as Matrix Market files, as saved runs, as products
+//! of features.
 //!
 //! What each target does stands in `taut_tests::fuzzing`, so that the workspace's own tests call the same functions, with
 //! mutated inputs and with the seeds, on a stable toolchain. With a nightly toolchain and `cargo install cargo-fuzz`,
@@ -8,7 +9,7 @@
 //! cargo +nightly fuzz run scene_file fuzz/corpus/scene_file fuzz/seeds/scene_file -- -max_total_time=300
 //! ```
 //!
-//! and so for `scene_builder`, `matrix_and_rhs`, `matrix_market`, `saved_run`; with `--features umfpack` UMFPACK is
-//! among the backends. New inputs go to `fuzz/corpus`, which is not kept. What ends in a panic or takes too long is
+//! and so for `scene_builder`, `matrix_and_rhs`, `matrix_market`, `saved_run`, `recording`, `products`; with
+//! `--features umfpack` UMFPACK is among the backends. New inputs go to `fuzz/corpus`, which is not kept. What ends in a panic or takes too long is
 //! written to `fuzz/artifacts`: once it is mended it goes to `fuzz/seeds` under the name of its symptom, where
-//! `cargo test -p taut-tests --test all bad_input` keeps it mended.
+//! `cargo test -p taut-tests --test all bad_input` keeps it mended (`products` for that target).

@@ -1,0 +1,655 @@
+//! What holds in every run, as a table of named functions.
+//!
+//! Tolerances are those that the documentation states: [`EnergyBalance`](taut_integrator::EnergyBalance) is off by less
+//! than 4·10⁻² of the motion's own energy in shocks and 10⁻³ elsewhere; sleep moves nothing by more than its distance;
+//! friction is regularised by 10⁻⁹ of a contact's own response. What rounding leaves is allowed ten thousandfold.
+
+use super::run::{Case, Moment, Part};
+use super::{Choices, Form, G, Other, RATE, paired};
+use nalgebra::Vector3;
+use taut_integrator::StepError;
+use taut_model::SceneError;
+
+/// What was violated: in which step, from 0, and with which numbers.
+#[derive(Debug, Clone)]
+pub struct Violation {
+    /// Its name in the table.
+    pub invariant: &'static str,
+    /// The step.
+    pub step: usize,
+    /// The numbers.
+    pub numbers: String,
+}
+
+/// A step and its numbers, where an invariant is violated.
+pub(crate) type Fault = Option<(usize, String)>;
+
+/// An invariant, and its name as a sentence.
+pub(crate) type Invariant = (&'static str, fn(&Case) -> Fault);
+
+/// All of them, those of one run first.
+pub(crate) const ALL: [Invariant; 20] = [
+    ("a run ends neither unstable nor undecided", ends_well),
+    ("states and energies are numbers", is_finite),
+    (
+        "no energy comes from nowhere, by the step's own balance",
+        balance,
+    ),
+    (
+        "a scene that nothing drives gains no energy",
+        passive_energy,
+    ),
+    ("no bounce of a single body gains energy", bounce_energy),
+    ("a ball comes up to e² of its drop", rebound),
+    ("a slack rope carries nothing, and no rope pushes", slack),
+    ("a taut rope is stretched by what it carries", stretch),
+    ("what slips from part to part is not lost", lengths),
+    ("tensions at a sheave are within e^(±μθ)", cone_of_sheaves),
+    ("friction of sheaves takes energy away", work_of_sheaves),
+    ("friction of contacts is within its cone", cone_of_contacts),
+    ("friction of contacts takes energy away", work_of_contacts),
+    ("impulses are what changes the momentum", momentum),
+    ("what rides on a turntable stays where it is", ride),
+    ("a pushed cable does not read as pulled", pushed),
+    (
+        "a run that is saved midway goes on with the same bits",
+        paired::saved,
+    ),
+    ("the estimate does not change the run", paired::estimated),
+    ("asleep and awake are within a millimetre", paired::asleep),
+    (
+        "smaller steps do not move away from the answer",
+        paired::refined,
+    ),
+];
+
+/// What came of choices.
+#[derive(Debug)]
+pub enum Outcome {
+    /// All invariants hold.
+    Sound(Box<Case>),
+    /// With a typed error.
+    Refused(String),
+    /// One does not.
+    Violated(Violation),
+}
+
+/// Runs the choices and judges all invariants, in their order, to the first that is violated.
+#[must_use]
+pub fn judge(choices: &Choices) -> Outcome {
+    let judged = std::panic::catch_unwind(|| judged(choices));
+    judged.unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+        Outcome::Violated(Violation {
+            invariant: "nothing panics",
+            step: 0,
+            numbers: text.unwrap_or_default(),
+        })
+    })
+}
+
+fn judged(choices: &Choices) -> Outcome {
+    let case = match Case::of(choices) {
+        Ok(case) => case,
+        Err(error) => return refused(choices, &error),
+    };
+    if case.run.steps.is_empty() {
+        let error = case.run.error.as_ref();
+        return Outcome::Refused(error.map_or_else(String::new, ToString::to_string));
+    }
+    for (invariant, holds) in ALL {
+        if let Some((step, numbers)) = holds(&case) {
+            return Outcome::Violated(Violation {
+                invariant,
+                step,
+                numbers,
+            });
+        }
+    }
+    Outcome::Sound(Box::new(case))
+}
+
+/// A typed error is fine, but for what the documentation allows.
+fn refused(choices: &Choices, error: &StepError) -> Outcome {
+    let of_link =
+        matches!(error, StepError::Scene(SceneError::UnknownJoint { name, .. }) if name == "link");
+    let text = error.to_string();
+    if choices.attach.is_some() && (of_link || text.contains("`link`")) {
+        return Outcome::Violated(Violation {
+            invariant: "an event lets go what another one attached",
+            step: 0,
+            numbers: text,
+        });
+    }
+    Outcome::Refused(text)
+}
+
+fn ends_well(case: &Case) -> Fault {
+    let error = case.run.error.as_ref()?;
+    if case.choices.load.mass > 1e12 {
+        return None;
+    }
+    let lost = matches!(
+        error,
+        StepError::NonFinite { .. } | StepError::EnergyGain { .. } | StepError::Solve { .. }
+    );
+    lost.then(|| (case.run.steps.len(), error.to_string()))
+}
+
+/// The first step for which `of` gives numbers.
+fn first(case: &Case, of: impl Fn(usize, &Moment) -> Option<String>) -> Fault {
+    let steps = case.run.steps.iter().enumerate();
+    steps.filter_map(|(n, m)| Some((n, of(n, m)?))).next()
+}
+
+fn is_finite(case: &Case) -> Fault {
+    first(case, |_, m| {
+        let all = m.bodies.position.iter().chain(&m.bodies.velocity);
+        let finite = all.flatten().all(|x| x.is_finite());
+        let balance = m.report.balance?;
+        let sums = [balance.gained, balance.work, balance.excess];
+        (!finite || !sums.iter().all(|x| x.is_finite())).then(|| format!("{balance:?}"))
+    })
+}
+
+/// Whether a rope closed or opened, a drum slipped, shapes met, an event fired or the guard stepped in up to step `n`.
+fn shocked(case: &Case, n: usize) -> bool {
+    let steps = &case.run.steps[..=n];
+    let place = |p: &Part| (p.tension > 0.0, p.tension >= p.holds * (1.0 - 1e-9));
+    let taut = |m: &Moment| m.parts.iter().map(place).collect::<Vec<_>>();
+    let other = |pair: &[Moment]| {
+        taut(&pair[0]) != taut(&pair[1])
+            || pair[0].report.contacts.touching != pair[1].report.contacts.touching
+    };
+    let sudden = |m: &Moment| m.report.redone || m.report.events > 0 || m.report.undecided > 0;
+    steps.iter().any(sudden) || steps.windows(2).any(other)
+}
+
+/// Documented accuracy of the balance in shocks, and elsewhere.
+const SHOCK: f64 = 4e-2;
+const SMOOTH: f64 = 1e-3;
+
+/// Part of the energy of its rope's ringing that a step does not see: velocities half a step before and after have a mean
+/// that is less by (Ω Δt)²/8.
+fn rings(case: &Case) -> f64 {
+    let masses = case
+        .scene
+        .dynamic_bodies()
+        .map(|i| case.scene.bodies.mass[i]);
+    let lightest = masses.fold(f64::INFINITY, f64::min);
+    let steps = case.run.steps.first().into_iter().flat_map(|m| &m.parts);
+    let stiffness: f64 = steps.map(|p| 1.0 / p.compliance.max(1e-300)).sum();
+    (0.25 * stiffness / lightest / (RATE * RATE)).min(1.0)
+}
+
+fn balance(case: &Case) -> Fault {
+    first(case, |n, m| {
+        let balance = m.report.balance?;
+        let rough = balance.excess > SMOOTH && (rings(case) > SMOOTH || shocked(case, n));
+        let most = if rough { SHOCK } else { SMOOTH };
+        (balance.excess > most).then(|| format!("{balance:?}, allowed {most:e}"))
+    })
+}
+
+/// Kinetic energy and that of taut ropes without mass at the beginning of step `n` \[J], and both with that of gravity.
+fn energy(case: &Case, n: usize) -> (f64, f64) {
+    let (before, after) = (case.before(n), &case.run.steps[n].bodies);
+    // Velocities stand half a sub-step before the beginning; the first are given there.
+    let part = match n {
+        0 => 0.0,
+        _ => 0.5 / case.choices.steps.substeps as f64,
+    };
+    let mut middle = case.scene.clone();
+    middle.bodies = before.clone();
+    for i in middle.dynamic_bodies().collect::<Vec<_>>() {
+        let bodies = &mut middle.bodies;
+        bodies.velocity[i] += (after.velocity[i] - before.velocity[i]) * part;
+        bodies.angular_velocity[i] +=
+            (after.angular_velocity[i] - before.angular_velocity[i]) * part;
+    }
+    let now = &case.run.steps[n];
+    // By its path and by its force, the lesser: a stiff rope rings in its path, a damper pulls besides.
+    let stored = |p: &Part| {
+        let tension = now.part(&p.name).map_or(0.0, |p| p.tension.max(0.0));
+        let by_path = 0.5 * p.phi.max(0.0).powi(2) / p.compliance.max(1e-300);
+        by_path.min(0.5 * p.compliance * tension * tension)
+    };
+    let parts = n.checked_sub(1).map(|last| &case.run.steps[last].parts);
+    let elastic: f64 = match parts {
+        Some(parts) => parts.iter().map(stored).sum(),
+        None => case.stretched,
+    };
+    let kinetic = middle.kinetic_energy();
+    (
+        kinetic + elastic,
+        kinetic + middle.potential_energy() + elastic,
+    )
+}
+
+/// Whether shapes press on each other in the step, or did in one of its neighbours, so that velocities jump there.
+fn touches(case: &Case, n: usize) -> bool {
+    let near = case.run.steps[n.saturating_sub(1)..].iter().take(3);
+    near.flat_map(|m| &m.contacts).any(|c| c.force.norm() > 0.0)
+}
+
+/// Beyond the balance's accuracy: a tenth of a millimetre of the scene's weight, as far as surfaces give way.
+fn passive_energy(case: &Case) -> Fault {
+    let c = &case.choices;
+    let massless = c.rope.as_ref().is_none_or(|r| r.segments.is_none());
+    if !c.is_passive() || !massless || c.load.mass > 1e12 {
+        return None;
+    }
+    let compression = |m: &Moment| {
+        m.contacts
+            .iter()
+            .map(|c| c.gap.abs() * c.force.norm())
+            .sum()
+    };
+    let (start, mut scale, mut shock) = (energy(case, 0), 0.0_f64, false);
+    let (rings, mut stored) = (rings(case), case.stretched);
+    let weight = case.scene.mass() * G;
+    for n in 1..case.run.steps.len() {
+        let m = &case.run.steps[n];
+        shock |= m.report.redone || m.report.events > 0;
+        let blows = c.restitution > 0.0 && touches(case, n);
+        if blows || m.report.redone || m.report.asleep {
+            continue;
+        }
+        let (kinetic, total) = energy(case, n);
+        scale = scale.max(kinetic).max(start.0);
+        let sudden = shock || rings > SMOOTH || shocked(case, n);
+        let part = if sudden { SHOCK } else { SMOOTH };
+        let pressed: f64 = compression(m);
+        let elastic = m
+            .parts
+            .iter()
+            .map(|p| 0.5 * p.compliance * p.tension * p.tension);
+        stored = stored.max(elastic.sum());
+        let allowed = part * scale + 1e-5 * weight + pressed + rings * stored;
+        let gain = total - start.1;
+        if gain > allowed {
+            return Some((
+                n,
+                format!("{gain:.3e} J above the start, allowed {allowed:.3e} J"),
+            ));
+        }
+    }
+    None
+}
+
+/// A body by itself above the ground.
+fn is_single(c: &Choices) -> bool {
+    c.rope.is_none() && c.other.is_none() && c.attach.is_none() && c.ground.is_some()
+}
+
+/// Whether the load flies freely through step `n`: gravity alone changes its velocity.
+fn flies(case: &Case, n: usize) -> bool {
+    let (load, after) = (case.load(), &case.run.steps[n].bodies);
+    let change = after.velocity[load] - case.before(n).velocity[load];
+    // The first velocities stand at the beginning of the step, later ones half a sub-step before.
+    let part = if n == 0 {
+        1.0 - 0.5 / case.choices.steps.substeps as f64
+    } else {
+        1.0
+    };
+    (change - case.scene.gravity * (part / RATE)).norm() < 1e-6
+}
+
+fn bounce_energy(case: &Case) -> Fault {
+    if !is_single(&case.choices) {
+        return None;
+    }
+    let c = &case.choices;
+    // Measured from the body's lowest place.
+    let floor = case.scene.mass() * G * lowest(case);
+    let mut last = energy(case, 0).1 - floor;
+    for n in 1..case.run.steps.len() {
+        if !flies(case, n) {
+            continue;
+        }
+        let now = energy(case, n).1 - floor;
+        if now > last * (1.0 + SMOOTH) + 1e-4 * c.weight() {
+            return Some((
+                n,
+                format!("{now:.4e} J after {last:.4e} J: {:.4}", now / last),
+            ));
+        }
+        last = now;
+    }
+    None
+}
+
+/// Least height of the load's centre \[m].
+fn lowest(case: &Case) -> f64 {
+    let load = case.load();
+    let heights = case.run.steps.iter().map(|m| m.bodies.position[load].z);
+    heights.fold(f64::INFINITY, f64::min)
+}
+
+/// Of its first bounce: within a hundredth, and what the surface gives way by.
+fn rebound(case: &Case) -> Fault {
+    let c = &case.choices;
+    let ground = c.ground.filter(|g| g.slope == 0.0)?;
+    if !is_single(c) || c.load.form != Form::Ball || c.load.turned != [0.0; 2] {
+        return None;
+    }
+    let [_, _, up] = c.load.velocity;
+    let drop = ground.below + up * up / (2.0 * G);
+    let load = case.load();
+    let rest = case.scene.bodies.position[load].z - ground.below;
+    let hit = (0..case.run.steps.len()).find(|n| !flies(case, *n))?;
+    let flight = (hit + 1..case.run.steps.len()).take_while(|n| flies(case, *n));
+    let flight = flight.map(|n| &case.run.steps[n]);
+    // By its energy: it may come up higher between two steps. Velocities stand half a sub-step before the end.
+    let half = 0.5 / (RATE * c.steps.substeps as f64);
+    let apex = flight.map(|m| {
+        let speed = m.bodies.velocity[load].z - G * half;
+        m.bodies.position[load].z - rest + 0.5 * speed * speed / G
+    });
+    let apex = apex.fold(0.0, f64::max);
+    let expected = c.restitution * c.restitution * drop;
+    // What the step moves in the time of a blow: it knows the time of the blow to a step of free fall.
+    let fall = G / (RATE * RATE);
+    let allowed = 0.01 * drop + 1e-10 * c.weight() + fall * half * RATE;
+    let off = (apex - expected).abs();
+    (drop > 0.05 && off > allowed).then(|| {
+        let text = format!("apex {apex:.4} m, e² h = {expected:.4} m, h = {drop:.4} m");
+        (hit, text)
+    })
+}
+
+/// The part in the three states before the end of step `n`, latest last.
+fn history<'a>(case: &'a Case, n: usize, part: &'a Part) -> Option<[&'a Part; 4]> {
+    let steps = &case.run.steps[n.checked_sub(3)?..=n];
+    if steps
+        .iter()
+        .any(|m| m.report.events > 0 || m.report.implicit_substeps > 0)
+    {
+        return None;
+    }
+    let of = |k: usize| steps[k].part(&part.name);
+    Some([of(0)?, of(1)?, of(2)?, part])
+}
+
+/// The mean of past and future gaps that the third-difference scheme takes, [`taut_integrator::Scheme`].
+fn mean_gap(phi: [f64; 4]) -> f64 {
+    let [a, b, c, d] = phi;
+    c + 0.5 * (d - 2.0 * c + b) - 0.1 * (d - 3.0 * c + 3.0 * b - a)
+}
+
+fn slack(case: &Case) -> Fault {
+    let noise = 1e-9 * case.choices.weight().min(1e12);
+    first(case, |n, m| {
+        m.parts.iter().find_map(|part| {
+            if part.tension < -noise {
+                return Some(format!("{part:?} pushes"));
+            }
+            if case.choices.steps.substeps > 1 || m.report.asleep {
+                return None;
+            }
+            let phi = history(case, n, part)?.map(|p| p.phi);
+            // What crosses its length within a step takes the mean of a hat about t for its gap, up to a sixth of its way in a
+            // step, besides what the scheme adds for the gaps before and after.
+            let way = (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs());
+            let crosses = phi[2] > -way;
+            let beside = mean_gap(phi) - if crosses { phi[2] } else { 0.0 };
+            let most = beside.max(0.0) + if crosses { way / 6.0 } else { 0.0 };
+            let open = phi[2] < 0.0 && phi[3] < 0.0 && part.compliance * part.tension > most + 1e-9;
+            let rigid = part.compliance == 0.0 && phi[2] < -way - 1e-6;
+            let open = open && part.compliance > 0.0;
+            (part.tension > noise && (open || rigid)).then(|| {
+                format!(
+                    "`{}` carries {:.4e} N while {:.3e} m, then {:.3e} m longer than its path (τ = {} s)",
+                    part.name, part.tension, -phi[2], -phi[3], part.damping
+                )
+            })
+        })
+    })
+}
+
+/// By how much a path is longer at the end of step `n` than its rates say, twofold: of points that go round in a circle \[m].
+fn turning(case: &Case, n: usize) -> f64 {
+    let bodies = &case.run.steps[n].bodies;
+    let length = case.choices.rope.as_ref().map_or(1.0, |r| r.length);
+    let squares = bodies.velocity.iter().zip(&bodies.angular_velocity);
+    let squares = squares.map(|(v, w)| v.norm_squared() / (0.5 * length) + 0.25 * w.norm_squared());
+    squares.fold(0.0, f64::max) / (RATE * RATE)
+}
+
+/// ε T = φ̄ + τ φ̇ of a taut part whose drum holds, to how far φ moved in the last steps.
+fn stretch(case: &Case) -> Fault {
+    if case.choices.steps.substeps > 1 || case.choices.load.mass > 1e12 {
+        return None;
+    }
+    first(case, |n, m| {
+        m.parts.iter().find_map(|part| {
+            let history = history(case, n, part)?;
+            let slips = part.tension >= part.holds * (1.0 - 1e-9);
+            if m.report.asleep || slips || history.iter().any(|p| p.tension <= 0.0) {
+                return None;
+            }
+            let phi = history.map(|p| p.phi);
+            let [least, most] = [f64::min, f64::max].map(|f| phi.into_iter().reduce(f).unwrap_or(0.0));
+            let law = part.compliance * part.tension;
+            let found = mean_gap(phi) + part.damping * (phi[3] - phi[2]) * RATE;
+            let moved = (most - least) * (1.0 + part.damping * RATE);
+            let allowed = 1e-6 + 1e-6 * law + moved + turning(case, n) * (1.0 + part.damping * RATE);
+            ((law - found).abs() > allowed).then(|| {
+                format!(
+                    "`{}`: ε T = {law:.3e} m of {:.3e} N, path less length and damping {found:.3e} m, moved {moved:.1e} m",
+                    part.name, part.tension
+                )
+            })
+        })
+    })
+}
+
+/// The parts' lengths add up to the same, but for what winches and slipping drums pay out.
+fn lengths(case: &Case) -> Fault {
+    if case.choices.rope.as_ref()?.winch.is_some() {
+        return None;
+    }
+    let sum = |m: &Moment| m.parts.iter().map(|p| p.length).sum::<f64>();
+    first(case, |n, m| {
+        let last = &case.run.steps[n.checked_sub(1)?];
+        let (before, after) = (sum(last), sum(m));
+        let same = last.parts.len() == m.parts.len() && m.report.events == 0;
+        (same && (after - before).abs() > 1e-9 * after.max(1.0))
+            .then(|| format!("{before} m, then {after} m"))
+    })
+}
+
+/// Tensions before and after a sheave, its slip and grip.
+fn at_sheaves(m: &Moment) -> impl Iterator<Item = (f64, f64, f64, f64)> + '_ {
+    let tension = |name: &String| m.part(name).map(|p| p.tension);
+    m.wheels
+        .iter()
+        .filter_map(move |w| Some((tension(&w.parts[0])?, tension(&w.parts[1])?, w.slip, w.grip)))
+}
+
+fn cone_of_sheaves(case: &Case) -> Fault {
+    let noise = 1e-6 * case.choices.weight();
+    first(case, |n, m| {
+        // The grip is that of the beginning of the step.
+        let wheels = &case.run.steps[n.saturating_sub(1)].wheels;
+        if n == 0 || wheels.len() != m.wheels.len() || m.report.undecided > 0 {
+            return None;
+        }
+        at_sheaves(m)
+            .zip(wheels)
+            .find_map(|((before, after, slip, grip), last)| {
+                let grip = grip.max(last.grip) * (1.0 + 1e-6);
+                let beyond = before > grip * after + noise || after > grip * before + noise;
+                beyond.then(|| {
+                    format!("{before:.6e} and {after:.6e} N, e^μθ = {grip}, slip {slip:e} m/s")
+                })
+            })
+    })
+}
+
+/// What slips forwards is pulled forwards: the part after the sheave is strained more, by all that friction can hold.
+fn work_of_sheaves(case: &Case) -> Fault {
+    let weight = case.choices.weight();
+    first(case, |_, m| {
+        at_sheaves(m).find_map(|(before, after, slip, _)| {
+            let power = (before - after) * slip;
+            (power > 1e-9 * weight * slip.abs().max(1e-6) && slip.abs() > 1e-9)
+                .then(|| format!("{before:.6e} and {after:.6e} N, slip {slip:e} m/s: {power:e} W"))
+        })
+    })
+}
+
+fn cone_of_contacts(case: &Case) -> Fault {
+    let (noise, friction) = (1e-6 * case.choices.weight(), case.choices.friction);
+    first(case, |_, m| {
+        if m.report.undecided > 0 || m.report.contacts.softened > 0 {
+            return None;
+        }
+        m.contacts.iter().find_map(|c| {
+            let normal = c.force.dot(&c.normal);
+            let across = (c.force - c.normal * normal).norm();
+            let beyond = normal < -noise || across > friction * normal * (1.0 + 1e-6) + noise;
+            beyond.then(|| format!("normal {normal:e} N, friction {across:e} N, μ = {friction}"))
+        })
+    })
+}
+
+/// With the velocities of the end at the places of the beginning, as the step has them; blows have another end.
+fn work_of_contacts(case: &Case) -> Fault {
+    let c = &case.choices;
+    if c.restitution > 0.0 || c.steps.substeps > 1 {
+        return None;
+    }
+    let weight = c.weight();
+    let of_ball = |other| {
+        matches!(
+            other,
+            Other::Under {
+                form: Form::Ball,
+                ..
+            }
+        )
+    };
+    let is_ball = c.load.form == Form::Ball && c.other.is_none_or(of_ball);
+    first(case, |n, m| {
+        if m.report.undecided > 0 || m.report.implicit_substeps > 0 || m.report.asleep {
+            return None;
+        }
+        let (before, after) = (case.before(n), &m.bodies);
+        let at = |body: Option<usize>, point: &Vector3<f64>| match body {
+            Some(i) => {
+                after.velocity[i] + after.angular_velocity[i].cross(&(point - before.position[i]))
+            }
+            None => Vector3::zeros(),
+        };
+        let alone = m.contacts.iter().filter(|c| c.partners == [None; 2]);
+        alone.clone().find_map(|c| {
+            let [first, second] = c.bodies;
+            let slip = at(first, &c.point) - at(second, &(c.point - c.normal * c.gap));
+            let slip = slip - c.normal * c.normal.dot(&slip);
+            let across = c.force - c.normal * c.normal.dot(&c.force);
+            let power = across.dot(&slip);
+            // The step turns what it has solved for with the body, but for balls.
+            let turned = |i: usize| after.angular_velocity[i].norm_squared() * 0.5 / RATE;
+            let turned: f64 = c.bodies.into_iter().flatten().map(turned).sum();
+            let turned = if is_ball { 0.0 } else { turned };
+            let allowed = across.norm() * (1e-6 * slip.norm() + turned) + 1e-9 * weight;
+            (power > allowed).then(|| {
+                format!(
+                    "friction {:e} N, slip {:e} m/s: {power:e} W",
+                    across.norm(),
+                    slip.norm()
+                )
+            })
+        })
+    })
+}
+
+/// m Δv of each body against gravity, constraints and contacts: to the angle that ropes turn by in the step.
+fn momentum(case: &Case) -> Fault {
+    let c = &case.choices;
+    // The rope's part of a blow is in no force.
+    let struck = c.restitution > 0.0 && c.rope.is_some();
+    if c.steps.substeps > 1 || c.load.mass > 1e12 || struck {
+        return None;
+    }
+    let gravity = case.scene.gravity;
+    let held = case
+        .scene
+        .constraints
+        .iter()
+        .any(|c| c.frames().iter().any(|f| f.body_index().is_none()));
+    first(case, |n, m| {
+        let before = case.before(n);
+        let sudden = m.report.implicit_substeps > 0 || m.report.events > 0 || m.report.asleep;
+        // The first step begins at the velocities' own time.
+        if sudden || n == 0 || before.len() != m.bodies.len() {
+            return None;
+        }
+        let mut left = Vector3::zeros();
+        let mut scale = 0.0;
+        for i in case.scene.dynamic_bodies().filter(|i| *i < m.forces.len()) {
+            let mass = m.bodies.mass[i];
+            let change = (m.bodies.velocity[i] - before.velocity[i]) * mass * RATE;
+            left += change - gravity * mass - m.forces[i];
+            let turn = (m.bodies.position[i] - before.position[i]).norm()
+                + m.bodies.angular_velocity[i].norm() / RATE;
+            let moves = m.bodies.velocity[i].norm() * mass * RATE;
+            let angle = if held { (10.0 * turn).min(2.0) } else { 0.0 };
+            scale += m.forces[i].norm() * (angle + 1e-9) + 1e-10 * (moves + mass * G);
+        }
+        (left.norm() > scale)
+            .then(|| format!("{:.3e} N left over, allowed {scale:.3e} N", left.norm()))
+    })
+}
+
+/// Where friction holds it with room to spare: a circle in steps is one to the second order.
+fn ride(case: &Case) -> Fault {
+    let c = &case.choices;
+    let Some(Other::Turntable { rate, radius }) = c.other else {
+        return None;
+    };
+    if rate * rate * radius > 0.7 * c.friction * G || c.attach.is_some() {
+        return None;
+    }
+    let (load, time) = (case.load(), case.run.steps.len() as f64 / RATE);
+    let last = case.run.steps.last()?;
+    let centre = case.scene.bodies.position[case.scene.body("table").ok()?];
+    let arm = (last.bodies.position[load] - centre).xy().norm();
+    let allowed = radius * (rate / RATE).powi(2) * rate * time + 1e-5 * radius;
+    let off = (arm - radius).abs();
+    (off > allowed).then(|| {
+        let text =
+            format!("{off:.3e} m outwards at {rate} rad/s and {radius} m, allowed {allowed:.1e} m");
+        (case.run.steps.len(), text)
+    })
+}
+
+/// The joint at the load tells a pull although the segment above is pushed, or a cable breaks in compression.
+fn pushed(case: &Case) -> Fault {
+    let weight = case.choices.weight();
+    first(case, |n, m| {
+        if let Some([told, within, _]) = m.column
+            && within < -0.1 * weight
+            && told > 0.1 * weight
+        {
+            return Some(format!(
+                "tension {told:.3e} N told, {within:.3e} N in the last segment"
+            ));
+        }
+        let broken = m.fired.iter().any(|name| name.contains("breaks"));
+        let [.., most] = case.run.steps[n.checked_sub(1)?].column?;
+        (broken && most < 0.0).then(|| format!("{:?} at {most:.3e} N at most", m.fired))
+    })
+}
+
+/// The order that a case converges with where nothing is sudden in it and its steps resolve what it does: the logarithm of
+/// how many times less the second halving of the step changes than the first.
+#[must_use]
+pub fn order(case: &Case) -> Option<f64> {
+    let steps = case.run.steps.len().checked_sub(1)?;
+    let [first, second] = (*case.halvings.get()?)?;
+    let smooth = !shocked(case, steps) && case.run.steps[0].report.contacts.touching == 0;
+    (smooth && second > 1e-9).then(|| (first / second).log2())
+}

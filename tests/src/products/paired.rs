@@ -1,0 +1,133 @@
+//! Invariants of two runs of the same choices.
+
+use super::invariants::Fault;
+use super::run::{Case, Run, options, sleep, steps};
+use super::{Choices, RATE, scene};
+use nalgebra::Vector3;
+use taut_integrator::{StepOptions, Stepper};
+
+/// Contacts beyond which a scene is not run with shorter steps.
+const MANY: usize = 8;
+
+/// The first step in which two runs differ in a bit.
+fn differs(a: &Run, b: &Run, from: usize) -> Fault {
+    let steps = a.steps[from..].iter().zip(&b.steps);
+    let mut other = steps.enumerate().filter(|(_, (a, b))| a.bits != b.bits);
+    let found = other.next().map(|(n, (a, b))| {
+        let k = a.bits.iter().zip(&b.bits).position(|(a, b)| a != b);
+        let text = format!("number {k:?} of {} and {}", a.bits.len(), b.bits.len());
+        (from + n, text)
+    });
+    let ends = (a.steps.len() - from, b.steps.len());
+    found.or_else(|| (ends.0 != ends.1).then(|| (from + ends.0, format!("{ends:?} steps"))))
+}
+
+fn again(case: &Case, options: StepOptions, steps: usize) -> Option<Run> {
+    let stepper = Stepper::new(case.scene.clone(), options).ok()?;
+    Some(Run::of(stepper, steps))
+}
+
+pub(super) fn saved(case: &Case) -> Fault {
+    let half = case.run.steps.len() / 2;
+    let mut stepper = Stepper::new(case.scene.clone(), options(&case.choices)).ok()?;
+    for _ in 0..half {
+        stepper.step().ok()?;
+    }
+    let restored = stepper.save().and_then(Stepper::restore);
+    match restored {
+        Ok(restored) => differs(&case.run, &Run::of(restored, steps() - half), half),
+        Err(error) => Some((half, error.to_string())),
+    }
+}
+
+pub(super) fn estimated(case: &Case) -> Fault {
+    let own = options(&case.choices);
+    let other = StepOptions {
+        estimate: own.estimate.is_none().then_some(2),
+        ..own
+    };
+    differs(&case.run, &again(case, other, steps())?, 0)
+}
+
+/// What creeps may go on by the distance in each period; what moves with a period of more than that of sleep is none.
+pub(super) fn asleep(case: &Case) -> Fault {
+    let own = options(&case.choices);
+    let (sleeps, distance) = (own.sleep.is_some(), sleep().distance);
+    let other = StepOptions {
+        sleep: (!sleeps).then(sleep),
+        ..own
+    };
+    let other = again(case, other, steps())?;
+    let slept = if sleeps { &case.run } else { &other };
+    let since = slept.steps.iter().position(|m| m.report.asleep)?;
+    let allowed = |n: usize| {
+        let time = n.saturating_sub(since) as f64 / RATE;
+        distance * (time / sleep().period).max(1.0)
+    };
+    let pairs = case.run.steps.iter().zip(&other.steps).enumerate();
+    let off = pairs.map(|(n, (a, b))| {
+        let places = a.bodies.position.iter().zip(&b.bodies.position);
+        (n, places.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max))
+    });
+    let mut beyond = off.filter(|(n, off)| *off > allowed(*n));
+    beyond
+        .next()
+        .map(|(n, off)| (n, format!("{off:.3e} m apart")))
+}
+
+/// Where the load ends with steps so many times as short, and from a place moved by so much.
+fn end(choices: &Choices, finer: usize, moved: f64) -> Option<Vector3<f64>> {
+    let mut scene = scene::build(choices).ok()?;
+    let load = scene.load?;
+    scene.bodies.position[load] += Vector3::new(0.6, 0.0, 0.8) * moved;
+    let options = StepOptions {
+        dt: 1.0 / (RATE * finer as f64),
+        estimate: None,
+        sleep: None,
+        substeps: 1,
+        ..options(choices)
+    };
+    let mut stepper = Stepper::new(scene, options).ok()?;
+    for _ in 0..steps() * finer {
+        stepper.step().ok()?;
+    }
+    Some(stepper.scene().bodies.position[load])
+}
+
+/// Distances of the ends of runs with Δt, Δt/2 and Δt/4 \[m], where no small change of the start becomes a large one.
+fn refinements(choices: &Choices) -> Option<[f64; 2]> {
+    let [coarse, middle, fine] = [1, 2, 4].map(|finer| end(choices, finer, 0.0));
+    let (coarse, middle, fine) = (coarse?, middle?, fine?);
+    let apart = 1e-7;
+    let chaos = (end(choices, 4, apart)? - fine).norm() / apart;
+    (chaos < 10.0).then(|| [(coarse - middle).norm(), (middle - fine).norm()])
+}
+
+/// Of motions that do not amplify a change: what halving the steps once more changes is no more than twice what it changed
+/// at first, and as far as things go in half a step where shapes meet or ropes close within one.
+pub(super) fn refined(case: &Case) -> Fault {
+    // Times of bounces are known to a step. Ten runs more of faces on faces would take seconds.
+    let bounces = case.choices.restitution > 0.0;
+    if bounces || case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
+        return None;
+    }
+    let [first, second] = (*case.halvings.get_or_init(|| refinements(&case.choices)))?;
+    let load = case.load();
+    let speeds = case
+        .run
+        .steps
+        .iter()
+        .map(|m| m.bodies.velocity[load].norm());
+    // What rings faster than a step is not resolved.
+    let rings = case
+        .choices
+        .rope
+        .as_ref()
+        .map_or(0.0, |r| 2.0 * r.strain * r.length);
+    let allowed = 2.0 * first + 1e-5 + rings + 0.5 / RATE * speeds.fold(0.0, f64::max);
+    (second > allowed).then(|| {
+        let text =
+            format!("{first:.3e} m by the first halving of the step, {second:.3e} m by the second");
+        (steps(), text)
+    })
+}
