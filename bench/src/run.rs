@@ -1,5 +1,6 @@
 //! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
+mod load_error;
 mod text;
 
 pub use text::{CSV_HEADING, csv_line, text};
@@ -169,6 +170,9 @@ pub struct Summary {
     /// The diagonal of the box that the load moved in \[m].
     #[serde(skip)]
     pub extent: f64,
+    /// The diagonal of the box around what the scene holds at the end \[m].
+    #[serde(skip)]
+    pub size: f64,
     /// What winches and the rules of cables did, where there are rules or something was done.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<Resolved>,
@@ -378,9 +382,14 @@ pub fn substeps_within(
         if fixed > tolerance {
             return Err(format!(
                 "sub-steps do not help: of the load's error {:.1e} mm are of the polygon that the segments make and {:.1e} mm \
-                 of the linear algebra: use more segments, or a direct solver",
+                 of the linear algebra: {}",
                 1e3 * error.segments,
-                1e3 * error.algebra
+                1e3 * error.algebra,
+                if error.segments >= error.algebra {
+                    "use more segments"
+                } else {
+                    "use a direct solver, or more refinements"
+                }
             ));
         }
         if 2 * options.substeps > MOST_SUBSTEPS {
@@ -540,6 +549,7 @@ fn summary(
         error: tally.last.and_then(|s| s.error),
         resolved: Some(tally.resolved).filter(|r| r.segments + r.splits + r.merges > 0),
         extent: tally.corners.map_or(0.0, |[a, b]| (b - a).norm()),
+        size: load_error::size(scene, stepper.time()),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
         notes: begun
