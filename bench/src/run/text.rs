@@ -3,6 +3,7 @@
 use super::{Summary, load_error};
 use std::fmt::Write;
 use std::io;
+use taut_ground::openings::Opening;
 use taut_ground::trajectory::Sample;
 
 /// How the run ended, in a line.
@@ -28,6 +29,10 @@ fn verdict(s: &Summary) -> String {
             "stable, but {} steps left undecided which cables are slack, which motors at their limits, or which contacts \
              carry what",
             s.undecided_steps
+        ),
+        None if let Some(opening) = &s.unexplained_gap => format!(
+            "stable, but `{}` was open by {:.1e} m more than its force explains at t = {:.3} s: smaller steps lessen it",
+            opening.joint, opening.gap_m, opening.time
         ),
         None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
         None => "stable".to_owned(),
@@ -146,9 +151,9 @@ pub fn text(s: &Summary) -> String {
         }
         _ => "none: no joint, link or cable holds it".to_owned(),
     };
-    let gap = match &s.widest {
-        Some(name) => format!(
-            "{:.3e} m, of `{name}`: open or stretched",
+    let gap = match &s.largest_gap {
+        Some(Opening { joint, time, .. }) => format!(
+            "{:.3e} m, of `{joint}` at t = {time:.3} s: open or stretched",
             s.max_violation_m
         ),
         None => format!("{:.3e} m", s.max_violation_m),
