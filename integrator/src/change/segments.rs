@@ -82,11 +82,15 @@ impl Edit {
                     let half = 0.5 * self.scene.segment_length(at.0, at.1).unwrap_or(0.0);
                     if let Some(split) = self.scene.split_segment(at, half, self.time) {
                         self.part(&split, &mut done);
+                        let parts = split.bodies.map(|body| self.ids.of_body(body));
+                        self.reshaped.extend(parts);
                         more += 1;
                     }
                 } else if let Some(merged) = self.scene.merge_segments(at, self.time) {
                     self.note(&merged, &mut done);
                     let parts = &mut self.scene.cables[*cable];
+                    let whole = parts.bodies[at.1];
+                    self.reshaped.push(self.ids.of_body(whole));
                     parts.bodies.retain(|body| *body != merged.body);
                     parts.joints.retain(|joint| *joint != merged.joint);
                     more -= 1;
@@ -162,6 +166,17 @@ impl Stepper {
             if let Ok(joint) = before.ids.constraint(*joint) {
                 let rates = &before.history.rate[before.pieces.rows.row_range(joint)];
                 self.remember(rates, *around);
+            }
+        }
+    }
+
+    /// Segments with another centre have a past like the present: which part of them has kept the number is no matter.
+    pub(super) fn begin_past_of(&mut self, segments: &[BodyId]) {
+        for segment in segments {
+            if let Ok(i) = self.ids.body(*segment) {
+                let now = self.scene.bodies.rates(i);
+                self.pieces.v.set(i, now);
+                self.history.v.set(i, now);
             }
         }
     }

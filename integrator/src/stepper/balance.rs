@@ -425,6 +425,8 @@ impl Stepper {
 
 #[cfg(test)]
 mod tests_contacts;
+#[cfg(test)]
+mod tests_endless;
 
 #[cfg(test)]
 mod tests {
