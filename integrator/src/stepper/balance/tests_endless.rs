@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use taut_model::{Body, Constraint, Frame, RowLaw, Scene, Spherical};
 
 /// A point of this mass (kg) on a joint of this compliance (m/N), which moves at this speed (m/s).
-fn hung(mass: f64, compliance: f64, speed: f64) -> Stepper {
+fn hung(mass: f64, compliance: f64, speed: f64, energy_tolerance: Option<f64>) -> Stepper {
     let mut scene = Scene::new("hung");
     scene.gravity.z = -9.81;
     let mut point = Body::particle(mass);
@@ -20,7 +20,7 @@ fn hung(mass: f64, compliance: f64, speed: f64) -> Stepper {
     };
     scene.add_constraint("joint", Constraint::Spherical(joint), 0);
     let options = StepOptions {
-        energy_tolerance: Some(0.2),
+        energy_tolerance,
         guard: None,
         ..StepOptions::default()
     };
@@ -31,7 +31,7 @@ fn hung(mass: f64, compliance: f64, speed: f64) -> Stepper {
 #[test]
 fn a_rigid_joint_stores_nothing_however_large_its_force() {
     for mass in [1.0, 1e150, 1e153, 1e154, 1e155] {
-        let mut stepper = hung(mass, 0.0, 0.0);
+        let mut stepper = hung(mass, 0.0, 0.0, None);
         for _ in 0..20 {
             stepper.step().unwrap();
             assert_eq!(stepper.energy().elastic, 0.0, "{mass:e}");
@@ -48,7 +48,7 @@ fn an_energy_without_end_is_an_error() {
         (1e100, 1e-10, 1e110),
         (1e154, 0.0, 1e80),
     ] {
-        let mut stepper = hung(mass, compliance, speed);
+        let mut stepper = hung(mass, compliance, speed, Some(0.2));
         let error = (0..20).find_map(|_| stepper.step().err());
         assert!(
             matches!(

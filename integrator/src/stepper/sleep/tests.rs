@@ -455,7 +455,13 @@ fn what_gives_way_at_its_limit_stays_awake() {
                 ..Winch::new()
             })
         }),
-        ("motor", held_out),
+        // A weight would need less torque the farther the arm sinks.
+        ("motor", |force_limit| {
+            let mut scene = held_out(force_limit);
+            scene.gravity.z = 0.0;
+            scene.bodies.torque[0].y = 981.0;
+            scene
+        }),
     ];
     for (kind, held) in kinds {
         for missing in [1e-5, 1e-6, 1e-7, 1e-8] {
