@@ -1,5 +1,6 @@
 //! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
+mod load_error;
 mod text;
 
 pub use text::{CSV_HEADING, csv_line, text};
@@ -10,6 +11,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
+use taut_ground::openings::Opening;
 use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
@@ -169,6 +171,9 @@ pub struct Summary {
     /// The diagonal of the box that the load moved in \[m].
     #[serde(skip)]
     pub extent: f64,
+    /// The diagonal of the box around what the scene holds at the end \[m].
+    #[serde(skip)]
+    pub size: f64,
     /// What winches and the rules of cables did, where there are rules or something was done.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<Resolved>,
@@ -182,9 +187,12 @@ pub struct Summary {
     pub events: Vec<(f64, String)>,
     /// Largest gap of a joint, link or cable over the run \[m].
     pub max_violation_m: f64,
-    /// The one that has it.
-    #[serde(skip)]
-    pub widest: Option<String>,
+    /// The one that has it, and when.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub largest_gap: Option<Opening>,
+    /// What of a gap no force explains (gap − ε |λ|), where that is over a thousandth of the length that its joint stands for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unexplained_gap: Option<Opening>,
     /// Largest |gap sum of the cable − its exact elongation at rest|/length over the run; hoists only.
     pub max_elongation_error: Option<f64>,
     /// Whole step \[ns].
@@ -378,9 +386,14 @@ pub fn substeps_within(
         if fixed > tolerance {
             return Err(format!(
                 "sub-steps do not help: of the load's error {:.1e} mm are of the polygon that the segments make and {:.1e} mm \
-                 of the linear algebra: use more segments, or a direct solver",
+                 of the linear algebra: {}",
                 1e3 * error.segments,
-                1e3 * error.algebra
+                1e3 * error.algebra,
+                if error.segments >= error.algebra {
+                    "use more segments"
+                } else {
+                    "use a direct solver, or more refinements"
+                }
             ));
         }
         if 2 * options.substeps > MOST_SUBSTEPS {
@@ -482,6 +495,9 @@ fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>)
     }
 }
 
+/// Part of the length that a joint stands for beyond which it is told what of its gap no force explains.
+const UNEXPLAINED: f64 = 1e-3;
+
 fn summary(
     stepper: &Stepper,
     yardstick: &Yardstick,
@@ -540,6 +556,7 @@ fn summary(
         error: tally.last.and_then(|s| s.error),
         resolved: Some(tally.resolved).filter(|r| r.segments + r.splits + r.merges > 0),
         extent: tally.corners.map_or(0.0, |[a, b]| (b - a).norm()),
+        size: load_error::size(scene, stepper.time()),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
         notes: begun
@@ -550,7 +567,9 @@ fn summary(
             .collect(),
         events: tally.events,
         max_violation_m: tally.violation,
-        widest: widest(scene, &simulation.gaps, tally.violation),
+        largest_gap: simulation.openings.widest.found().cloned(),
+        unexplained_gap: Some(simulation.openings.unexplained)
+            .filter(|o| o.found().is_some() && o.strain() > UNEXPLAINED),
         max_elongation_error: yardstick.cable.map(|_| tally.elongation_error),
         step_ns: whole.timing(),
         phases_ns: phases
@@ -559,13 +578,6 @@ fn summary(
         iterations_mean: tally.iterations as f64 / tally.steps.max(1) as f64,
         final_state: final_state(stepper.scene()),
     }
-}
-
-/// The constraint with the largest gap of a run, unless none opened or it is gone.
-fn widest(scene: &Scene, gaps: &[f64], largest: f64) -> Option<String> {
-    let mut open = scene.constraint_names.iter().zip(gaps);
-    let widest = open.find(|(_, gap)| largest > 0.0 && **gap == largest);
-    widest.map(|(name, _)| name.clone())
 }
 
 fn final_state(scene: &Scene) -> FinalState {

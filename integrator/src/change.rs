@@ -32,6 +32,8 @@ pub struct Edit {
     /// Segments that have split, and joints that have gone with segments that merged.
     parted: Vec<Parted>,
     closed: Vec<Closed>,
+    /// Segments that rules have parted or joined, where they are still there.
+    reshaped: Vec<BodyId>,
 }
 
 impl Edit {
@@ -361,6 +363,7 @@ impl Stepper {
             going_on: Vec::new(),
             parted: Vec::new(),
             closed: Vec::new(),
+            reshaped: Vec::new(),
         };
         let value = work(&mut edit);
         self.ids.skip(&edit.ids);
@@ -372,6 +375,7 @@ impl Stepper {
             changed.fresh = moved.fresh(&self.fresh);
             changed.ids = edit.ids;
             changed.carry_over(self, &edit.parted, &edit.closed);
+            changed.begin_past_of(&edit.reshaped);
             changed.companion = self.companion.take();
             *self = changed;
             self.outdate_companion();

@@ -151,6 +151,6 @@ pub use saved::SavedRun;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
 pub use stepper::contact_problem::{ContactProblem, ContactSolution, Entry};
-pub use stepper::estimate::ErrorEstimate;
+pub use stepper::estimate::{ErrorEstimate, ErrorPart};
 pub use stepper::resolution::Resolved;
 pub use stepper::sleep::Sleep;

@@ -294,9 +294,10 @@ impl Stepper {
     /// energy alone.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        // Transverse rows are a filter, not a spring.
-        let energies = (0..self.mu.len()).filter(|r| !self.pieces.is_transverse(*r));
+        // Transverse rows are a filter, not a spring, and rigid ones store nothing: 0 λ² is no number where λ² overflows.
         let compliance = &self.pieces.rows.compliance;
+        let stores = |r: &usize| compliance[*r] > 0.0 && !self.pieces.is_transverse(*r);
+        let energies = (0..self.mu.len()).filter(stores);
         0.5 * energies
             .map(|r| compliance[r] * (self.mu[r] / self.mu_dt).powi(2))
             .sum::<f64>()

@@ -47,6 +47,7 @@ pub mod files;
 pub mod inputs;
 pub mod matrix;
 pub mod modes;
+pub mod openings;
 pub mod pace;
 pub mod poses;
 pub mod random;

@@ -2,6 +2,7 @@
 
 use crate::errors::worse;
 use crate::inputs::Inputs;
+use crate::openings::Openings;
 use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -244,6 +245,8 @@ pub struct Simulation {
     limits: Limits,
     /// Largest gap of each constraint since the last event \[m].
     pub gaps: Vec<f64>,
+    /// The widest gaps of the run.
+    pub openings: Openings,
     /// Why and when it ended early.
     pub failure: Option<Failure>,
     /// The error of the step, where it was a step that failed.
@@ -262,6 +265,7 @@ impl Simulation {
             left: steps,
             limits,
             gaps: Vec::new(),
+            openings: Openings::default(),
             failure: None,
             error: None,
             claimed: 0,
@@ -312,13 +316,16 @@ impl Simulation {
         if report.events > 0 || others {
             // Constraints have come and gone, by events or at a winch, and others have their numbers.
             self.gaps.clear();
+            self.openings.forget_lengths();
             if let Limits::Scene(gaps) = &mut self.limits {
                 *gaps = stepper.scene().gap_limits();
             }
         }
+        self.openings.see(stepper);
         self.gaps.resize(stepper.scene().constraints.len(), 0.0);
         numbered_gaps(stepper).for_each(|(c, gap)| self.gaps[c] = worse(self.gaps[c], gap));
-        if let Some(reason) = instability(stepper, &self.limits) {
+        if let Some(reason) = instability(stepper, &self.limits).or_else(|| endless(&sample.energy))
+        {
             self.end(report.time, reason);
         }
         Some(sample)
@@ -387,6 +394,12 @@ pub fn steps_in(time: f64, dt: f64) -> usize {
     } else {
         0
     }
+}
+
+/// What is wrong with an energy that is infinite or no number, which no motion has.
+fn endless(energy: &Energy) -> Option<String> {
+    let total = energy.total();
+    (!total.is_finite()).then(|| format!("the energy is {total} J: the step is unstable"))
 }
 
 fn instability(stepper: &Stepper, limits: &Limits) -> Option<String> {

@@ -247,10 +247,11 @@ pub(super) fn signals() -> Result<Arc<AtomicUsize>, Failure> {
     Ok(signal)
 }
 
-/// The number of steps in a time \[s].
+/// The number of steps in a time \[s], which is not much shorter than one: steps are counted to the nearest.
 fn at_least_one_step(time: f64, dt: f64) -> Result<usize, Failure> {
+    const NEARLY: f64 = 0.99;
     match steps(time, dt)? {
-        0 => Err(Failure::Input(format!(
+        count if count == 0 || time < NEARLY * dt => Err(Failure::Input(format!(
             "`--time` is {time} s: it must be at least one step of {dt} s"
         ))),
         count => Ok(count),

@@ -1,12 +1,10 @@
 //! The summary of a run, for people, and the lines of its steps, for spreadsheets.
 
-use super::Summary;
+use super::{Summary, load_error};
 use std::fmt::Write;
 use std::io;
+use taut_ground::openings::Opening;
 use taut_ground::trajectory::Sample;
-
-/// Part of the extent of a motion beyond which its error is told to be no small one.
-const BEYOND: f64 = 0.1;
 
 /// How the run ended, in a line.
 fn verdict(s: &Summary) -> String {
@@ -32,6 +30,10 @@ fn verdict(s: &Summary) -> String {
              carry what",
             s.undecided_steps
         ),
+        None if let Some(opening) = &s.unexplained_gap => format!(
+            "stable, but `{}` was open by {:.1e} m more than its force explains at t = {:.3} s: smaller steps lessen it",
+            opening.joint, opening.gap_m, opening.time
+        ),
         None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
         None => "stable".to_owned(),
         Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
@@ -56,29 +58,6 @@ fn contacts(s: &Summary) -> Option<(&'static str, String)> {
         c.residual_force_n
     );
     Some(("contacts", text))
-}
-
-/// The error of the load, for people.
-fn error(s: &Summary) -> Option<(&'static str, String)> {
-    let error = s.error?;
-    let mm = |x: f64| format!("{:.1e} mm", 1e3 * x);
-    let text = if error.lost {
-        "unknown: the companion run of longer steps was lost".to_owned()
-    } else if error.total() > BEYOND * s.extent {
-        format!(
-            "about {}, over a tenth of its motion: smaller steps change that",
-            mm(error.total())
-        )
-    } else {
-        format!(
-            "about {}: time step {}, linear algebra {}, segments' shape {}",
-            mm(error.total()),
-            mm(error.time),
-            mm(error.algebra),
-            mm(error.segments)
-        )
-    };
-    Some(("load error", text))
 }
 
 /// How much of it the scene slept through, for people.
@@ -139,26 +118,42 @@ fn resolved(s: &Summary) -> Option<(&'static str, String)> {
     Some(("resolution", text))
 }
 
+/// Times of a step and of its phases. The first step, which may allocate, is none of them.
+fn times(s: &Summary) -> [String; 2] {
+    let ns = taut_output::table::nanoseconds;
+    if s.steps < 2 {
+        return [(); 2].map(|()| {
+            "not measured: the first step, which may allocate, does not count".to_owned()
+        });
+    }
+    let phases = s.phases_ns.iter();
+    let phases: Vec<_> = phases
+        .map(|(name, t)| format!("{name} {}", ns(*t)))
+        .collect();
+    let step = format!(
+        "median {}, min {}, max {}",
+        ns(s.step_ns.median),
+        ns(s.step_ns.min),
+        ns(s.step_ns.max)
+    );
+    [step, phases.join(", ")]
+}
+
 /// The summary for people.
 #[must_use]
 pub fn text(s: &Summary) -> String {
     let mut out = String::new();
-    let ns = taut_output::table::nanoseconds;
     let (_, last) = s.load_at_end.unwrap_or_default();
-    let phases: Vec<_> = s
-        .phases_ns
-        .iter()
-        .map(|(name, t)| format!("{name} {}", ns(*t)))
-        .collect();
+    let [step_time, phases] = times(s);
     let tension = match (s.load_tension, s.max_load_tension) {
         (Some(end), Some(most)) => {
             format!("{end:.4e} N at the end, at most {most:.4e} N, in what holds the load tightest")
         }
         _ => "none: no joint, link or cable holds it".to_owned(),
     };
-    let gap = match &s.widest {
-        Some(name) => format!(
-            "{:.3e} m, of `{name}`: open or stretched",
+    let gap = match &s.largest_gap {
+        Some(Opening { joint, time, .. }) => format!(
+            "{:.3e} m, of `{joint}` at t = {time:.3} s: open or stretched",
             s.max_violation_m
         ),
         None => format!("{:.3e} m", s.max_violation_m),
@@ -216,21 +211,19 @@ pub fn text(s: &Summary) -> String {
         ("energy excess", energy_excess(s)),
         ("load tension", tension),
         ("largest gap", gap),
-        (
-            "step time",
-            format!(
-                "median {}, min {}, max {}",
-                ns(s.step_ns.median),
-                ns(s.step_ns.min),
-                ns(s.step_ns.max)
-            ),
-        ),
-        ("phases", phases.join(", ")),
+        ("step time", step_time),
+        ("phases", phases),
     ];
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
     let events = s.events.iter();
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
-    let of_some = [chosen(s), error(s), asleep(s), resolved(s), contacts(s)];
+    let of_some = [
+        chosen(s),
+        load_error::told(s),
+        asleep(s),
+        resolved(s),
+        contacts(s),
+    ];
     for (name, value) in rows
         .into_iter()
         .chain(of_some.into_iter().flatten())

@@ -67,20 +67,33 @@ impl Edit {
     /// Splits and merges segments of cables, by their numbers, as their rules ask for.
     pub(crate) fn resolve(&mut self, all: &[(usize, Vec<Due>)]) -> Result<Resolved, StepError> {
         let mut done = Resolved::default();
-        // What merges goes at once, at the end: a removal takes as long as the scene is large. Until then a segment that was
-        // taken in stands behind the one that took it in, where no other change looks.
+        // What merges goes at once, at the end: a removal takes as long as the scene is large. The cable is without it before.
         let (mut bodies, mut joints) = (Vec::new(), Vec::new());
         for (cable, due) in all {
-            // From the end, so that the numbers of the others stay.
-            for due in due.iter().rev() {
-                let at = (*cable, due.segment);
+            // Segments that there are more where changes come nearer to the end, and none where they come nearer to the start.
+            let (mut more, mut last) = (0, 0);
+            for due in due {
+                if due.segment < last {
+                    more = 0;
+                }
+                last = due.segment;
+                let at = (*cable, due.segment.strict_add_signed(more));
                 if due.splits {
                     let half = 0.5 * self.scene.segment_length(at.0, at.1).unwrap_or(0.0);
                     if let Some(split) = self.scene.split_segment(at, half, self.time) {
                         self.part(&split, &mut done);
+                        let parts = split.bodies.map(|body| self.ids.of_body(body));
+                        self.reshaped.extend(parts);
+                        more += 1;
                     }
                 } else if let Some(merged) = self.scene.merge_segments(at, self.time) {
                     self.note(&merged, &mut done);
+                    let parts = &mut self.scene.cables[*cable];
+                    let whole = parts.bodies[at.1];
+                    self.reshaped.push(self.ids.of_body(whole));
+                    parts.bodies.retain(|body| *body != merged.body);
+                    parts.joints.retain(|joint| *joint != merged.joint);
+                    more -= 1;
                     bodies.push(self.ids.of_body(merged.body));
                     joints.push(self.ids.of_constraint(merged.joint));
                 }
@@ -153,6 +166,17 @@ impl Stepper {
             if let Ok(joint) = before.ids.constraint(*joint) {
                 let rates = &before.history.rate[before.pieces.rows.row_range(joint)];
                 self.remember(rates, *around);
+            }
+        }
+    }
+
+    /// Segments with another centre have a past like the present: which part of them has kept the number is no matter.
+    pub(super) fn begin_past_of(&mut self, segments: &[BodyId]) {
+        for segment in segments {
+            if let Ok(i) = self.ids.body(*segment) {
+                let now = self.scene.bodies.rates(i);
+                self.pieces.v.set(i, now);
+                self.history.v.set(i, now);
             }
         }
     }

@@ -202,14 +202,15 @@ impl Stepper {
     /// The balance after a step, whose last sub-step began with `opening` ([`opening`](Self::opening)), where it is asked for.
     ///
     /// # Errors
-    /// [`StepError::EnergyGain`] beyond the tolerance of the options.
+    /// [`StepError::EnergyGain`] beyond the tolerance of the options, and where the energy is infinite or no number.
     pub(crate) fn weigh(&mut self, opening: Option<Energy>) -> Result<(), StepError> {
         let Some(tolerance) = self.options.energy_tolerance else {
             return Ok(());
         };
+        let told = self.energy();
         let energy = Energy {
             elastic: self.stored_energy() + self.stored_in_contacts(),
-            ..self.energy()
+            ..told
         };
         let total = energy.total();
         let start = match self.account.start {
@@ -242,7 +243,12 @@ impl Stepper {
             excess: if excess.is_nan() { excess } else { lasting },
         };
         self.tally.balance = Some(balance);
-        if balance.excess <= tolerance {
+        // Energies without end are no motion's, lost ones neither.
+        let excess = match told.total() {
+            total if total.is_finite() => excess,
+            total => total,
+        };
+        if excess.is_finite() && balance.excess <= tolerance {
             return Ok(());
         }
         Err(StepError::EnergyGain {
@@ -289,10 +295,12 @@ impl Stepper {
     fn stored_energy(&self) -> f64 {
         let rows = &self.pieces.rows;
         let of_row = |(r, mu): (usize, &f64)| {
-            let lambda = mu / self.mu_dt;
-            let stored = rows.compliance[r] * lambda * lambda;
-            // A rigid row has φ²/0, which is no number where φ = 0: the other one then counts.
-            0.5 * stored.min(rows.phi[r] * rows.phi[r] / rows.compliance[r])
+            let (lambda, compliance) = (mu / self.mu_dt, rows.compliance[r]);
+            if compliance == 0.0 {
+                return 0.0;
+            }
+            let stored = compliance * lambda * lambda;
+            0.5 * stored.min(rows.phi[r] * rows.phi[r] / compliance)
         };
         self.mu.iter().enumerate().map(of_row).sum()
     }
@@ -417,6 +425,8 @@ impl Stepper {
 
 #[cfg(test)]
 mod tests_contacts;
+#[cfg(test)]
+mod tests_endless;
 
 #[cfg(test)]
 mod tests {

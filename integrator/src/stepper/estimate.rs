@@ -42,6 +42,9 @@ pub struct ErrorEstimate {
     pub algebra: f64,
     /// Of the segments.
     pub segments: f64,
+    /// Steps that `time` is the estimate of; 0 where none was compared yet, and `time` says nothing.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub compared: usize,
     /// Steps of which `time` knows nothing: the companion started anew right after them, for something was set.
     pub unseen: usize,
     /// Whether the companion run was lost, or there was none: `time` is the estimate of the steps before.
@@ -54,6 +57,30 @@ impl ErrorEstimate {
     pub fn total(&self) -> f64 {
         self.time + self.algebra + self.segments
     }
+
+    /// The largest of its parts, which tells what lessens it.
+    #[must_use]
+    pub fn largest(&self) -> ErrorPart {
+        if self.segments >= self.time.max(self.algebra) {
+            ErrorPart::Segments
+        } else if self.time >= self.algebra {
+            ErrorPart::Time
+        } else {
+            ErrorPart::Algebra
+        }
+    }
+}
+
+/// A part of an [`ErrorEstimate`].
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ErrorPart {
+    /// That of the time step: smaller steps lessen it.
+    Time,
+    /// That of the linear algebra: a direct solver, refinement or more iterations lessen it.
+    Algebra,
+    /// That of the segments' shape: more segments lessen it, and no smaller step.
+    Segments,
 }
 
 /// The companion run, and what it has shown.
@@ -129,6 +156,7 @@ impl Companion {
             return;
         };
         self.sink(&report);
+        self.estimate.compared += every;
         let [from, before] = self.from;
         let time = before + (distance - from).max(0.0) / ((every as f64).powi(self.order) - 1.0);
         let [last, before_last] = self.apart;
@@ -164,7 +192,10 @@ impl Companion {
 
     /// The order sinks to 1 where the report tells of what happens within a step.
     fn sink(&mut self, report: &StepReport) {
-        let within = report.redone || report.slipping > 0 || report.contacts.touching > 0;
+        let within = report.redone
+            || report.divided > 0
+            || report.slipping > 0
+            || report.contacts.touching > 0;
         if within && self.order > 1 {
             self.order = 1;
             self.from = [self.distance, self.estimate.time];

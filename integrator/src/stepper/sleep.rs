@@ -25,7 +25,10 @@
 //! **Sleep.** The whole scene sleeps at once, when all of it rests, since one linear system holds it all. Its state stays as
 //! it is, velocities, multipliers and past rates to the last bit, and waking goes on from there: a run that has slept makes
 //! the steps of one that has not, later. Time and events go on. What drives (motors, winches, driven bodies, moved points)
-//! ends sleep in the step in which it begins to move, a setting that changes something in the next step.
+//! ends sleep in the step in which it begins to move, a setting that changes something in the next step. What gives way at a
+//! limit of its force keeps the scene awake ([`yielding`]).
+
+mod yielding;
 
 use crate::options::check;
 use crate::report::Tally;
@@ -42,7 +45,8 @@ use taut_solver::SolveReport;
 ///
 /// The whole scene sleeps at once. Its state, velocities included, stays as it is, and so do forces and energies; time goes
 /// on, and so do events. It wakes with a motor, winch, driven body or moved point that sets off, and with each setting that
-/// changes something.
+/// changes something. It stays awake while a brake, winch, motor or contact gives way at the limit of its force, however slowly:
+/// that accelerates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -147,8 +151,9 @@ impl Watch {
 #[derive(Debug, Clone)]
 pub(crate) struct Rest {
     pub(crate) watch: Watch,
-    /// δ/2 \[m].
+    /// δ/2 \[m], and the speed at which what gives way does move \[m/s].
     most: f64,
+    moves: f64,
     /// Steps in h and in P/2.
     third: usize,
     half_period: usize,
@@ -178,6 +183,7 @@ impl Rest {
         Some(Self {
             watch: Watch::new(bodies),
             most: 0.5 * sleep.distance,
+            moves: yielding::MOVES * sleep.distance / sleep.period,
             third: third as usize,
             half_period: steps(horizon) as usize,
             mean_time: third * options.dt,
@@ -361,6 +367,12 @@ impl Stepper {
         }))
     }
 
+    /// Whether nothing gives way at the limit of its force.
+    fn stands(&self) -> bool {
+        let gives_way = |rest: &Rest| self.gives_way(rest.moves, &rest.reach);
+        !self.rest.as_ref().is_some_and(gives_way)
+    }
+
     /// After a step awake: the next one sleeps where the scene rests.
     pub(crate) fn watch(&mut self, report: &StepReport) {
         let Some(rest) = &mut self.rest else {
@@ -368,8 +380,9 @@ impl Stepper {
         };
         if rest.is_driven(&self.scene, self.time - self.options.dt, self.time) {
             rest.watch.begin(&self.scene.bodies);
-        } else if rest.is_seen(&self.scene) {
-            rest.watch.asleep = Some(asleep(report));
+        } else if rest.is_seen(&self.scene) && self.stands() {
+            let rest = self.rest.iter_mut();
+            rest.for_each(|rest| rest.watch.asleep = Some(asleep(report)));
         }
     }
 }

@@ -19,6 +19,9 @@
 //! where one is shorter than the shortest, a [`pause`](Resolution::pause) after the last change of their cable. A segment that
 //! holds anything but its neighbours stays as it is, and so do one whose joint an event names and the first one at a winch,
 //! which splits and merges by itself.
+//!
+//! Changes one beside the other and ties are settled from the higher end on, whichever is the cable's start: exchanging its ends
+//! changes nothing but rounding.
 
 use std::f64::consts::PI;
 
@@ -175,6 +178,22 @@ pub struct Due {
     excess: f64,
 }
 
+/// Part of a distance or of an excess that is rounding.
+const SAME: f64 = 1e-9;
+
+/// Keeps the changes of the largest excess, so many, the first ones where they are as large; the order stays.
+fn keep_largest(due: &mut Vec<Due>, room: usize) {
+    while due.len() > room {
+        let least = due
+            .iter()
+            .fold(f64::INFINITY, |least, due| due.excess.min(least));
+        let last = due
+            .iter()
+            .rposition(|due| due.excess <= least * (1.0 + SAME));
+        due.remove(last.unwrap_or(0));
+    }
+}
+
 impl Scene {
     /// Of each body the joints towards the start and the end of the cable that it is a segment of.
     #[must_use]
@@ -276,7 +295,8 @@ impl Scene {
         }
     }
 
-    /// What the rule of cable number `cable` asks for, by the numbers of its segments, into `due`; `wanted` is a buffer.
+    /// What the rule of cable number `cable` asks for, by the numbers of its segments, into `due`, in the order in which it is
+    /// to be done: the same changes one after the other where the cable's ends are exchanged. `wanted` is a buffer.
     /// Allocates nothing in vectors that are large enough.
     pub fn resolution_due(
         &self,
@@ -294,11 +314,14 @@ impl Scene {
         let all = 0..parts.bodies.len();
         wanted.extend(all.map(|k| self.wanted(cable, k, view).unwrap_or(f64::INFINITY)));
         let may = |k: usize| !view.stays[parts.bodies[k]];
+        let (count, turned) = (wanted.len(), self.is_turned(parts));
+        // The segments in an order that knows nothing of which end is the first.
+        let along = |i: usize| if turned { count - 1 - i } else { i };
         // Halves of a length are its halves to rounding.
         let (least, most) = (rule.shortest * (1.0 - 1e-9), rule.longest * (1.0 + 1e-9));
         let excess = |k: usize| length(k) / wanted[k].min(rule.longest).max(rule.shortest);
         let splits = |k: usize| excess(k) > 1.0 + 1e-9 && 0.5 * length(k) >= least;
-        for k in (0..wanted.len()).filter(|k| may(*k)) {
+        for k in (0..count).map(along).filter(|k| may(*k)) {
             if splits(k) {
                 due.push(Due {
                     segment: k,
@@ -307,29 +330,48 @@ impl Scene {
                 });
             }
         }
-        let room = rule.most.saturating_sub(parts.bodies.len());
-        if due.len() > room {
-            due.sort_unstable_by(|a, b| b.excess.total_cmp(&a.excess));
-            due.truncate(room);
-        }
-        let (mut k, pauses) = (0, view.time - rule.since < rule.pause);
-        while k + 1 < wanted.len() && !pauses {
-            let both = length(k) + length(k + 1);
-            let coarse = both <= wanted[k].min(wanted[k + 1]) / rule.hysteresis;
-            let short = length(k).min(length(k + 1)) < least && !splits(k) && !splits(k + 1);
-            let merges = coarse || short;
-            let joined = || view.joints[parts.bodies[k]][1].is_some();
-            if merges && both <= most && may(k) && may(k + 1) && joined() {
+        keep_largest(due, rule.most.saturating_sub(count));
+        let (mut i, pauses) = (0, view.time - rule.since < rule.pause);
+        while i + 1 < count && !pauses {
+            let [k, next] = [along(i), along(i + 1)];
+            let both = length(k) + length(next);
+            let coarse = both <= wanted[k].min(wanted[next]) / rule.hysteresis;
+            let short = length(k).min(length(next)) < least && !splits(k) && !splits(next);
+            let (merges, first) = (coarse || short, k.min(next));
+            let joined = || view.joints[parts.bodies[first]][1].is_some();
+            if merges && both <= most && may(k) && may(next) && joined() {
                 due.push(Due {
-                    segment: k,
+                    segment: first,
                     splits: false,
                     excess: 0.0,
                 });
-                k += 1;
+                i += 1;
             }
-            k += 1;
+            i += 1;
         }
         due.sort_unstable_by_key(|due| due.segment);
+        if !turned {
+            due.reverse();
+        }
+    }
+
+    /// Whether a rule sees the cable from its end on. That is the higher one, or the farther one along an axis of the world
+    /// where they are as high, whichever is called the start: one order of changes for both names.
+    fn is_turned(&self, parts: &CableParts) -> bool {
+        let up = (-self.gravity).try_normalize(0.0);
+        let axes = [Vector3::z(), Vector3::x(), Vector3::y()];
+        let axes = up.into_iter().chain(axes);
+        let pairs = parts.bodies.iter().zip(parts.bodies.iter().rev());
+        let mut apart = pairs
+            .take(parts.bodies.len() / 2)
+            .map(|(a, b)| self.bodies.position[*a] - self.bodies.position[*b])
+            .flat_map(|apart| {
+                axes.clone()
+                    .map(move |axis| (apart.dot(&axis), apart.norm()))
+            });
+        // What is as high to rounding is as high.
+        let decides = |(along, norm): &(f64, f64)| along.abs() > SAME * norm;
+        apart.find(decides).is_some_and(|(along, _)| along < 0.0)
     }
 
     /// A cable with a rule, its mass per length \[kg/m], and the rule.

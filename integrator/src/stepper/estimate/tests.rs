@@ -1,3 +1,4 @@
+use super::{ErrorEstimate, ErrorPart};
 use crate::{StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::{GantryParams, HoistParams, Scene};
@@ -145,5 +146,34 @@ fn an_estimate_needs_two_steps() {
             matches!(error, Some(StepError::InvalidOption { .. })),
             "{error:?}"
         );
+    }
+}
+
+#[test]
+fn a_step_alone_estimates_nothing() {
+    for every in [2, 3] {
+        let mut stepper = Stepper::new(jerked(2), with(Some(every))).expect("built");
+        for step in 1..=2 * every {
+            let error = stepper.step().expect("steps").error.expect("estimated");
+            assert_eq!(error.compared, step / every * every, "{every}: {step}");
+        }
+    }
+}
+
+#[test]
+fn the_largest_part_is_known() {
+    for (parts, largest) in [
+        ([3.0, 2.0, 1.0], ErrorPart::Time),
+        ([1.0, 2.0, 0.0], ErrorPart::Algebra),
+        ([1.0, 2.0, 3.0], ErrorPart::Segments),
+    ] {
+        let [time, algebra, segments] = parts;
+        let error = ErrorEstimate {
+            time,
+            algebra,
+            segments,
+            ..ErrorEstimate::default()
+        };
+        assert_eq!(error.largest(), largest, "{error:?}");
     }
 }

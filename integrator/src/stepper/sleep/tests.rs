@@ -1,8 +1,8 @@
 use super::*;
 use taut_model::collide::Collider;
 use taut_model::{
-    Action, Body, Distance, Event, Frame, GantryParams, Grounded, GroundedParams, HoistParams,
-    Motion, RowLaw, When,
+    Action, Body, Distance, Event, Frame, GantryParams, Grounded, GroundedParams, Hinge,
+    HoistParams, MasslessCable, Motion, Motor, RowLaw, When, Winch,
 };
 use taut_solver::{Backend, DenseOptions};
 
@@ -396,4 +396,107 @@ fn options_out_of_range_are_named() {
         let error = options(Some(sleep)).validate();
         assert!(matches!(error, Err(StepError::InvalidOption { field, .. }) if field == named));
     }
+}
+
+/// 100 kg on a rigid cable whose winch may hold so much \[N].
+fn on_a_winch(winch: Winch) -> Scene {
+    let mut scene = Scene::new("winch");
+    scene.gravity.z = -9.81;
+    let load = Body::sphere(0.2, 100.0).at(Vector3::z() * -5.0);
+    let load = scene.add_body("load", load);
+    let ends = vec![
+        Frame::world(Vector3::zeros()),
+        Frame::body(load, Vector3::zeros()),
+    ];
+    let cable = MasslessCable {
+        winch: Some(winch),
+        ..MasslessCable::new(ends, 5.0, RowLaw::RIGID)
+    };
+    scene.reeve("rope", &cable, 0).unwrap();
+    scene
+}
+
+/// An arm of 1 m that a motor without speed holds out, 100 kg, with so much torque \[N m].
+fn held_out(force_limit: f64) -> Scene {
+    let mut scene = Scene::new("arm");
+    scene.gravity.z = -9.81;
+    let arm = Body::sphere(0.2, 100.0).at(Vector3::x());
+    let arm = scene.add_body("arm", arm);
+    let axis = Vector3::y();
+    let hinge = Hinge {
+        motor: Some(Motor {
+            force_limit,
+            ..Motor::speed(0.0)
+        }),
+        ..Hinge::new([
+            Frame::world(Vector3::zeros()).along(&axis),
+            Frame::body(arm, -Vector3::x()).along(&axis),
+        ])
+    };
+    scene.add_constraint("axle", Constraint::Hinge(hinge), 0);
+    scene
+}
+
+/// Brakes, winches and motors that miss a part of what they have to hold, which accelerates, and those that miss nothing.
+#[test]
+fn what_gives_way_at_its_limit_stays_awake() {
+    type Held = fn(f64) -> Scene;
+    let kinds: [(&str, Held); 3] = [
+        ("brake", |brake_limit| {
+            on_a_winch(Winch {
+                brake: true,
+                brake_limit,
+                ..Winch::new()
+            })
+        }),
+        ("winch", |force_limit| {
+            on_a_winch(Winch {
+                force_limit,
+                ..Winch::new()
+            })
+        }),
+        // A weight would need less torque the farther the arm sinks.
+        ("motor", |force_limit| {
+            let mut scene = held_out(force_limit);
+            scene.gravity.z = 0.0;
+            scene.bodies.torque[0].y = 981.0;
+            scene
+        }),
+    ];
+    for (kind, held) in kinds {
+        for missing in [1e-5, 1e-6, 1e-7, 1e-8] {
+            let [mut stepper, _] = both(&held(981.0 * (1.0 - missing)));
+            assert_eq!(falls_asleep(&mut stepper, 2400), None, "{kind} {missing:e}");
+        }
+        let [mut stepper, _] = both(&held(981.0 * (1.0 + 1e-6)));
+        assert!(falls_asleep(&mut stepper, 300).is_some(), "{kind}");
+    }
+}
+
+/// A motor that presses its arm of 1 m against a spring with all that it has moves nothing, and sleeps.
+#[test]
+fn a_motor_that_stalls_at_its_limit_sleeps() {
+    let mut scene = held_out(50.0);
+    scene.gravity.z = 0.0;
+    if let Constraint::Hinge(hinge) = &mut scene.constraints[0] {
+        hinge.motor = Some(Motor {
+            target: Target::Position(1.0),
+            force_limit: 50.0,
+            law: RowLaw::RIGID,
+        });
+    }
+    let stop = Distance {
+        frames: [
+            Frame::world(Vector3::new(1.0, 0.0, 1.0)),
+            Frame::body(0, Vector3::zeros()),
+        ],
+        length: 1.0,
+        law: RowLaw::new(1e-4, 0.2),
+        transverse: false,
+    };
+    scene.add_constraint("stop", Constraint::Distance(stop), 0);
+    let [mut stepper, _] = both(&scene);
+    assert!(falls_asleep(&mut stepper, 2400).is_some());
+    let axle = stepper.row_forces(0).unwrap();
+    assert!((axle.last().unwrap().abs() - 50.0).abs() < 1e-9, "{axle:?}");
 }
