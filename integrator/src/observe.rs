@@ -454,7 +454,7 @@ mod tests {
         Stepper::new(scene, options).unwrap()
     }
 
-    /// The tension above the load against what accelerates the load, m (Δv/h − g), and against φ/ε, both relative.
+    /// The force above the load against what accelerates the load, m (Δv/h − g), and against φ/ε, both relative.
     fn apart(stepper: &Stepper) -> [f64; 2] {
         let (load, joint) = (6, 6);
         let dv = stepper.pieces.dv.get(load);
@@ -466,7 +466,7 @@ mod tests {
             .map(|r| rows.phi[r] / rows.compliance[r])
             .collect();
         let elastic = Vector3::from_column_slice(&stretched).norm();
-        let tension = stepper.tension(joint).unwrap();
+        let tension = stepper.force(joint).unwrap().force.norm();
         [carried, elastic].map(|other| (tension / other - 1.0).abs())
     }
 

@@ -22,7 +22,10 @@ const NOTHING: f64 = 1e-6;
 pub(super) fn size(scene: &Scene, t: f64) -> f64 {
     let bodies = &scene.bodies;
     let point = |frame: &Frame| frame.resolve(bodies, t).point();
-    let held = scene.constraints.iter().flat_map(|c| c.frames());
+    let held = scene
+        .constraints
+        .iter()
+        .flat_map(taut_model::Constraint::frames);
     let mut corners: Option<[Vector3<f64>; 2]> = None;
     let mut take = |x: Vector3<f64>, around: f64| {
         let around = Vector3::repeat(around);

@@ -65,7 +65,9 @@ fn due(scene: &Scene, speed: f64, time: f64, touching: Option<usize>) -> [Vec<us
     scene.resolution_due(0, &view, &mut wanted, &mut due);
     [true, false].map(|splits| {
         let all = due.iter().filter(|due| due.splits == splits);
-        all.map(|due| due.segment).collect()
+        let mut all: Vec<usize> = all.map(|due| due.segment).collect();
+        all.sort_unstable();
+        all
     })
 }
 
