@@ -42,9 +42,10 @@ fn the_limits_of_table_2_are_those_of_theory() {
         for (planar, seeded) in planar.into_iter().zip(seeded) {
             let (limit, theory) = (planar.stable, planar.predicted);
             let (limit, theory) = (limit.expect("1 is stable"), theory.expect("explicit"));
-            // Rounded down to whole decades here; the heavy top adds a little to the theory of a uniform cable.
+            // Rounded down to whole decades here; the heavy top adds a little to the theory of a uniform cable. In exactly planar
+            // motion rounding alone excites what is unstable: with AVX2 a ratio of 10⁴ outlives a limit of 10^3.5.
             let decades = (theory / limit).log10();
-            assert!((-0.25..1.0).contains(&decades), "{planar:?}");
+            assert!((-0.5..1.0).contains(&decades), "{planar:?}");
             assert!(seeded.stable.unwrap_or(0.1) < limit, "{seeded:?}");
         }
     }

@@ -68,6 +68,13 @@ impl Equations {
             let r = bound.row;
             let soft = rows.compliance[r] / (dt * dt * alone(r));
             (weights[r], phi[r]) = at_bound(bound, (phi[r], rates[r] * dt), soft, weights[r]);
+            // The damper of a slack row takes the rate of max(0, φ).
+            let slack = match (bound.lower == 0.0, bound.upper == 0.0) {
+                (false, true) => rows.phi[r].min(0.0),
+                (true, false) => rows.phi[r].max(0.0),
+                _ => 0.0,
+            };
+            phi[r] += rows.damping[r] / dt * slack;
         }
         let speeds = speed_rows(scene);
         let divisor = |r: usize| weights[r][0] + rows.damping[r] / dt;

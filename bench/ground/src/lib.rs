@@ -26,6 +26,7 @@
 //! | `choice` | a backend and a form as one value, with its text form; a backend left out, and why |
 //! | `claim`, `errors` | whether a solver's claim of a solution is true; which error is worse |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
+//! | `openings` | the widest gap of a run, and what of it no force explains |
 //! | `reference` | finely stepped motions to compare with |
 //! | `engine` | an engine on the hoist or on the ground with its settings, and the motions that it goes through |
 //! | `modes` | natural oscillations of a scene at rest, from the library's Jacobians |

@@ -176,7 +176,7 @@ fn a_lost_run_is_lost_in_both_forms() {
         });
         assert_eq!(failures[0], failures[1], "{named}");
     }
-    let far = good(&at, "scene particles-b --explicit");
+    let far = good(&at, "scene particles-a --explicit");
     let far = far.replacen(
         "position = [1.0, 0.0, 0.0]",
         "position = [1.0, 0.0, 1e160]",
