@@ -1,7 +1,7 @@
 //! Products of features: small scenes that join two to five features of the model, and what has to hold in all of them.
 //!
-//! A seed (or the fuzzer's bytes) draws [`Choices`], plain data; [`scene::toml`] writes them as a scene file; [`run::Case`]
-//! steps that for two seconds at 60 steps a second; [`invariants::ALL`] are judged on what it saw; [`shrink::smallest`] drops
+//! A seed (or the fuzzer's bytes) draws [`Choices`], plain data; [`scene::toml`] writes them as a scene file; `run::Case`
+//! steps that for two seconds at 60 steps a second; `invariants::ALL` are judged on what it saw; [`shrink::smallest`] drops
 //! features and halves numbers as long as an invariant stays violated.
 //!
 //! `cargo test -p taut-tests --test all products` draws 200 scenes. A longer search, with another first seed, and the
