@@ -319,9 +319,10 @@ impl Stepper {
         let mut report = self.tallied(|stepper| {
             // Before velocities go half a step back.
             let mut given = stepper.motion_at_start();
-            stepper.start()?;
             let mut opening = None;
             for _ in 0..stepper.options.substeps {
+                // After a divided sub-step the next one starts anew, too.
+                stepper.start()?;
                 opening = stepper.opening(given.take());
                 match stepper.options.guard {
                     None => stepper.linear_substep()?,

@@ -307,3 +307,39 @@ fn a_load_on_a_rigid_rope_goes_with_a_winch_that_is_set_to_another_speed() {
         }
     }
 }
+
+/// A load that flies on where its winch stops at once rises by v²/2g, whatever the sub-steps of the step that is divided.
+#[test]
+fn a_load_that_flies_on_from_a_stopped_winch_rises_by_its_energy() {
+    let speed = 2.0;
+    for parts in [1, 2, 4] {
+        let mut scene = scene("stopped");
+        let load = ball(&mut scene, MASS, Vector3::z() * -10.0);
+        let frames = vec![Frame::world(Vector3::zeros()), load];
+        let cable = MasslessCable {
+            winch: Some(Winch::new()),
+            ..MasslessCable::new(frames, 10.0, RowLaw::RIGID)
+        };
+        scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+        let mut stepper = Stepper::new(scene, options(DT, parts)).unwrap();
+        let (mut from, mut highest, mut divided) = (0.0, f64::NEG_INFINITY, 0);
+        for haul in [-speed, 0.0] {
+            let winch = Winch {
+                speed: haul,
+                ..Winch::new()
+            };
+            stepper.set_winch(0, winch).unwrap();
+            from = stepper.scene().bodies.position[0].z;
+            for _ in 0..20 {
+                divided += stepper.step().unwrap().divided;
+                highest = stepper.scene().bodies.position[0].z.max(highest);
+            }
+        }
+        assert!(divided > 1, "{parts}: {divided}");
+        let (found, exact) = (highest - from, speed * speed / (2.0 * G));
+        assert!(
+            (found / exact - 1.0).abs() < 5e-3,
+            "{parts}: {found} of {exact} m"
+        );
+    }
+}

@@ -1,9 +1,10 @@
 //! Steps that are divided: those in which a rope catches or is thrown slack.
 //!
 //! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone: where a load lands and its rope
-//! catches it again, bodies keep velocities for a part of the step that they had lost, and the error is of first order. A step in
-//! which a row that is rigid in its eyes is caught or thrown open faster than gravity accelerates in a step is therefore taken back and
-//! made of [`PARTS`] steps of the same scheme. Softer rows have a bounce of their own, of second order without that. Cables that slip over sheaves with friction are left out: their parts share one length.
+//! catches it again, bodies keep velocities for a part of the step that they had lost, and the error is of first order. A step is
+//! taken back and made of [`PARTS`] steps of the same scheme where a row that is rigid in its eyes is caught, thrown open or driven
+//! at another speed by more than gravity makes of a speed in a step. Softer rows have a bounce of their own. Cables that slip over
+//! sheaves with friction are left out: their parts share one length.
 //!
 //! A staggered scheme keeps velocities half a step before the positions. They go forward by half of the Δv that the whole step
 //! has with all rows as they were and without blows of contacts, half a part back again, and after the last part forward to its
@@ -92,13 +93,15 @@ impl Stepper {
         self.tally.divided += 1;
         let end = self.time + self.substep();
         if !self.division.on_time {
-            self.bring_forward()?;
+            self.bring_forward(true)?;
         }
         self.division.parts = PARTS;
         let done = self.take_parts(guard);
         self.division.parts = 1;
-        // To the last bit.
-        self.time = end;
+        if done.is_ok() {
+            // To the last bit.
+            self.time = end;
+        }
         done
     }
 
@@ -124,7 +127,7 @@ impl Stepper {
         let is_late = self.options.scheme.is_staggered()
             && !matches!(self.stage, Stage::Advanced { implicit: true, .. });
         if is_late {
-            self.bring_forward()?;
+            self.bring_forward(false)?;
         }
         self.mu.copy_from_slice(&self.division.sum);
         self.mu_dt = self.options.dt / self.options.substeps as f64;
@@ -140,16 +143,28 @@ impl Stepper {
         Ok(())
     }
 
-    /// Velocities of the present state, where they are those of half a step before: no row opens or closes meanwhile, and no
-    /// shapes arrive.
-    fn bring_forward(&mut self) -> Result<(), StepError> {
+    /// Velocities of the present state, where they are those of half a step before: no row opens or closes meanwhile, no shapes
+    /// arrive, and drives go on as in the step before where that is `past` a jump.
+    fn bring_forward(&mut self, past: bool) -> Result<(), StepError> {
         (self.bounded.frozen, self.contacts.begins) = (true, true);
-        let solved = self.solve_scheme(self.options.stiffness);
+        let solved = self.solve_frozen(past);
         (self.bounded.frozen, self.contacts.begins) = (false, false);
         solved?;
         self.pieces.update_velocity_change(&self.mu);
         self.take_half_back(0..self.scene.bodies.len(), -1.0);
         self.stage = Stage::Unsolved;
         Ok(())
+    }
+
+    fn solve_frozen(&mut self, past: bool) -> Result<(), StepError> {
+        self.linearize(self.options.stiffness)?;
+        let pieces = &mut self.pieces;
+        let before = pieces.rows.bounds.iter().zip(&self.division.phi_t);
+        for (bound, phi_t) in before.filter(|_| past) {
+            let jump = pieces.rows.phi_t[bound.row] - phi_t;
+            pieces.rows.phi_t[bound.row] -= jump;
+            pieces.rate[bound.row] += jump;
+        }
+        self.solve_linearized(self.substep())
     }
 }
