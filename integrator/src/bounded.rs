@@ -371,6 +371,17 @@ pub(crate) fn response(pieces: &Pieces, k: usize) -> f64 {
         .sum()
 }
 
+/// The same of any row of a constraint.
+pub(crate) fn response_of_row(pieces: &Pieces, constraint: usize, row: usize) -> f64 {
+    let rows = &pieces.rows;
+    let first = rows.row_range(constraint).start;
+    let of = |s: usize| {
+        let j = rows.block(s).rows()[row - first];
+        response_of(pieces, rows.slots[s].body, &j)
+    };
+    rows.slot_range(constraint).map(of).sum()
+}
+
 /// The part of `body` in J M̃⁻¹ Jᵀ of a row whose Jacobian is `j` there.
 pub(crate) fn response_of(pieces: &Pieces, body: usize, j: &[f64; 6]) -> f64 {
     let mut inverse = [0.0; 6];

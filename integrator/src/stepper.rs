@@ -75,6 +75,8 @@ pub struct Stepper {
     pub(crate) slip: Slip,
     /// Where cables of segments leave their winches.
     pub(crate) fairleads: Vec<usize>,
+    /// Cables with winches, massless and of segments: their constraints.
+    pub(crate) winches: Vec<usize>,
     /// Cables that refine themselves.
     pub(crate) resolving: Option<Box<Resolving>>,
     /// What touches.
@@ -284,6 +286,7 @@ impl Stepper {
             },
             slip,
             fairleads: scene.fairleads().collect(),
+            winches: winding::winches(&scene),
             resolving: Resolving::new(&scene).map(Box::new),
             contacts,
             columns: Default::default(),
@@ -626,6 +629,9 @@ impl Stepper {
                 self.history.phi_t[bound.row] -= paid / self.stage.advanced();
                 slipped |= paid > 0.0;
             }
+        }
+        for n in 0..self.winches.len() {
+            slipped |= self.stall(self.winches[n]);
         }
         if slipped {
             self.pieces.rows.update_state(&self.scene, self.time);

@@ -56,10 +56,16 @@ fn told(violated: &BTreeMap<u64, Violation>) -> String {
         let (seed, violation) = found[0];
         let (choices, small) = shrink::smallest(&Choices::of_seed(seed), violation);
         let scene = scene::toml(&choices).unwrap_or_else(|e| e.to_string());
-        let seeds: Vec<u64> = found.iter().map(|(seed, _)| *seed).collect();
+        text += &format!("\n# {invariant}: violated by\n");
+        for (seed, violation) in &found {
+            text += &format!(
+                "# seed {seed}, step {}: {}\n",
+                violation.step, violation.numbers
+            );
+        }
         text += &format!(
-            "\n# {invariant}: violated by seeds {seeds:?}\n# seed {seed}, step {}: {}\n# smallest, step {}: {}\n{scene}",
-            violation.step, violation.numbers, small.step, small.numbers
+            "# smallest of seed {seed}, step {}: {}\n{scene}",
+            small.step, small.numbers
         );
     }
     text

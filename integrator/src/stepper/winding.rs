@@ -7,7 +7,7 @@
 
 use super::Stepper;
 use crate::StepError;
-use taut_model::Constraint;
+use taut_model::{Constraint, Scene};
 
 /// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
 const FASTEST: f64 = 0.25;
@@ -50,6 +50,17 @@ impl Stepper {
         }
     }
 
+    /// A winch whose drum is empty stands or hauls in by the tension of the step that led here; whether that changed.
+    pub(super) fn stall(&mut self, i: usize) -> bool {
+        let row = self.pieces.rows.row_range(i).start;
+        let (tension, time) = (-self.mu[row] / self.mu_dt, self.time);
+        match &mut self.scene.constraints[i] {
+            Constraint::MasslessCable(cable) => cable.stall(tension, time),
+            Constraint::Fairlead(lead) => lead.stall(tension, time),
+            _ => false,
+        }
+    }
+
     /// What the drum of fairlead `i` has let go in the last sub-step \[m].
     fn paid_out(&mut self, i: usize) -> f64 {
         let bounds = &self.pieces.rows.bounds;
@@ -64,6 +75,17 @@ impl Stepper {
         self.history.phi_t[bound.row] -= paid / self.stage.advanced();
         paid
     }
+}
+
+/// The constraints that are cables with winches.
+pub(super) fn winches(scene: &Scene) -> Vec<usize> {
+    let has_winch = |constraint: &Constraint| match constraint {
+        Constraint::MasslessCable(cable) => cable.winch.is_some(),
+        other => matches!(other, Constraint::Fairlead(_)),
+    };
+    let all = scene.constraints.iter().enumerate();
+    all.filter_map(|(i, constraint)| has_winch(constraint).then_some(i))
+        .collect()
 }
 
 #[cfg(test)]

@@ -268,7 +268,14 @@ fn passive_energy(case: &Case) -> Fault {
             .iter()
             .map(|p| 0.5 * p.compliance * p.tension * p.tension);
         stored = stored.max(elastic.sum());
-        let allowed = part * scale + 1e-5 * weight + pressed + rings * stored;
+        // Gravity acts on what is let go from half a step before on.
+        let late = if case.run.steps[..=n].iter().any(|m| m.report.events > 0) {
+            let fastest = (2.0 * scale / case.scene.mass()).sqrt();
+            weight * (0.5 * fastest / RATE + 0.125 * G / (RATE * RATE))
+        } else {
+            0.0
+        };
+        let allowed = part * scale + 1e-5 * weight + pressed + rings * stored + late;
         let gain = total - start.1;
         if gain > allowed {
             return Some((
@@ -380,42 +387,64 @@ fn mean_gap(phi: [f64; 4]) -> f64 {
     c + 0.5 * (d - 2.0 * c + b) - 0.1 * (d - 3.0 * c + 3.0 * b - a)
 }
 
+/// Parts that a cable slips between, together: what slips shortens one by what it adds to the next, so that only their sum
+/// tells a slack cable.
+fn chains(m: &Moment) -> Vec<Vec<&Part>> {
+    let mut chains: Vec<Vec<&Part>> = m.parts.iter().map(|part| vec![part]).collect();
+    for wheel in &m.wheels {
+        let (joined, rest) = chains.into_iter().partition::<Vec<_>, _>(|chain| {
+            chain.iter().any(|part| wheel.parts.contains(&part.name))
+        });
+        chains = rest;
+        chains.push(joined.into_iter().flatten().collect());
+    }
+    chains
+}
+
 fn slack(case: &Case) -> Fault {
     let noise = 1e-9 * case.choices.weight().min(1e12);
     first(case, |n, m| {
-        m.parts.iter().find_map(|part| {
-            if part.tension < -noise {
-                return Some(format!("{part:?} pushes"));
+        if let Some(part) = m.parts.iter().find(|part| part.tension < -noise) {
+            return Some(format!("{part:?} pushes"));
+        }
+        if case.choices.steps.substeps > 1 || m.report.asleep {
+            return None;
+        }
+        chains(m).into_iter().find_map(|chain| {
+            let mut phi = [0.0; 4];
+            for part in &chain {
+                let history = history(case, n, part)?;
+                phi.iter_mut().zip(history).for_each(|(sum, p)| *sum += p.phi);
             }
-            if case.choices.steps.substeps > 1 || m.report.asleep {
-                return None;
-            }
-            let phi = history(case, n, part)?.map(|p| p.phi);
             // What crosses its length within a step takes the mean of a hat about t for its gap, up to a sixth of its way in a
             // step, besides what the scheme adds for the gaps before and after.
             let way = (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs());
             let crosses = phi[2] > -way;
             let beside = mean_gap(phi) - if crosses { phi[2] } else { 0.0 };
             let most = beside.max(0.0) + if crosses { way / 6.0 } else { 0.0 };
-            let open = phi[2] < 0.0 && phi[3] < 0.0 && part.compliance * part.tension > most + 1e-9;
-            let rigid = part.compliance == 0.0 && phi[2] < -way - 1e-6;
-            let open = open && part.compliance > 0.0;
-            (part.tension > noise && (open || rigid)).then(|| {
+            let law: f64 = chain.iter().map(|part| part.compliance * part.tension).sum();
+            let is_rigid = chain.iter().all(|part| part.compliance == 0.0);
+            let turning: f64 = chain.iter().map(|part| turning(case, n, part)).sum();
+            let open = phi[2] < 0.0 && phi[3] < 0.0 && law > most + turning + 1e-9;
+            let open = if is_rigid { phi[2] < -way - 1e-6 } else { open };
+            let pulls = chain.iter().find(|part| part.tension > noise)?;
+            open.then(|| {
                 format!(
                     "`{}` carries {:.4e} N while {:.3e} m, then {:.3e} m longer than its path (τ = {} s)",
-                    part.name, part.tension, -phi[2], -phi[3], part.damping
+                    pulls.name, pulls.tension, -phi[2], -phi[3], pulls.damping
                 )
             })
         })
     })
 }
 
-/// By how much a path is longer at the end of step `n` than its rates say, twofold: of points that go round in a circle \[m].
-fn turning(case: &Case, n: usize) -> f64 {
+/// By how much the path of a part is longer at the end of step `n` than its rates say, twofold: of points that go round in a
+/// circle about its other end, as long as the part is now, or about the body's centre \[m].
+fn turning(case: &Case, n: usize, part: &Part) -> f64 {
     let bodies = &case.run.steps[n].bodies;
-    let length = case.choices.rope.as_ref().map_or(1.0, |r| r.length);
     let squares = bodies.velocity.iter().zip(&bodies.angular_velocity);
-    let squares = squares.map(|(v, w)| v.norm_squared() / (0.5 * length) + 0.25 * w.norm_squared());
+    let squares =
+        squares.map(|(v, w)| v.norm_squared() / (0.5 * part.length) + 0.25 * w.norm_squared());
     squares.fold(0.0, f64::max) / (RATE * RATE)
 }
 
@@ -436,7 +465,7 @@ fn stretch(case: &Case) -> Fault {
             let law = part.compliance * part.tension;
             let found = mean_gap(phi) + part.damping * (phi[3] - phi[2]) * RATE;
             let moved = (most - least) * (1.0 + part.damping * RATE);
-            let allowed = 1e-6 + 1e-6 * law + moved + turning(case, n) * (1.0 + part.damping * RATE);
+            let allowed = 1e-6 + 1e-6 * law + moved + turning(case, n, part) * (1.0 + part.damping * RATE);
             ((law - found).abs() > allowed).then(|| {
                 format!(
                     "`{}`: ε T = {law:.3e} m of {:.3e} N, path less length and damping {found:.3e} m, moved {moved:.1e} m",
@@ -560,8 +589,8 @@ fn work_of_contacts(case: &Case) -> Fault {
 /// m Δv of each body against gravity, constraints and contacts: to the angle that ropes turn by in the step.
 fn momentum(case: &Case) -> Fault {
     let c = &case.choices;
-    // The rope's part of a blow is in no force.
-    let struck = c.restitution > 0.0 && c.rope.is_some();
+    // The part of a blow that ropes and links have is in no force.
+    let struck = c.restitution > 0.0 && (c.rope.is_some() || c.attach.is_some());
     if c.steps.substeps > 1 || c.load.mass > 1e12 || struck {
         return None;
     }
