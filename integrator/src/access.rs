@@ -335,6 +335,7 @@ impl Stepper {
         self.channel(control, value)?;
         self.scene.set_control(control, value, self.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
+        self.pieces.rescale(&self.scene);
         self.stage.unsolve();
         Ok(())
     }
@@ -396,6 +397,7 @@ impl Stepper {
             self.wake();
         }
         self.pieces.rows.update(&self.scene, self.time);
+        self.pieces.rescale(&self.scene);
     }
 }
 

@@ -212,6 +212,11 @@ impl Closing {
         }
     }
 
+    /// φ of bounded row `k` at the beginning of the step or implicit sub-step \[m].
+    pub(crate) fn begun(&self, k: usize) -> f64 {
+        self.begin[k]
+    }
+
     /// φ of the open side, 0 of a row that begins taut, or has no open side \[m].
     fn slack(&self, k: usize, bound: &RowBounds) -> f64 {
         let side = side(bound);

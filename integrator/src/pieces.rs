@@ -92,6 +92,17 @@ impl Pieces {
         }
     }
 
+    /// Takes the lengths of cables without mass as they are, so that a run that is taken up again is judged as it was.
+    pub(crate) fn rescale(&mut self, scene: &Scene) {
+        for gap in &mut self.gaps {
+            let constraint = &scene.constraints[gap.constraint];
+            if matches!(constraint, Constraint::MasslessCable(_)) {
+                let length = turning_length(constraint);
+                gap.scale = 1.0 / (length * length);
+            }
+        }
+    }
+
     /// Whether a row is one of the geometric stiffness of a link.
     pub(crate) fn is_transverse(&self, row: usize) -> bool {
         self.weighting[row] == Weighting::Transverse

@@ -636,6 +636,9 @@ impl Stepper {
         if slipped {
             self.pieces.rows.update_state(&self.scene, self.time);
         }
+        if slipped || self.slip.slips() {
+            self.pieces.rescale(&self.scene);
+        }
         self.cut_at_winches();
     }
 

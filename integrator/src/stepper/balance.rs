@@ -69,7 +69,8 @@ pub(crate) struct Account {
     recovery: [f64; 2],
     #[cfg_attr(feature = "serde", serde(default))]
     overlap: f64,
-    /// What of the drives' motion in the last sub-step \[m, rad] is the next forces', and the last forces λ, one a row.
+    /// Half the drives' rates in the last sub-step \[m/s, rad/s], which the next impulses act at, and the last forces λ, one a
+    /// row.
     open: Vec<f64>,
     lambda: Vec<f64>,
     /// Excess in the last steps.
@@ -139,17 +140,29 @@ impl Stepper {
         account.recovery[1] = recovery;
         let last = account.open.iter_mut().zip(&mut account.lambda);
         for ((mu, moved), (open, lambda)) in self.mu.iter().zip(&moved).zip(last) {
-            // Half of a motion is that of the forces at its beginning, half that of those at its end.
+            // An impulse acts at the mean of the rates before it and after it, however long their steps are; the force of an
+            // implicit step over half its motion, and the force before it over the other half.
             let (force, half) = (mu / dt, 0.5 * moved);
-            account.work -= *open * force;
-            account.pending -= half * if implicit { force + *lambda } else { force };
-            (*open, *lambda) = (if implicit { 0.0 } else { half }, force);
+            account.work -= *open * mu;
+            if implicit {
+                account.pending -= half * (force + *lambda);
+            } else {
+                account.pending -= half * force;
+            }
+            (*open, *lambda) = (if implicit { 0.0 } else { half / dt }, force);
         }
         if implicit {
             account.work += std::mem::take(&mut account.pending);
             account.recovery[0] += std::mem::take(&mut account.recovery[1]);
         }
         self.in_rows[1] = moved;
+    }
+
+    /// The present impulses bring the velocities to their own time: the work of the half before it, as far as drives do some.
+    pub(crate) fn account_up_to_now(&mut self) {
+        for (open, mu) in self.account.open.iter_mut().zip(&self.mu[..]) {
+            self.account.work -= std::mem::take(open) * mu;
+        }
     }
 
     /// The contacts' impulses are those of a blow after the sub-step: its work.
@@ -406,16 +419,17 @@ impl Stepper {
         let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
         let mut work = 0.0;
         let bounds = rows.bounds.iter().zip(self.bounded.places());
-        for (bound, place) in bounds {
+        for (k, (bound, place)) in bounds.enumerate() {
             let mu = self.mu[bound.row];
             if place == Place::Inside || mu == 0.0 {
                 continue;
             }
             if self.scene.constraints[bound.constraint].motor().is_none() {
-                // What it let go: its path at the end beyond the stretch that it keeps. The rates at the beginning would miss
-                // how it turns.
+                // What it let go: its path at the end beyond the stretch that it keeps, or had. The rates at the beginning
+                // would miss how it turns.
                 let force = mu / dt;
-                work += force * (rows.phi[bound.row] + rows.compliance[bound.row] * force);
+                let kept = (-rows.compliance[bound.row] * force).max(self.closing.begun(k));
+                work += force * (rows.phi[bound.row] - kept);
                 continue;
             }
             let first = rows.row_range(bound.constraint).start;
