@@ -371,10 +371,12 @@ fn rebound(case: &Case) -> Fault {
 /// The part in the three states before the end of step `n`, latest last.
 fn history<'a>(case: &'a Case, n: usize, part: &'a Part) -> Option<[&'a Part; 4]> {
     let steps = &case.run.steps[n.checked_sub(3)?..=n];
-    if steps
-        .iter()
-        .any(|m| m.report.events > 0 || m.report.implicit_substeps > 0)
-    {
+    // A cable that leaves a sheave is one part with another path.
+    let other = |m: &Moment| {
+        let sudden = m.report.events > 0 || m.report.implicit_substeps > 0;
+        sudden || m.parts.len() != steps[3].parts.len()
+    };
+    if steps.iter().any(other) {
         return None;
     }
     let of = |k: usize| steps[k].part(&part.name);
@@ -499,6 +501,19 @@ fn at_sheaves(m: &Moment) -> impl Iterator<Item = (f64, f64, f64, f64)> + '_ {
         .filter_map(move |w| Some((tension(&w.parts[0])?, tension(&w.parts[1])?, w.slip, w.grip)))
 }
 
+/// By how much e^(μθ) differs between sub-steps, over itself: a span turns by its end's way over its length.
+fn between(case: &Case, m: &Moment) -> f64 {
+    let friction = case.choices.rope.as_ref().and_then(|r| r.sheave);
+    if case.choices.steps.substeps == 1 {
+        return 0.0;
+    }
+    let speeds = m.bodies.velocity.iter().map(|v| v.norm());
+    let fastest = speeds.fold(0.0, f64::max);
+    let lengths = m.parts.iter().map(|part| part.length);
+    let shortest = lengths.fold(f64::INFINITY, f64::min);
+    friction.unwrap_or(0.0) * fastest / (RATE * shortest)
+}
+
 fn cone_of_sheaves(case: &Case) -> Fault {
     let noise = 1e-6 * case.choices.weight();
     first(case, |n, m| {
@@ -510,7 +525,7 @@ fn cone_of_sheaves(case: &Case) -> Fault {
         at_sheaves(m)
             .zip(wheels)
             .find_map(|((before, after, slip, grip), last)| {
-                let grip = grip.max(last.grip) * (1.0 + 1e-6);
+                let grip = grip.max(last.grip) * (1.0 + 1e-6 + between(case, m));
                 let beyond = before > grip * after + noise || after > grip * before + noise;
                 beyond.then(|| {
                     format!("{before:.6e} and {after:.6e} N, e^μθ = {grip}, slip {slip:e} m/s")

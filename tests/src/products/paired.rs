@@ -49,7 +49,7 @@ pub(super) fn estimated(case: &Case) -> Fault {
     differs(&case.run, &again(case, other, steps())?, 0)
 }
 
-/// What creeps may go on by the distance in each period; what moves with a period of more than that of sleep is none.
+/// What swings may be off by the distance, and what creeps goes on by it in each period.
 pub(super) fn asleep(case: &Case) -> Fault {
     let own = options(&case.choices);
     let (sleeps, distance) = (own.sleep.is_some(), sleep().distance);
@@ -62,7 +62,7 @@ pub(super) fn asleep(case: &Case) -> Fault {
     let since = slept.steps.iter().position(|m| m.report.asleep)?;
     let allowed = |n: usize| {
         let time = n.saturating_sub(since) as f64 / RATE;
-        distance * (time / sleep().period).max(1.0)
+        distance * (1.0 + time / sleep().period)
     };
     let pairs = case.run.steps.iter().zip(&other.steps).enumerate();
     let off = pairs.map(|(n, (a, b))| {
