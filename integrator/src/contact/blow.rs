@@ -89,6 +89,7 @@ impl Operator {
             for touch in members.iter() {
                 let touch = &mut touches[*touch];
                 if !driven || (touch.hit && touch.arrives) {
+                    touch.struck = true;
                     hardened |= touch.harden();
                 }
             }
