@@ -22,7 +22,7 @@
 //! are then held together, and the one that arrived still rebounds. Then the step's impulses go towards those of a step
 //! without restitution, which take energy away, until the gain is none.
 
-use super::operator::Factor;
+use super::operator::{Factor, Operator};
 use super::{Contacts, Touch};
 use crate::pieces::Pieces;
 use taut_model::Scene;
@@ -66,12 +66,8 @@ impl Touch {
             false if gap == 0.0 => 0.0,
             false => dt,
         };
-        let beyond = if of_scheme {
-            [0.5 * dt, -0.5 * dt]
-        } else {
-            [0.5 * (dt - time); 2]
-        };
-        self.shift = beyond.map(|time| a.map(|a| a * time));
+        // Those of the scheme are known with its impulses.
+        self.shift = [a.map(|a| a * 0.5 * (dt - time)); 2];
         if e == 0.0 || !self.hit || !arrives {
             return;
         }
@@ -83,6 +79,29 @@ impl Touch {
             self.rebound = Some(parting + a[0] * (0.5 * dt - arrival));
         } else {
             self.rebound = Some(parting);
+        }
+    }
+}
+
+impl Operator {
+    /// Takes what the rates of a step of the scheme have beyond those that tell the work, after [`Operator::energy`] of its
+    /// impulses: ± half of a Δt, by which free contacts change from the rates that `begun` gives to the `solved` ones less
+    /// those of the impulses.
+    fn take_free(
+        &self,
+        touches: &mut [Touch],
+        solved: &[f64],
+        begun: &dyn Fn(usize) -> [f64; 6],
+    ) {
+        let moved = self.moved_rates.as_chunks::<3>().0;
+        let solved = solved.as_chunks::<3>().0;
+        for (i, (moved, solved)) in moved.iter().zip(solved).enumerate() {
+            let (before, sigma) = (touches[i].rates(begun), self.sigma(i, touches));
+            let impulse = touches[i].impulse;
+            let half: [f64; 3] = std::array::from_fn(|k| {
+                0.5 * (solved[k] + moved[k] + sigma[k] * impulse[k] - before[k])
+            });
+            touches[i].shift = [half, half.map(|x| -x)];
         }
     }
 }
@@ -103,13 +122,13 @@ impl Contacts {
     }
 
     /// Impulses of rebounds, from the velocities at the end of a step `dt` long, which `of` gives; those that it was solved
-    /// for, before the bodies turned, `solved` gives. The step's impulses are kept in `resting`. Scaled so that both together
+    /// for, before the bodies turned, `solved` gives, and those that it began with `begun`. The step's impulses are kept in `resting`. Scaled so that both together
     /// add no energy where bodies do not turn.
     pub(crate) fn rebound(
         &mut self,
         method: ConeMethod,
         dt: f64,
-        (solved, of): (impl Fn(usize) -> [f64; 6], impl Fn(usize) -> [f64; 6]),
+        [begun, solved, of]: [&dyn Fn(usize) -> [f64; 6]; 3],
         factor: &mut Factor<'_>,
         each: impl FnMut(ConeReport, bool),
     ) -> Result<Budget, SolveError> {
@@ -118,8 +137,8 @@ impl Contacts {
         wanted.clear();
         rates.clear();
         for touch in &self.touches {
-            let [n, s, t] = touch.rates(&of);
-            rates.extend(touch.rates(&solved));
+            let [n, s, t] = touch.rates(of);
+            rates.extend(touch.rates(solved));
             let room = (touch.found.gap + dt * n).max(0.0) / dt;
             wanted.extend([touch.rebound.map_or(n + room, |rate| n - rate), s, t]);
         }
@@ -133,10 +152,14 @@ impl Contacts {
             let instant = rates.iter().zip(shifts).map(|(u, shift)| u - shift);
             impulses.zip(instant).map(|(p, u)| p * u).sum()
         };
-        let spent =
-            along(&self.touches, &rates, 0) - 0.5 * self.operator.energy(&self.touches, factor)?;
+        let square = self.operator.energy(&self.touches, factor)?;
+        if self.of_scheme {
+            let touches = &mut self.touches;
+            self.operator.take_free(touches, &rates, begun);
+        }
+        let spent = along(&self.touches, &rates, 0) - 0.5 * square;
         for (touch, rates) in self.touches.iter().zip(rates.as_chunks_mut::<3>().0) {
-            *rates = touch.rates(&of);
+            *rates = touch.rates(of);
         }
         let gains = spent > 0.0;
         if gains {

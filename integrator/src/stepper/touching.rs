@@ -186,7 +186,7 @@ impl Stepper {
         let done = contacts.rebound(
             self.options.contacts.of_dense_problems(),
             contacts.dt(),
-            (solved_for, of),
+            [&|i| v.get(i), &solved_for, &of],
             &mut factor,
             |report, softer| {
                 tally.contacts.add(&report, softer);
