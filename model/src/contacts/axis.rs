@@ -63,10 +63,22 @@ pub(super) fn axis(a: &Solid, b: &Solid) -> (Vector3<f64>, f64) {
             let face = a.face_along(&-n).map(|(normal, _)| -normal);
             let n = face
                 .or_else(|| b.face_along(&n).map(|(normal, _)| normal))
-                .unwrap_or(n);
+                .unwrap_or_else(|| standing(a, b, n));
             (n, separation(a, b, &n))
         },
     )
+}
+
+/// The normal of a face on which a capsule stands, or else `n`, the direction of their shortest connection. Beyond the edge of
+/// the face a capsule that is tilted by next to nothing is nearest to that edge, and would touch it in one point.
+fn standing(a: &Solid, b: &Solid, n: Vector3<f64>) -> Vector3<f64> {
+    let clearly = CLEARLY * (a.size() + b.size());
+    let most = separation(a, b, &n) - clearly;
+    let normals = a.faces().chain(b.faces());
+    let upright = normals.map(|m| m * m.dot(&n).signum());
+    let mut stands = upright.filter(|m| m.dot(&n) > UPRIGHT);
+    let carries = |m: &Vector3<f64>| (most..clearly).contains(&separation(a, b, m));
+    stands.find(carries).unwrap_or(n)
 }
 
 /// Whether boxes or cylinders that have s(n) = `gap` along n just miss each other: another face across n passes over or under
