@@ -87,12 +87,7 @@ impl Operator {
     /// Takes what the rates of a step of the scheme have beyond those that tell the work, after [`Operator::energy`] of its
     /// impulses: ± half of a Δt, by which free contacts change from the rates that `begun` gives to the `solved` ones less
     /// those of the impulses.
-    fn take_free(
-        &self,
-        touches: &mut [Touch],
-        solved: &[f64],
-        begun: &dyn Fn(usize) -> [f64; 6],
-    ) {
+    fn take_free(&self, touches: &mut [Touch], solved: &[f64], begun: &dyn Fn(usize) -> [f64; 6]) {
         let moved = self.moved_rates.as_chunks::<3>().0;
         let solved = solved.as_chunks::<3>().0;
         for (i, (moved, solved)) in moved.iter().zip(solved).enumerate() {

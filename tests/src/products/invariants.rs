@@ -550,7 +550,9 @@ fn work_of_contacts(case: &Case) -> Fault {
             let allowed = size * rate + residual * c.slip.norm();
             (power > allowed).then(|| {
                 let slip = c.slip.norm();
-                format!("friction {size:e} N, slip {slip:e} m/s: {power:e} W, allowed {allowed:e} W")
+                format!(
+                    "friction {size:e} N, slip {slip:e} m/s: {power:e} W, allowed {allowed:e} W"
+                )
             })
         })
     })
