@@ -208,6 +208,11 @@ impl Touch {
         }
     }
 
+    /// The first of [`rates`](Self::rates).
+    pub(crate) fn normal_rate(&self, of: impl Fn(usize) -> [f64; 6]) -> f64 {
+        self.row(0).map(|(i, row)| dot(&row, &of(i))).sum()
+    }
+
     /// The velocity that friction is against, of the last solve, world \[m/s].
     fn slip(&self, pieces: &Pieces) -> Vector3<f64> {
         let [_, s, t] = self.rates(|i| pieces.rates_after_solve(i));

@@ -42,7 +42,7 @@ impl Touch {
     /// Whether the shapes touch and do not arrive, neither faster than `slowest` nor over a gap that takes more than that in
     /// a step `dt`.
     pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
-        let [rate, ..] = self.rates(|i| scene.bodies.rates(i));
+        let rate = self.normal_rate(|i| scene.bodies.rates(i));
         rate >= -slowest && self.found.gap <= slowest * dt
     }
 
