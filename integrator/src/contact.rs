@@ -46,6 +46,7 @@ mod damping;
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
+mod past;
 pub(crate) mod rebound;
 mod sweeps;
 mod through;
@@ -57,6 +58,7 @@ use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
+use past::Past;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -345,6 +347,8 @@ pub(crate) struct Contacts {
     pub(crate) blow: [BodyVectors; 2],
     wanted: Vec<f64>,
     pub(crate) joints: Vec<f64>,
+    /// Of the accelerated passes.
+    pub(crate) past: Past,
 }
 
 impl Contacts {
@@ -373,6 +377,7 @@ impl Contacts {
             blow: [(); 2].map(|()| BodyVectors::new(bodies)),
             wanted: Vec::new(),
             joints: Vec::new(),
+            past: Past::default(),
         }
     }
 
