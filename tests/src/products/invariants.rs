@@ -561,8 +561,8 @@ fn work_of_contacts(case: &Case) -> Fault {
 /// m Δv of each body against gravity, constraints and contacts: to the angle that ropes turn by in the step.
 fn momentum(case: &Case) -> Fault {
     let c = &case.choices;
-    // The rope's part of a blow is in no force.
-    let struck = c.restitution > 0.0 && c.rope.is_some();
+    // What ropes and ties take of a blow is in no force.
+    let struck = c.restitution > 0.0 && (c.rope.is_some() || c.attach.is_some());
     if c.steps.substeps > 1 || c.load.mass > 1e12 || struck {
         return None;
     }
