@@ -240,12 +240,7 @@ fn no_tumbling_body_gains_energy_in_a_bounce() {
                     ..rough(friction)
                 };
                 let mut scene = ground(0.0, surface);
-                let i = add(
-                    &mut scene,
-                    body.clone().at(Vector3::z() * 1.3),
-                    shape,
-                    surface,
-                );
+                let i = add(&mut scene, body.at(Vector3::z() * 1.3), shape, surface);
                 let k = f64::from(k);
                 let turn = UnitQuaternion::from_euler_angles(0.9 * k, 1.4 * k, 0.1);
                 scene.bodies.orientation[i] = turn;
