@@ -46,6 +46,7 @@ mod damping;
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
+mod past;
 pub(crate) mod rebound;
 mod sweeps;
 mod through;
@@ -57,6 +58,7 @@ use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
+use past::Past;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -116,8 +118,12 @@ pub(crate) struct Touch {
     pub(crate) arrives: bool,
     /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
     pub(crate) rebound: Option<f64>,
-    /// By how much the step's rates differ from those of the instant of the blow, in the mean of before and after \[m/s].
-    pub(crate) shift: [f64; 3],
+    /// What the rates with the step's impulses, and those with a blow's, have beyond the ones that tell their work \[m/s]:
+    /// see [`rebound`].
+    pub(crate) shift: [[f64; 3]; 2],
+    /// Whether a blow passes through it in this step, and whether one did in the last.
+    pub(crate) struck: bool,
+    jolted: bool,
 }
 
 impl Touch {
@@ -152,7 +158,9 @@ impl Touch {
             hit: false,
             arrives: false,
             rebound: None,
-            shift: [0.0; 3],
+            shift: [[0.0; 3]; 2],
+            struck: false,
+            jolted: false,
             found: *found,
         }
     }
@@ -202,6 +210,17 @@ impl Touch {
         }
     }
 
+    /// The first of [`rates`](Self::rates).
+    pub(crate) fn normal_rate(&self, of: impl Fn(usize) -> [f64; 6]) -> f64 {
+        self.row(0).map(|(i, row)| dot(&row, &of(i))).sum()
+    }
+
+    /// The velocity that friction is against, of the last solve, world \[m/s].
+    fn slip(&self, pieces: &Pieces) -> Vector3<f64> {
+        let [_, s, t] = self.rates(|i| pieces.rates_after_solve(i));
+        self.axes[1] * (s + self.turn[0]) + self.axes[2] * (t + self.turn[1])
+    }
+
     /// H v, for velocities that `of` gives.
     pub(crate) fn rates(&self, of: impl Fn(usize) -> [f64; 6]) -> [f64; 3] {
         [0, 1, 2].map(|k| self.row(k).map(|(i, row)| dot(&row, &of(i))).sum())
@@ -226,6 +245,9 @@ pub struct ContactForce {
     pub gap: f64,
     /// Force on the first side, world \[N]: the mean over the sub-step, blows included.
     pub force: Vector3<f64>,
+    /// Velocity of the first surface along the second in the middle of the sub-step, without blows, world \[m/s]. Friction is
+    /// against it: exactly so of the sub-step's own forces, to the violation that the report tells.
+    pub slip: Vector3<f64>,
 }
 
 /// What the next step knows of contacts: their impulses in the last solve. Of one scene, to be put into other steppers of it.
@@ -272,7 +294,9 @@ impl Stepper {
     /// The contacts of the last sub-step: those that carry a force, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
         let contacts = &self.contacts;
+        let pieces = &self.pieces;
         contacts.touches.iter().map(|touch| ContactForce {
+            slip: touch.slip(pieces),
             colliders: touch.found.colliders,
             bodies: touch.found.bodies,
             partners: touch.found.partners,
@@ -292,6 +316,9 @@ pub(crate) struct Known {
     pub(crate) colliders: [usize; 2],
     pub(crate) key: [f64; 3],
     pub(crate) impulse: [f64; 3],
+    /// Whether a blow passed through it, whose force does not last.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) struck: bool,
 }
 
 /// The contacts of a scene, found anew for each step.
@@ -320,6 +347,8 @@ pub(crate) struct Contacts {
     pub(crate) blow: [BodyVectors; 2],
     wanted: Vec<f64>,
     pub(crate) joints: Vec<f64>,
+    /// Of the accelerated passes.
+    pub(crate) past: Past,
 }
 
 impl Contacts {
@@ -348,6 +377,7 @@ impl Contacts {
             blow: [(); 2].map(|()| BodyVectors::new(bodies)),
             wanted: Vec::new(),
             joints: Vec::new(),
+            past: Past::default(),
         }
     }
 
@@ -392,6 +422,7 @@ impl Contacts {
                 let own = touch.axes.map(|axis| axis.dot(&impulse));
                 // Of a normal that has turned far it may pull.
                 touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
+                touch.jolted = known.struck;
                 self.taken[i] = true;
             }
             touch.recover(scene, dt);
@@ -409,6 +440,7 @@ impl Contacts {
             colliders: touch.found.colliders,
             key: touch.found.key.into(),
             impulse: touch.world_impulse().into(),
+            struck: touch.struck,
         }));
     }
 
@@ -439,10 +471,11 @@ impl Contacts {
         self.dt
     }
 
-    /// K of the contacts' forces as the last solve left them.
+    /// K of the contacts' forces as the last solve left them. Those of a blow do not last: they would make bodies as inert
+    /// against turning as nothing holds them, and what is struck next would leave with energy from nowhere.
     pub(crate) fn stiffen(&mut self, scene: &Scene, geometric: &mut Geometric) {
         self.turning.clear();
-        for touch in &self.touches {
+        for touch in self.touches.iter().filter(|touch| !touch.jolted) {
             let force = touch.world_impulse() / self.dt;
             let pressed = touch.impulse[0] / self.dt;
             for carrier in touch.carriers() {
@@ -494,10 +527,7 @@ impl Contacts {
     pub(crate) fn rates(&self, pieces: &Pieces, rates: &mut Vec<f64>) {
         rates.clear();
         for touch in &self.touches {
-            let [n, s, t] = touch.rates(|i| {
-                let (v, dv) = (pieces.v.get(i), pieces.dv.get(i));
-                std::array::from_fn(|k| v[k] + dv[k])
-            });
+            let [n, s, t] = touch.rates(|i| pieces.rates_after_solve(i));
             let [across, over] = touch.turn;
             rates.extend([n + touch.offset + touch.aim, s + across, t + over]);
         }

@@ -53,6 +53,13 @@ pub(crate) struct Pieces {
 }
 
 impl Pieces {
+    /// v + Δv of a body.
+    #[inline(always)]
+    pub(crate) fn rates_after_solve(&self, body: usize) -> [f64; 6] {
+        let (v, dv) = (self.v.get(body), self.dv.get(body));
+        std::array::from_fn(|k| v[k] + dv[k])
+    }
+
     pub(crate) fn new(scene: &Scene) -> Self {
         let rows = Linearized::new(scene);
         let (count, bodies) = (rows.rows(), scene.bodies.len());

@@ -108,7 +108,7 @@ pub(crate) struct Operator {
     /// What joints are passed through in.
     pub(super) through: Through,
     /// −W p of all contacts.
-    moved_rates: Vec<f64>,
+    pub(super) moved_rates: Vec<f64>,
     solver: ConeSolver,
     /// What split islands work in.
     pub(super) split: Split,

@@ -169,8 +169,8 @@ fn shocked(case: &Case, n: usize) -> bool {
 /// Documented accuracy of the balance in shocks, and elsewhere.
 const SHOCK: f64 = 4e-2;
 const SMOOTH: f64 = 1e-3;
-/// Most that a tumbling body may gain in a bounce at 60 steps a second, as the limits say.
-const TUMBLING: f64 = 1.1e-2;
+/// Most that a tumbling body may gain in a bounce, as the limits say: the band that its free rotation keeps its energy in.
+const TUMBLING: f64 = 1e-3;
 
 /// Part of the energy of its rope's ringing that a step does not see: velocities half a step before and after have a mean
 /// that is less by (Ω Δt)²/8.
@@ -207,8 +207,11 @@ fn energy(case: &Case, n: usize) -> (f64, f64) {
     for i in middle.dynamic_bodies().collect::<Vec<_>>() {
         let bodies = &mut middle.bodies;
         bodies.velocity[i] += (after.velocity[i] - before.velocity[i]) * part;
-        bodies.angular_velocity[i] +=
-            (after.angular_velocity[i] - before.angular_velocity[i]) * part;
+        // Bodies turn freely after the forces of the beginning: by the momentum they have then.
+        if let Some(inverse) = before.inertia_world(i).try_inverse() {
+            let momentum = after.inertia_world(i) * after.angular_velocity[i];
+            bodies.angular_velocity[i] += (inverse * momentum - before.angular_velocity[i]) * part;
+        }
     }
     let now = &case.run.steps[n];
     // By its path and by its force, the lesser: a stiff rope rings in its path, a damper pulls besides.
@@ -561,40 +564,38 @@ fn cone_of_contacts(case: &Case) -> Fault {
     })
 }
 
-/// With the velocities of the end at the places of the beginning, as the step has them; blows have another end.
+/// The step's law, of the velocity that it takes to slip in the middle of the step; blows have another. With the residual r
+/// of a contact whose impulse p moves itself by w p, the projection z = w p − r of w p − u onto the cone has u·z ≤ r·z, so that
+///
+/// ```text
+/// w p·u ≤ r·(u + w p) − r²,      p·u ≤ |r| |p| + (|r|/w) |u|
+/// ```
+///
+/// The report tells the largest r Δt and r/(w Δt).
 fn work_of_contacts(case: &Case) -> Fault {
     let c = &case.choices;
     if c.restitution > 0.0 || c.steps.substeps > 1 {
         return None;
     }
-    let weight = c.weight();
-    first(case, |n, m| {
+    first(case, |_, m| {
         if m.report.undecided > 0 || m.report.implicit_substeps > 0 || m.report.asleep {
             return None;
         }
-        let (before, after) = (case.before(n), &m.bodies);
-        let at = |body: Option<usize>, point: &Vector3<f64>| match body {
-            Some(i) => {
-                after.velocity[i] + after.angular_velocity[i].cross(&(point - before.position[i]))
-            }
-            None => Vector3::zeros(),
-        };
-        let alone = m.contacts.iter().filter(|c| c.partners == [None; 2]);
-        alone.clone().find_map(|c| {
-            let [first, second] = c.bodies;
-            let slip = at(first, &c.point) - at(second, &(c.point - c.normal * c.gap));
-            let slip = slip - c.normal * c.normal.dot(&slip);
+        let left = &m.report.contacts;
+        let after = &m.bodies;
+        // What velocities and forces are rounded by, in sums of some numbers of this size.
+        let speed = |i: usize| after.velocity[i].norm() + after.angular_velocity[i].norm();
+        let fastest = case.scene.dynamic_bodies().map(speed).fold(1.0, f64::max);
+        m.contacts.iter().find_map(|c| {
             let across = c.force - c.normal * c.normal.dot(&c.force);
-            let power = across.dot(&slip);
-            // The step turns what it has solved for with the body, and a contact that sticks follows that turn.
-            let turned = |i: usize| after.angular_velocity[i].norm_squared() * 0.5 / RATE;
-            let turned: f64 = c.bodies.into_iter().flatten().map(turned).sum();
-            let allowed = across.norm() * (1e-6 * slip.norm() + turned) + 1e-9 * weight;
+            let (size, power) = (across.norm(), across.dot(&c.slip));
+            let rate = left.residual_gap * RATE + 1e-14 * fastest;
+            let residual = left.residual_force + 1e-14 * c.force.norm();
+            let allowed = size * rate + residual * c.slip.norm();
             (power > allowed).then(|| {
+                let slip = c.slip.norm();
                 format!(
-                    "friction {:e} N, slip {:e} m/s: {power:e} W",
-                    across.norm(),
-                    slip.norm()
+                    "friction {size:e} N, slip {slip:e} m/s: {power:e} W, allowed {allowed:e} W"
                 )
             })
         })
