@@ -46,7 +46,6 @@ mod damping;
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
-mod past;
 pub(crate) mod rebound;
 mod sweeps;
 mod through;
@@ -58,7 +57,6 @@ use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
-use past::Past;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -347,8 +345,6 @@ pub(crate) struct Contacts {
     pub(crate) blow: [BodyVectors; 2],
     wanted: Vec<f64>,
     pub(crate) joints: Vec<f64>,
-    /// Of the accelerated passes.
-    pub(crate) past: Past,
 }
 
 impl Contacts {
@@ -377,7 +373,6 @@ impl Contacts {
             blow: [(); 2].map(|()| BodyVectors::new(bodies)),
             wanted: Vec::new(),
             joints: Vec::new(),
-            past: Past::default(),
         }
     }
 

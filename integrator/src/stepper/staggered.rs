@@ -1,7 +1,6 @@
 //! Contacts before the joints, as the paper has them: see [`crate::contact::method`].
 
 use super::Stepper;
-use super::touching::DensePass;
 use crate::{Phase, StepError};
 
 impl Stepper {
@@ -26,7 +25,7 @@ impl Stepper {
             if hardened {
                 self.contacts.rates(&self.pieces, &mut rates);
             }
-            let done = self.solve_dense(dt, &mut rates, DensePass::First);
+            let done = self.solve_dense(dt, &mut rates, true);
             self.contacts.apply(&mut self.pieces.inertia, true);
             done.map(|_| ()).map_err(|e| self.culprit(e))
         });

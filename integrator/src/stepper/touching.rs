@@ -14,22 +14,8 @@ use taut_solver::coulomb::ConeMethod;
 /// Solutions through W at most: what it is inexact by each takes away.
 const PASSES: usize = 6;
 
-/// Further ones where cables slip, which W does not know of: these are accelerated.
-const FURTHER: usize = 24;
-
 /// Largest violation of the contacts' conditions, over the size of their rates, that needs no further pass.
 const TOLERANCE: f64 = 1e-10;
-
-/// A solution through W.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum DensePass {
-    /// It takes what contacts aim at.
-    First,
-    /// It takes the rates as they are.
-    Next,
-    /// It takes them further on the way that the last passes went.
-    Accelerated,
-}
 
 /// The factor of the joints' system of a stepper, of which nothing else is taken.
 macro_rules! factor_of {
@@ -100,12 +86,10 @@ impl Stepper {
         solve: &mut impl FnMut(&mut Self) -> Result<(), StepError>,
     ) -> Result<f64, StepError> {
         // A pass takes away what W is inexact by; what sweeps leave is their answer.
-        let (mut passes, mut further) = match self.options.contacts.of_dense_problems() {
-            ConeMethod::Newton if !self.slip.is_empty() => (PASSES, FURTHER),
-            ConeMethod::Newton => (PASSES, 0),
-            _ => (1, 0),
+        let mut passes = match self.options.contacts.of_dense_problems() {
+            ConeMethod::Newton => PASSES,
+            _ => 1,
         };
-        self.contacts.past.forget();
         for pass in 0.. {
             self.pieces.update_velocity_change(&self.mu);
             self.contacts.rates(&self.pieces, rates);
@@ -120,26 +104,17 @@ impl Stepper {
             self.contacts.regularize(rates);
             let found = self.contacts.violation(rates, &self.pieces);
             let settled = found <= tolerance && (!new || self.contacts.none_active());
-            let beyond = passes == 0 && further > 0;
-            if beyond {
-                (passes, further) = (1, further - 1);
-            }
             if passes == 0 || settled {
                 return Ok(found);
             }
             // Contacts become active one after the other at worst.
             passes -= usize::from(!new);
-            let kind = match pass {
-                0 => DensePass::First,
-                _ if beyond && !new => DensePass::Accelerated,
-                _ => DensePass::Next,
-            };
-            let done = self.solve_dense(dt, rates, kind);
+            let done = self.solve_dense(dt, rates, pass == 0);
             self.contacts.apply(&mut self.pieces.inertia, true);
             self.tally.end(Phase::Solve);
             // Where no impulses are found, further passes find none either.
             if !done.map_err(|e| self.culprit(e))? {
-                (passes, further) = (passes.min(1), 0);
+                passes = passes.min(1);
             }
             solve(self)?;
         }
@@ -151,16 +126,14 @@ impl Stepper {
         &mut self,
         dt: f64,
         rates: &mut [f64],
-        kind: DensePass,
+        first: bool,
     ) -> Result<bool, SolveError> {
         let mut factor = factor_of!(self, Some(&mut self.slip));
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         operator.take_away(touches, rates, &mut factor)?;
-        match kind {
-            DensePass::First => contacts.aim(&self.pieces, rates, dt),
-            DensePass::Next => contacts.past.forget(),
-            DensePass::Accelerated => contacts.past.accelerate(rates),
+        if first {
+            contacts.aim(&self.pieces, rates, dt);
         }
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         let method = self.options.contacts.of_dense_problems();
