@@ -17,7 +17,7 @@ use crate::regularization::{Known, Regularization};
 use taut_lanes::vector::dot;
 use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, WideKernel, dispatch, dispatch_wide};
 use taut_model::BodyVectors;
-use taut_model::lanes::{Numbers, in_packs};
+use taut_model::lanes::{Numbers, PACK, in_packs};
 use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
@@ -104,8 +104,20 @@ impl Pieces {
         for gap in &mut self.gaps {
             let constraint = &scene.constraints[gap.constraint];
             if matches!(constraint, Constraint::MasslessCable(_)) {
-                let length = turning_length(constraint);
-                gap.scale = 1.0 / (length * length);
+                gap.scale = scale_of(constraint);
+            }
+        }
+    }
+
+    /// The same of the lever arms of these constraints.
+    pub(crate) fn rescale_some(&mut self, scene: &Scene, some: &[usize]) {
+        for &c in some {
+            let scale = scale_of(&scene.constraints[c]);
+            let joint = self.rows.joints().iter().position(|j| j.constraint == c);
+            if let Some(k) = joint {
+                self.joint_gaps[k / PACK][k % PACK] = scale;
+            } else if let Some(gap) = self.gaps.iter_mut().find(|gap| gap.constraint == c) {
+                gap.scale = scale;
             }
         }
     }
@@ -384,8 +396,18 @@ impl Gap {
             constraint: c,
             first: range.start,
             rows: lengths.count(),
-            scale: 1.0 / (length * length),
+            scale: scale_of(constraint),
         })
+    }
+}
+
+/// 1 over the square of the length that a constraint's gap turns over, 0 where it does not turn \[1/m²].
+fn scale_of(constraint: &Constraint) -> f64 {
+    let length = turning_length(constraint);
+    if length > 0.0 {
+        1.0 / (length * length)
+    } else {
+        0.0
     }
 }
 

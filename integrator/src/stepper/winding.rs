@@ -41,6 +41,11 @@ impl Stepper {
                 && let Some(body) = self.scene.constraints[i].frames()[1].body_index()
             {
                 self.pieces.inertia.renew(&self.scene.bodies, body);
+                if let Some(cable) = self.scene.cable_at(i) {
+                    let joints = &self.scene.cables[cable].joints;
+                    let first = &joints[..joints.len().min(2)];
+                    self.pieces.rescale_some(&self.scene, first);
+                }
                 cut = true;
             }
         }

@@ -423,7 +423,9 @@ fn slack(case: &Case) -> Fault {
             }
             // What crosses its length within a step takes the mean of a hat about t for its gap, up to a sixth of its way in a
             // step, besides what the scheme adds for the gaps before and after.
-            let way = (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs());
+            // Its rate at t is the mean of the steps beside it, or what the first of them had at its end.
+            let bends = 0.5 * (phi[3] - 2.0 * phi[2] + phi[1]).abs();
+            let way = (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs()) + bends;
             let crosses = phi[2] > -way;
             let beside = mean_gap(phi) - if crosses { phi[2] } else { 0.0 };
             let most = beside.max(0.0) + if crosses { way / 6.0 } else { 0.0 };
@@ -431,7 +433,7 @@ fn slack(case: &Case) -> Fault {
             let is_rigid = chain.iter().all(|part| part.compliance == 0.0);
             let turning: f64 = chain.iter().map(|part| turning(case, n, part)).sum();
             let open = phi[2] < 0.0 && phi[3] < 0.0 && law > most + turning + 1e-9;
-            let open = if is_rigid { phi[2] < -way - 1e-6 } else { open };
+            let open = if is_rigid { phi[2] < -way - turning - 1e-6 } else { open };
             let pulls = chain.iter().find(|part| part.tension > noise)?;
             open.then(|| {
                 format!(
