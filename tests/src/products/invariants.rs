@@ -5,7 +5,7 @@
 //! friction is regularised by 10⁻⁹ of a contact's own response. What rounding leaves is allowed ten thousandfold.
 
 use super::run::{Case, Moment, Part};
-use super::{Choices, Form, G, Other, RATE, paired};
+use super::{Choices, End, Form, G, Other, RATE, paired};
 use nalgebra::Vector3;
 use taut_integrator::StepError;
 use taut_model::SceneError;
@@ -185,11 +185,33 @@ fn rings(case: &Case) -> f64 {
     (0.25 * stiffness / lightest / (RATE * RATE)).min(1.0)
 }
 
+/// What drums have wound up with the strain of the rope, which the balance leaves out: half that of their work \[J].
+fn wound_up(case: &Case, n: usize) -> f64 {
+    let winds = |c: &Choices| {
+        let rope = c.rope.as_ref();
+        rope.is_some_and(|r| r.winch.is_some() || matches!(r.end, End::Drum(_)))
+    };
+    if !winds(&case.choices) {
+        return 0.0;
+    }
+    let steps = &case.run.steps[..=n];
+    let strain = |p: &Part| p.compliance * p.tension / p.length;
+    let strains = steps.iter().flat_map(|m| &m.parts).map(strain);
+    let works = steps.iter().filter_map(|m| m.report.balance);
+    let work = works.map(|b| b.work.abs()).fold(0.0, f64::max);
+    0.5 * strains.fold(0.0, f64::max) * work
+}
+
 fn balance(case: &Case) -> Fault {
     first(case, |n, m| {
         let balance = m.report.balance?;
         let rough = balance.excess > SMOOTH && (rings(case) > SMOOTH || shocked(case, n));
         let most = if rough { SHOCK } else { SMOOTH };
+        let most = if balance.excess > most {
+            most + wound_up(case, n) / balance.scale
+        } else {
+            most
+        };
         (balance.excess > most).then(|| format!("{balance:?}, allowed {most:e}"))
     })
 }
@@ -640,7 +662,7 @@ fn momentum(case: &Case) -> Fault {
                 + m.bodies.angular_velocity[i].norm() / RATE;
             let moves = m.bodies.velocity[i].norm() * mass * RATE;
             let angle = if held { (10.0 * turn).min(2.0) } else { 0.0 };
-            scale += m.forces[i].norm() * (angle + 1e-9) + 1e-10 * (moves + mass * G);
+            scale += m.sizes[i] * (angle + 1e-9) + 1e-10 * (moves + mass * G);
         }
         (left.norm() > scale)
             .then(|| format!("{:.3e} N left over, allowed {scale:.3e} N", left.norm()))
