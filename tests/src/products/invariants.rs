@@ -534,7 +534,7 @@ fn between(case: &Case, m: &Moment) -> f64 {
     if case.choices.steps.substeps == 1 {
         return 0.0;
     }
-    let speeds = m.bodies.velocity.iter().map(|v| v.norm());
+    let speeds = m.bodies.velocity.iter().map(Vector3::norm);
     let fastest = speeds.fold(0.0, f64::max);
     let lengths = m.parts.iter().map(|part| part.length);
     let shortest = lengths.fold(f64::INFINITY, f64::min);
