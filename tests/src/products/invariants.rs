@@ -609,7 +609,8 @@ fn work_of_contacts(case: &Case) -> Fault {
         let after = &m.bodies;
         // What velocities and forces are rounded by, in sums of some numbers of this size.
         let speed = |i: usize| after.velocity[i].norm() + after.angular_velocity[i].norm();
-        let fastest = case.scene.dynamic_bodies().map(speed).fold(1.0, f64::max);
+        let bodies = (0..after.len()).filter(|i| after.is_dynamic(*i));
+        let fastest = bodies.map(speed).fold(1.0, f64::max);
         m.contacts.iter().find_map(|c| {
             let across = c.force - c.normal * c.normal.dot(&c.force);
             let (size, power) = (across.norm(), across.dot(&c.slip));
