@@ -67,6 +67,10 @@ pub(crate) struct Bounded {
     wrong: Vec<usize>,
     /// Rows that go slack and taut together: the parts of a cable over sheaves with friction.
     chains: Vec<Vec<usize>>,
+    /// What each row's drum has left to pay out after the step \[m], without end where it does not matter, and whether it is paid
+    /// out within the step.
+    room: Vec<f64>,
+    emptied: Vec<bool>,
     /// Whether all rows stay where they are: the accelerations of an instant are wanted.
     pub(crate) frozen: bool,
     /// Fewest wrong rows of this system yet, tries and passes left.
@@ -90,6 +94,8 @@ impl Bounded {
         }
         bounded.jacobian = vec![[0.0; 6]; first];
         bounded.wrong = Vec::with_capacity(bounded.rows.len());
+        bounded.room = vec![f64::INFINITY; bounded.rows.len()];
+        bounded.emptied = vec![false; bounded.rows.len()];
         if !bounded.is_empty() {
             bounded.impulse = pieces.v.clone();
         }
@@ -141,8 +147,49 @@ impl Bounded {
         places.filter_map(|(k, place)| (place == Place::Lower).then_some(k))
     }
 
+    /// The drums of a step may pay out without end.
+    pub(crate) fn forget_room(&mut self) {
+        self.room.fill(f64::INFINITY);
+    }
+
+    /// Drum `k` may pay out so much more than its winch does in the step \[m].
+    pub(crate) fn leave_room(&mut self, k: usize, room: f64) {
+        self.room[k] = room;
+    }
+
+    /// The rows whose drums pay out all that they have in the step.
+    pub(crate) fn emptied(&self) -> impl Iterator<Item = usize> + '_ {
+        let all = self.emptied.iter().enumerate();
+        all.filter_map(|(k, emptied)| emptied.then_some(k))
+    }
+
+    /// Whether drum `k`, which slips in the solved system of a step of `dt`, would pay out more than it has. Its row then holds
+    /// the load, with what is left on the drum for its drive.
+    fn empty(&mut self, k: usize, pieces: &mut Pieces, dt: f64) -> bool {
+        let (bound, room) = (pieces.rows.bounds[k], self.room[k]);
+        if room == f64::INFINITY || self.emptied[k] {
+            return false;
+        }
+        let r = bound.row;
+        let rates = jacobian(pieces, k).map(|(body, j)| {
+            let (v, dv) = (pieces.v.get(body), pieces.dv.get(body));
+            dot(&j, &v) + dot(&j, &dv)
+        });
+        let rate = rates.sum::<f64>() + pieces.rows.phi_t[r];
+        let stretch = -pieces.rows.compliance[r] * bound.lower;
+        if pieces.rows.phi[r] + dt * rate - stretch <= room {
+            return false;
+        }
+        self.emptied[k] = true;
+        pieces.rows.phi_t[r] -= room / dt;
+        pieces.rate[r] += room / dt;
+        pieces.rows.bounds[k].lower = f64::NEG_INFINITY;
+        true
+    }
+
     /// Before the first solve of a system.
     pub(crate) fn begin(&mut self) {
+        self.emptied.fill(false);
         (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
     }
 
@@ -228,7 +275,15 @@ impl Bounded {
         if self.frozen {
             return self.pivot(pieces, mu, dt);
         }
+        for k in 0..self.rows.len() {
+            if self.rows[k].place == Place::Lower && self.empty(k, pieces, dt) {
+                self.wrong.push(k);
+            }
+        }
         for (k, row) in self.rows.iter_mut().enumerate() {
+            if self.wrong.contains(&k) {
+                continue;
+            }
             let (r, lower, upper) = limits(k, pieces);
             let wanted = match row.place {
                 Place::Inside if mu[r] < lower - noise => Place::Lower,

@@ -551,6 +551,9 @@ impl Stepper {
         // The driven part of r_n is that of the step that led here.
         let rates = (&**jv, &*history.phi_t);
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
+        if !self.winches.is_empty() {
+            winding::leave_room(&mut self.bounded, &self.scene, pieces, self.time + dt);
+        }
         // The last drives of cables that slip hold their slip.
         let jerk = if self.slip.is_empty() {
             divided::LEAST * slowest(&self.scene, dt)
@@ -628,6 +631,12 @@ impl Stepper {
                 // The step took the cable to be as long as the winch alone would have it.
                 self.history.phi_t[bound.row] -= paid / self.stage.advanced();
                 slipped |= paid > 0.0;
+            }
+        }
+        for bound in self.bounded.emptied().map(|k| rows.bounds[k]) {
+            let constraint = &mut self.scene.constraints[bound.constraint];
+            if let Constraint::MasslessCable(cable) = constraint {
+                slipped |= cable.run_out(self.time);
             }
         }
         for n in 0..self.winches.len() {

@@ -312,3 +312,51 @@ fn a_motor_that_is_too_weak_for_its_load_stands_at_the_drum_s_end() {
         assert!((last / (LOAD * G) - 1.0).abs() < 0.1, "Ω = {omega}: {last}");
     }
 }
+
+/// A load that pulls its rope off a drum until that is empty: a rigid rope stops it there, a soft one swings about where it hangs
+/// and throws it no higher than it fell.
+#[test]
+fn an_emptied_drum_stops_its_load_at_its_end() {
+    for (omega, part) in [(f64::INFINITY, 0.5), (300.0, 0.2), (30.0, 0.0), (1.0, 0.5)] {
+        for (left, substeps) in [(0.2, 1), (0.37, 1), (0.2, 4), (1.0, 2)] {
+            let mut scene = falling(0.0, compliance(omega));
+            let Constraint::MasslessCable(cable) = &mut scene.constraints[0] else {
+                panic!("a rope");
+            };
+            cable.winch = Some(Winch {
+                brake: true,
+                brake_limit: part * LOAD * G,
+                longest: LENGTH + left,
+                ..Winch::new()
+            });
+            let watched = StepOptions {
+                energy_tolerance: Some(0.2),
+                ..options(DT, substeps)
+            };
+            let mut stepper = Stepper::new(scene, watched).unwrap();
+            let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+            let what = format!("Ω = {omega}, {part} of the weight, {left} m, {substeps}");
+            for _ in 0..300 {
+                let balance = stepper.step().unwrap().balance.unwrap();
+                assert!(balance.excess < 4e-2, "{what}: {balance:?}");
+                let height = stepper.scene().bodies.position[0].z + LENGTH + left;
+                lowest = lowest.min(height);
+                if lowest < 0.0 {
+                    highest = highest.max(height);
+                }
+            }
+            // With the energy that is left of its fall it stretches the rope by as much as a fall would without a brake.
+            let sag = compliance(omega) * LOAD * G;
+            let deepest = sag + (sag * sag + 2.0 * sag * left).sqrt();
+            assert!(
+                lowest > -1.2 * deepest - 1e-3,
+                "{what}: {lowest}, {deepest}"
+            );
+            assert!(highest < left, "{what}: {highest}");
+            assert!(
+                omega < 100.0 || highest < 0.01 * left + 1e-3,
+                "{what}: {highest}"
+            );
+        }
+    }
+}

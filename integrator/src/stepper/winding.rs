@@ -7,6 +7,8 @@
 
 use super::Stepper;
 use crate::StepError;
+use crate::bounded::Bounded;
+use crate::pieces::Pieces;
 use taut_model::{Constraint, Scene};
 
 /// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
@@ -79,6 +81,19 @@ impl Stepper {
         let paid = lead.paid_out(self.pieces.rows.phi[bound.row], self.time);
         self.history.phi_t[bound.row] -= paid / self.stage.advanced();
         paid
+    }
+}
+
+/// What the drums of cables without mass have left at the end of a step, at time `end` (s).
+pub(super) fn leave_room(bounded: &mut Bounded, scene: &Scene, pieces: &Pieces, end: f64) {
+    bounded.forget_room();
+    for (k, bound) in pieces.rows.bounds.iter().enumerate() {
+        let Constraint::MasslessCable(cable) = &scene.constraints[bound.constraint] else {
+            continue;
+        };
+        if let Some(winch) = cable.winch.filter(|w| w.longest < f64::INFINITY) {
+            bounded.leave_room(k, (winch.longest - cable.length_at(end)).max(0.0));
+        }
     }
 }
 

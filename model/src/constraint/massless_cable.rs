@@ -260,6 +260,16 @@ impl MasslessCable {
         changes
     }
 
+    /// Its drum is empty at time `t` (s). Returns whether it was not.
+    pub fn run_out(&mut self, t: f64) -> bool {
+        let longest = self.winch.map_or(f64::INFINITY, |w| w.longest);
+        let was_not = longest < f64::INFINITY && self.length_at(t) < longest;
+        if was_not {
+            self.set_length(longest, t);
+        }
+        was_not
+    }
+
     fn set_length(&mut self, length: f64, t: f64) {
         if let Some(winch) = &mut self.winch {
             self.law.compliance *= length / self.length;

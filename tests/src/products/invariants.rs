@@ -434,7 +434,9 @@ fn slack(case: &Case) -> Fault {
         if let Some(part) = m.parts.iter().find(|part| part.tension < -noise) {
             return Some(format!("{part:?} pushes"));
         }
-        if case.choices.steps.substeps > 1 || m.report.asleep {
+        // A blow is in the velocities that a step ends with, and not in the tension.
+        let blows = case.choices.restitution > 0.0 && m.report.contacts.touching > 0;
+        if case.choices.steps.substeps > 1 || m.report.asleep || blows {
             return None;
         }
         chains(m).into_iter().find_map(|chain| {

@@ -107,9 +107,15 @@ fn refinements(choices: &Choices) -> Option<[f64; 2]> {
 /// at first, and as far as things go in half a step where shapes meet or ropes close within one, and what falls from there on
 /// half a step earlier or later.
 pub(super) fn refined(case: &Case) -> Fault {
-    // Times of bounces are known to a step. Ten runs more of faces on faces would take seconds.
+    // Times of bounces are known to a step, and a rope at its breaking force breaks or not. Ten runs more of faces on faces would
+    // take seconds.
     let bounces = case.choices.restitution > 0.0;
-    if bounces || case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
+    let breaks = case
+        .choices
+        .rope
+        .as_ref()
+        .is_some_and(|r| r.breaks.is_some());
+    if bounces || breaks || case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
         return None;
     }
     let [first, second] = (*case.halvings.get_or_init(|| refinements(&case.choices)))?;
