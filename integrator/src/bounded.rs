@@ -67,8 +67,7 @@ pub(crate) struct Bounded {
     wrong: Vec<usize>,
     /// Rows that go slack and taut together: the parts of a cable over sheaves with friction.
     chains: Vec<Vec<usize>>,
-    /// What each row's drum has left to pay out after the step \[m], without end where it does not matter, and whether it is paid
-    /// out within the step.
+    /// Rope left on each row's drum after the step \[m], infinite where no end matters, and the drums that empty within the step.
     room: Vec<f64>,
     emptied: Vec<bool>,
     /// Whether all rows stay where they are: the accelerations of an instant are wanted.
@@ -147,24 +146,24 @@ impl Bounded {
         places.filter_map(|(k, place)| (place == Place::Lower).then_some(k))
     }
 
-    /// The drums of a step may pay out without end.
+    /// No drum has an end.
     pub(crate) fn forget_room(&mut self) {
         self.room.fill(f64::INFINITY);
     }
 
-    /// Drum `k` may pay out so much more than its winch does in the step \[m].
+    /// Rope left on drum `k` after what its winch pays out in the step \[m].
     pub(crate) fn leave_room(&mut self, k: usize, room: f64) {
         self.room[k] = room;
     }
 
-    /// The rows whose drums pay out all that they have in the step.
+    /// Numbers of the rows whose drums empty in the step.
     pub(crate) fn emptied(&self) -> impl Iterator<Item = usize> + '_ {
         let all = self.emptied.iter().enumerate();
         all.filter_map(|(k, emptied)| emptied.then_some(k))
     }
 
-    /// Whether drum `k`, which slips in the solved system of a step of `dt`, would pay out more than it has. Its row then holds
-    /// the load, with what is left on the drum for its drive.
+    /// Empties drum `k` where its slip in the solved system of a step of `dt` exceeds the rope left on it: the row then holds any
+    /// tension, driven by the rest of the rope. Returns true where it does.
     fn empty(&mut self, k: usize, pieces: &mut Pieces, dt: f64) -> bool {
         let (bound, room) = (pieces.rows.bounds[k], self.room[k]);
         if room == f64::INFINITY || self.emptied[k] {
@@ -281,7 +280,7 @@ impl Bounded {
             }
         }
         for (k, row) in self.rows.iter_mut().enumerate() {
-            if self.wrong.contains(&k) {
+            if self.emptied[k] && row.place == Place::Lower {
                 continue;
             }
             let (r, lower, upper) = limits(k, pieces);
@@ -426,7 +425,7 @@ pub(crate) fn response(pieces: &Pieces, k: usize) -> f64 {
         .sum()
 }
 
-/// The same of any row of a constraint.
+/// J M̃⁻¹ Jᵀ of any row of a constraint alone \[1/kg].
 pub(crate) fn response_of_row(pieces: &Pieces, constraint: usize, row: usize) -> f64 {
     let rows = &pieces.rows;
     let first = rows.row_range(constraint).start;

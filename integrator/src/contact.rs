@@ -116,10 +116,10 @@ pub(crate) struct Touch {
     pub(crate) arrives: bool,
     /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
     pub(crate) rebound: Option<f64>,
-    /// What the rates with the step's impulses, and those with a blow's, have beyond the ones that tell their work \[m/s]:
+    /// Excess of the rates with the step's impulses, and of those with a blow's, over the ones that tell their work \[m/s]:
     /// see [`rebound`].
     pub(crate) shift: [[f64; 3]; 2],
-    /// Whether a blow passes through it in this step, and whether one did in the last.
+    /// True where a blow passes through it in this step, and where one did in the last.
     pub(crate) struck: bool,
     jolted: bool,
 }
@@ -314,7 +314,7 @@ pub(crate) struct Known {
     pub(crate) colliders: [usize; 2],
     pub(crate) key: [f64; 3],
     pub(crate) impulse: [f64; 3],
-    /// Whether a blow passed through it, whose force does not last.
+    /// True where a blow passed through it, whose force does not last.
     #[cfg_attr(feature = "serde", serde(default))]
     pub(crate) struck: bool,
 }

@@ -99,7 +99,7 @@ impl Pieces {
         }
     }
 
-    /// Takes the lengths of cables without mass as they are, so that a run that is taken up again is judged as it was.
+    /// Scales the gaps of massless cables by their present lengths: a run and its restored copy then agree on what the guard redoes.
     pub(crate) fn rescale(&mut self, scene: &Scene) {
         for gap in &mut self.gaps {
             let constraint = &scene.constraints[gap.constraint];
@@ -109,7 +109,7 @@ impl Pieces {
         }
     }
 
-    /// The same of the lever arms of these constraints.
+    /// Scales the gaps of these constraints by their present lever arms.
     pub(crate) fn rescale_some(&mut self, scene: &Scene, some: &[usize]) {
         for &c in some {
             let scale = scale_of(&scene.constraints[c]);

@@ -86,7 +86,7 @@ pub(crate) struct Slip {
     pub(crate) may_change: bool,
     /// Those that slip, the dense system of their rates, by rows with the right-hand side, and a vector of the rows.
     slipping: Vec<usize>,
-    /// Whether others slip, or the other way, than when this was taken last.
+    /// Set where a sheave begins or ceases to slip, or turns its sense, until W is built for it.
     pub(crate) has_changed: bool,
     dense: Vec<f64>,
     pub(crate) column: Vec<f64>,

@@ -36,7 +36,7 @@ impl Touch {
             let own = if mobility > 0.0 { 1.0 / mobility } else { 0.0 };
             CRITICAL * (surface.compliance * own.max(carried)).sqrt()
         };
-        // What turns besides is lighter yet.
+        // Bodies that turn besides are lighter yet.
         if of(self.mobility_straight(scene)) <= surface.damping {
             return surface.damping;
         }

@@ -66,7 +66,7 @@ impl Touch {
             false if gap == 0.0 => 0.0,
             false => dt,
         };
-        // Those of the scheme are known with its impulses.
+        // The scheme's rates are known with its impulses.
         self.shift = [a.map(|a| a * 0.5 * (dt - time)); 2];
         if e == 0.0 || !self.hit || !arrives {
             return;

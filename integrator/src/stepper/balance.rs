@@ -24,6 +24,7 @@
 use crate::bounded::Place;
 use crate::contact::Touch;
 use crate::contact::rebound::slowest;
+use crate::stepper::touching::works;
 use crate::stepper::{Stage, Stepper};
 use crate::{Energy, StepError};
 use nalgebra::Vector3;
@@ -179,24 +180,13 @@ impl Stepper {
             return None;
         }
         let mut kinetic = self.scene.kinetic_energy();
-        if matches!(
-            self.stage,
-            Stage::Advanced {
-                implicit: false,
-                ..
-            }
-        ) {
-            let bodies = &self.scene.bodies;
-            for i in self.scene.dynamic_bodies() {
-                let [x, y, z, p, q, r] = self.pieces.dv.get(i);
-                let (dv, dw) = (Vector3::new(x, y, z), Vector3::new(p, q, r));
-                let momentum = bodies.velocity[i] * bodies.mass[i];
-                let spin = bodies.inertia_world(i) * bodies.angular_velocity[i];
-                kinetic += 0.5 * (dv.dot(&momentum) + dw.dot(&spin));
-                kinetic += 0.125
-                    * (bodies.mass[i] * dv.norm_squared()
-                        + dw.dot(&(bodies.inertia_world(i) * dw)));
-            }
+        if let Stage::Advanced {
+            implicit: false, ..
+        } = self.stage
+        {
+            // T(v + Δv/2) = T(v) + v·M Δv/2 + Δv·M Δv/8.
+            let (linear, square) = works(&self.scene.bodies, &self.pieces.dv);
+            kinetic += 0.5 * linear + 0.125 * square;
         }
         Some(Energy {
             kinetic,
@@ -425,8 +415,8 @@ impl Stepper {
                 continue;
             }
             if self.scene.constraints[bound.constraint].motor().is_none() {
-                // What it let go: its path at the end beyond the stretch that it keeps, or had. The rates at the beginning
-                // would miss how it turns.
+                // The slip: the path at the end beyond the stretch at the limit, or at the beginning. Rates at the beginning
+                // would miss the turn of the path.
                 let force = mu / dt;
                 let kept = (-rows.compliance[bound.row] * force).max(self.closing.begun(k));
                 work += force * (rows.phi[bound.row] - kept);

@@ -96,7 +96,7 @@ impl Stepper {
             // W is that of another matrix at first.
             let close = self.scene.gravity.norm() * dt;
             let new = self.contacts.activate(rates, close) || pass == 0;
-            // W is that of the sheaves that slip.
+            // A changed pattern of slipping sheaves changes W.
             let other = std::mem::take(&mut self.slip.has_changed);
             if (new || other) && self.build_operator()? {
                 self.contacts.rates(&self.pieces, rates);
@@ -265,7 +265,7 @@ impl Stepper {
 }
 
 /// v·M Δv and Δv·M Δv of dynamic bodies as they stand, for a change Δv of their velocities \[J].
-fn works(bodies: &Bodies, change: &BodyVectors) -> (f64, f64) {
+pub(super) fn works(bodies: &Bodies, change: &BodyVectors) -> (f64, f64) {
     let (mut linear, mut square) = (0.0, 0.0);
     for i in (0..bodies.len()).filter(|i| bodies.is_dynamic(*i)) {
         let [x, y, z, p, q, r] = change.get(i);

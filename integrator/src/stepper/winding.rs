@@ -57,7 +57,7 @@ impl Stepper {
         }
     }
 
-    /// A winch whose drum is empty stands or hauls in by the tension of the step that led here; whether that changed.
+    /// Stalls winch `i` at its empty drum, or lets it haul in again, by the tension of the last step. Returns true on a change.
     pub(super) fn stall(&mut self, i: usize) -> bool {
         let row = self.pieces.rows.row_range(i).start;
         let (tension, time) = (-self.mu[row] / self.mu_dt, self.time);
@@ -84,7 +84,7 @@ impl Stepper {
     }
 }
 
-/// What the drums of cables without mass have left at the end of a step, at time `end` (s).
+/// Takes the rope left on the drums of massless cables at the end of a step, at time `end` (s).
 pub(super) fn leave_room(bounded: &mut Bounded, scene: &Scene, pieces: &Pieces, end: f64) {
     bounded.forget_room();
     for (k, bound) in pieces.rows.bounds.iter().enumerate() {

@@ -50,8 +50,8 @@ pub struct Winch {
     /// Length at which the drum is empty and its end holds any tension \[m].
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub longest: f64,
-    /// Whether the drum, empty and driven to haul in, stands at its end because the cable pulls more than its limit. The
-    /// step sets it.
+    /// True while a motor that hauls in stands at the end of its empty drum, under a tension beyond `force_limit`. The step sets
+    /// it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub stalled: bool,
     /// Time from which on `speed` holds \[s]: the cable had its `length` then. A winch of a time > 0 rests before; one of
@@ -124,14 +124,14 @@ impl Winch {
         }
     }
 
-    /// Sets the speed at the length that the cable has at the moment. An empty drum with a limit of force stands until the next
-    /// step tells the tension.
+    /// Sets the speed \[m/s], positive pays out, of a cable that is `length` (m) long now. The motor of an empty drum with a
+    /// finite `force_limit` stalls until the next step tells the tension.
     pub fn set_speed(&mut self, speed: f64, length: f64) {
         self.speed = speed;
         self.stalled = self.force_limit < f64::INFINITY && self.stalls(length, f64::INFINITY);
     }
 
-    /// Whether the drum stalls at this length under a tension (N).
+    /// True where the drum stalls at this length (m) under this tension (N).
     pub(crate) fn stalls(&self, length: f64, tension: f64) -> bool {
         let hauls = self.speed < 0.0 && !self.brake;
         hauls && length >= self.longest && tension >= self.force_limit * (1.0 - STALL)
@@ -245,8 +245,8 @@ impl MasslessCable {
         0.0
     }
 
-    /// Takes the tension of the step that led to time `t` (s): whether the drum stalls from now on, or goes on hauling in \[N].
-    /// Returns whether that changed.
+    /// Stalls the drum, or lets it haul in again, by the tension (N) of the step that ended at time `t` (s). Returns true on a
+    /// change.
     pub fn stall(&mut self, tension: f64, t: f64) -> bool {
         let length = self.length_at(t);
         let Some(stalls) = self.winch.map(|w| w.stalls(length, tension)) else {
@@ -260,7 +260,7 @@ impl MasslessCable {
         changes
     }
 
-    /// Its drum is empty at time `t` (s). Returns whether it was not.
+    /// Empties the drum at time `t` (s). Returns true where rope was left on it.
     pub fn run_out(&mut self, t: f64) -> bool {
         let longest = self.winch.map_or(f64::INFINITY, |w| w.longest);
         let was_not = longest < f64::INFINITY && self.length_at(t) < longest;

@@ -49,7 +49,7 @@ pub(super) fn estimated(case: &Case) -> Fault {
     differs(&case.run, &again(case, other, steps())?, 0)
 }
 
-/// What swings may be off by the distance, and what creeps goes on by it in each period.
+/// A swing may be off by the distance, and a creep goes on by it in each period.
 pub(super) fn asleep(case: &Case) -> Fault {
     let own = options(&case.choices);
     let (sleeps, distance) = (own.sleep.is_some(), sleep().distance);

@@ -42,7 +42,7 @@ fn pile(carrier: (Body, Shape), heights: [f64; 2], load: (Body, Shape), x: f64) 
     scene
 }
 
-/// What hardly tilts keeps its points of contact: without them it rocks in every step, friction is at its limit at all points,
+/// A disc that hardly tilts keeps its points of contact: without them it rocks in every step, friction is at its limit at all points,
 /// and each solve takes hundreds of factorisations.
 #[test]
 fn stacks_come_to_rest_and_their_steps_are_cheap() {
