@@ -346,6 +346,10 @@ impl Choices {
         if let Some(rope) = &mut self.rope {
             if rope.segments.is_some() {
                 (rope.sheave, rope.end, rope.slack) = (None, End::World, 0.0);
+                // Straight to rounding, segments that are set down or let out stand as a column.
+                if rope.aside == 0.0 && self.load.velocity[..2] == [0.0; 2] {
+                    self.load.velocity[0] = 0.05;
+                }
             }
             if rope.end != End::World {
                 rope.winch = None;

@@ -99,8 +99,9 @@ impl Stepper {
         let done = self.take_parts(guard);
         self.division.parts = 1;
         if done.is_ok() {
-            // To the last bit.
+            // To the last bit, as a restored run begins.
             self.time = end;
+            self.pieces.rows.update_state(&self.scene, end);
         }
         done
     }

@@ -7,7 +7,7 @@
 use super::run::{Case, Moment, Part};
 use super::{Choices, End, Form, G, Other, RATE, paired, ropes};
 use nalgebra::Vector3;
-use taut_integrator::StepError;
+use taut_integrator::{ContactForce, StepError};
 use taut_model::SceneError;
 
 /// What was violated: in which step, from 0, and with which numbers.
@@ -197,6 +197,86 @@ fn rings(case: &Case) -> f64 {
     (0.25 * stiffness / lightest / (RATE * RATE)).min(1.0)
 }
 
+/// Largest square of the angle \[rad²] that bodies which touch, or a contact's normal, turn by in a sub-step up to step `n`:
+/// the relative error of a step in which shapes roll on each other.
+fn turns(case: &Case, n: usize) -> f64 {
+    let substeps = case.choices.steps.substeps as f64;
+    let mut most = 0.0_f64;
+    for pair in case.run.steps[..=n].windows(2) {
+        let (before, now) = (&pair[0].contacts, &pair[1]);
+        for contact in now.contacts.iter().filter(|c| c.force.norm() > 0.0) {
+            let last = before.iter().filter(|c| c.bodies == contact.bodies);
+            let turned = last.map(|c| c.normal.cross(&contact.normal).norm());
+            let spin = |i: &usize| now.bodies.angular_velocity[*i].norm() / RATE;
+            let spins: f64 = contact.bodies.iter().flatten().map(spin).sum();
+            most = most.max(turned.fold(spins, f64::max) / substeps);
+        }
+    }
+    most * most
+}
+
+/// Work of the contacts' forces over their gaps in step `n`, and of the weight over the largest gap up to the next step of
+/// what has pressed for two steps: what rolls on a round body leaves it by the square of its turn \[J].
+fn apart(case: &Case, n: usize) -> f64 {
+    fn press(m: &Moment) -> impl Iterator<Item = &ContactForce> {
+        m.contacts.iter().filter(|c| c.force.norm() > 0.0)
+    }
+    let steps = &case.run.steps;
+    let works = press(&steps[n]).map(|c| c.gap.abs() * c.force.norm());
+    let works: f64 = works.sum();
+    let pairs = steps[..steps.len().min(n + 2)].windows(2);
+    let gaps = pairs.flat_map(|pair| {
+        let rests = |c: &&ContactForce| press(&pair[0]).any(|old| old.bodies == c.bodies);
+        press(&pair[1])
+            .filter(rests)
+            .map(|c| c.gap)
+            .collect::<Vec<_>>()
+    });
+    works + case.scene.mass() * G * gaps.fold(0.0, f64::max)
+}
+
+/// Most elastic energy of the ropes without mass up to step `n` \[J].
+fn strained(case: &Case, n: usize) -> f64 {
+    let of = |m: &Moment| -> f64 {
+        let parts = m.parts.iter();
+        parts
+            .map(|p| 0.5 * p.compliance * p.tension * p.tension)
+            .sum()
+    };
+    let steps = &case.run.steps[..=n];
+    steps.iter().map(of).fold(case.stretched, f64::max)
+}
+
+/// Work of ropes and links in half a step \[J], where the guard handed over up to step `n`: its implicit steps have their
+/// velocities at the end of a step, the scheme half a step before.
+fn handed_over(case: &Case, n: usize) -> f64 {
+    let half = 0.5 / (RATE * case.choices.steps.substeps as f64);
+    let of = |m: &Moment| -> f64 {
+        let bodies = m.bodies.velocity.iter().zip(&m.sizes);
+        bodies.map(|(v, size)| v.norm() * size * half).sum()
+    };
+    let pairs = case.run.steps[..=n].windows(2);
+    let guarded = |m: &Moment| m.report.implicit_substeps > 0;
+    let over = pairs.filter(|pair| guarded(&pair[0]) != guarded(&pair[1]));
+    over.map(|pair| of(&pair[0])).fold(0.0, f64::max)
+}
+
+/// The first step after which a body of a scene without the guard turns by more than 0.1 rad in a sub-step: what the
+/// guard is for.
+fn resolved(case: &Case) -> usize {
+    let (steps, c) = (&case.run.steps, &case.choices);
+    let most = 0.1 * RATE * c.steps.substeps as f64;
+    let fast = |m: &Moment| {
+        let mut spins = m.bodies.angular_velocity.iter().map(Vector3::norm);
+        spins.any(|spin| spin > most)
+    };
+    let segments = c.rope.as_ref().is_some_and(|r| r.segments.is_some());
+    if c.steps.guard || !segments {
+        return steps.len();
+    }
+    steps.iter().position(fast).unwrap_or(steps.len())
+}
+
 /// Energy of the strained rope that drums wind up, which the balance leaves out: half the strain times their work \[J].
 fn wound_up(case: &Case, n: usize) -> f64 {
     let winds = |c: &Choices| {
@@ -215,12 +295,15 @@ fn wound_up(case: &Case, n: usize) -> f64 {
 }
 
 fn balance(case: &Case) -> Fault {
+    let resolved = resolved(case);
     first(case, |n, m| {
-        let balance = m.report.balance?;
+        let balance = m.report.balance.filter(|_| n < resolved)?;
         let rough = balance.excess > SMOOTH && (rings(case) > SMOOTH || shocked(case, n));
         let most = if rough { SHOCK } else { SMOOTH };
         let most = if balance.excess > most {
-            most + wound_up(case, n) / balance.scale
+            let rings = rings(case) * strained(case, n);
+            let joules = wound_up(case, n) + rings + handed_over(case, n) + apart(case, n);
+            most + joules / balance.scale + turns(case, n)
         } else {
             most
         };
@@ -279,14 +362,8 @@ fn passive_energy(case: &Case) -> Fault {
     if !c.is_passive() || !massless || c.load.mass > 1e12 {
         return None;
     }
-    let compression = |m: &Moment| {
-        m.contacts
-            .iter()
-            .map(|c| c.gap.abs() * c.force.norm())
-            .sum()
-    };
     let (start, mut scale, mut shock) = (energy(case, 0), 0.0_f64, false);
-    let (rings, mut stored) = (rings(case), case.stretched);
+    let rings = rings(case);
     let weight = case.scene.mass() * G;
     for n in 1..case.run.steps.len() {
         let m = &case.run.steps[n];
@@ -298,13 +375,8 @@ fn passive_energy(case: &Case) -> Fault {
         let (kinetic, total) = energy(case, n);
         scale = scale.max(kinetic).max(start.0);
         let sudden = shock || rings > SMOOTH || shocked(case, n);
-        let part = if sudden { SHOCK } else { SMOOTH };
-        let pressed: f64 = compression(m);
-        let elastic = m
-            .parts
-            .iter()
-            .map(|p| 0.5 * p.compliance * p.tension * p.tension);
-        stored = stored.max(elastic.sum());
+        let part = if sudden { SHOCK } else { SMOOTH } + turns(case, n);
+        let pressed = apart(case, n);
         // Gravity acts on what is let go from half a step before on.
         let late = if case.run.steps[..=n].iter().any(|m| m.report.events > 0) {
             let fastest = (2.0 * scale / case.scene.mass()).sqrt();
@@ -312,7 +384,7 @@ fn passive_energy(case: &Case) -> Fault {
         } else {
             0.0
         };
-        let allowed = part * scale + 1e-5 * weight + pressed + rings * stored + late;
+        let allowed = part * scale + 1e-5 * weight + pressed + rings * strained(case, n) + late;
         let gain = total - start.1;
         if gain > allowed {
             return Some((

@@ -1,8 +1,8 @@
 //! Invariants of ropes and of the sheaves that they slip over.
 
-use super::RATE;
 use super::invariants::{Fault, first};
 use super::run::{Case, Moment, Part};
+use super::{RATE, scene};
 use nalgebra::Vector3;
 
 /// The part in the three states before the end of step `n`, latest last.
@@ -26,6 +26,24 @@ fn mean_gap(phi: [f64; 4]) -> f64 {
     c + 0.5 * (d - 2.0 * c + b) - 0.1 * (d - 3.0 * c + 3.0 * b - a)
 }
 
+/// Farthest that a gap goes in the steps beside t: its rate at t is the mean of theirs, or that at the end of the first.
+fn way(phi: [f64; 4]) -> f64 {
+    let bends = 0.5 * (phi[3] - 2.0 * phi[2] + phi[1]).abs();
+    (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs()) + bends
+}
+
+/// Largest gap that a slack part may have in the eyes of the step: one that crosses its length takes the mean of a hat about
+/// t, up to a sixth of its way in a step, besides what the scheme adds for the gaps before and after.
+fn largest_mean(phi: [f64; 4]) -> f64 {
+    let way = way(phi);
+    let crosses = phi[2] > -way;
+    if phi[2] > 0.0 {
+        return mean_gap(phi).max(0.0) + way / 6.0;
+    }
+    let beside = mean_gap(phi) - if crosses { phi[2] } else { 0.0 };
+    beside.max(0.0) + if crosses { way / 6.0 } else { 0.0 }
+}
+
 /// Parts that a cable slips between, together: what slips shortens one by what it adds to the next, so that only their sum
 /// tells a slack cable.
 fn chains(m: &Moment) -> Vec<Vec<&Part>> {
@@ -46,28 +64,28 @@ pub(super) fn slack(case: &Case) -> Fault {
         if let Some(part) = m.parts.iter().find(|part| part.tension < -noise) {
             return Some(format!("{part:?} pushes"));
         }
-        // A blow is in the velocities that a step ends with, and not in the tension.
-        let blows = case.choices.restitution > 0.0 && m.report.contacts.touching > 0;
+        // A blow is in the velocities that a step ends with, and not in the tension: two steps remember the rate before.
+        let near = &case.run.steps[n.saturating_sub(2)..=n];
+        let touches = near.iter().any(|m| m.report.contacts.touching > 0);
+        let blows = case.choices.restitution > 0.0 && touches;
         if case.choices.steps.substeps > 1 || m.report.asleep || blows {
             return None;
         }
         chains(m).into_iter().find_map(|chain| {
             let mut phi = [0.0; 4];
+            let mut parts = 0.0;
             for part in &chain {
-                let history = history(case, n, part)?;
-                phi.iter_mut().zip(history).for_each(|(sum, p)| *sum += p.phi);
+                let own = history(case, n, part)?.map(|p| p.phi);
+                phi.iter_mut().zip(own).for_each(|(sum, phi)| *sum += phi);
+                parts += largest_mean(own);
             }
-            // What crosses its length within a step takes the mean of a hat about t for its gap, up to a sixth of its way in a
-            // step, besides what the scheme adds for the gaps before and after.
-            // Its rate at t is the mean of the steps beside it, or what the first of them had at its end.
-            let bends = 0.5 * (phi[3] - 2.0 * phi[2] + phi[1]).abs();
-            let way = (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs()) + bends;
-            let crosses = phi[2] > -way;
-            let beside = mean_gap(phi) - if crosses { phi[2] } else { 0.0 };
-            let most = beside.max(0.0) + if crosses { way / 6.0 } else { 0.0 };
+            // Parts that a sheave holds apart cross their lengths one by one.
+            let most = largest_mean(phi).max(parts);
+            let way = way(phi);
             let law: f64 = chain.iter().map(|part| part.compliance * part.tension).sum();
             let is_rigid = chain.iter().all(|part| part.compliance == 0.0);
-            let turning: f64 = chain.iter().map(|part| turning(case, n, part)).sum();
+            let turning = chain.iter().map(|part| turning(case, n, part) * (1.0 + part.damping * RATE));
+            let turning: f64 = turning.sum();
             let open = phi[2] < 0.0 && phi[3] < 0.0 && law > most + turning + 1e-9;
             let open = if is_rigid { phi[2] < -way - turning - 1e-6 } else { open };
             let pulls = chain.iter().find(|part| part.tension > noise)?;
@@ -85,9 +103,16 @@ pub(super) fn slack(case: &Case) -> Fault {
 /// circle about its other end, as long as the part is now, or about the body's centre \[m].
 fn turning(case: &Case, n: usize, part: &Part) -> f64 {
     let bodies = &case.run.steps[n].bodies;
-    let squares = bodies.velocity.iter().zip(&bodies.angular_velocity);
-    let squares =
-        squares.map(|(v, w)| v.norm_squared() / (0.5 * part.length) + 0.25 * w.norm_squared());
+    let rope = case.choices.rope.as_ref();
+    let sheave = rope.is_some_and(|r| r.sheave.is_some());
+    let sheave = sheave.then(|| scene::hub(&case.choices));
+    let squares = (0..bodies.len()).map(|i| {
+        let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+        let span =
+            |hub: Vector3<f64>| f64::min(0.5 * part.length, (bodies.position[i] - hub).norm());
+        let arm = sheave.map_or(0.5 * part.length, span);
+        v.norm_squared() / arm + 0.25 * w.norm_squared()
+    });
     squares.fold(0.0, f64::max) / (RATE * RATE)
 }
 

@@ -1,6 +1,7 @@
 //! Choices as a scene file.
 
 use super::{Choices, End, Form, G, Other, Rope};
+use nalgebra::Vector3;
 use std::fmt::Write;
 use taut_model::{Constraint, Linearized, Scene, SceneError, SceneSource};
 
@@ -86,6 +87,11 @@ fn places(c: &Choices) -> Places {
         held,
         hub,
     }
+}
+
+/// Where the rope hangs from \[m], world.
+pub(super) fn hub(c: &Choices) -> Vector3<f64> {
+    Vector3::from(places(c).hub)
 }
 
 fn surface(c: &Choices) -> String {
@@ -320,7 +326,8 @@ fn winch_events(rope: &Rope, out: &mut String) {
 
 fn events(c: &Choices, at: &Places, out: &mut String) {
     if let Some([made, gone]) = c.attach {
-        let point = along(at.load, 0.5, [1.0, 0.0, 0.0]);
+        // Bodies on the ground move away from the place where the link would press them against it.
+        let point = along(at.load, 1.0, [0.2, 0.0, 1.0]);
         let _ = write!(
             out,
             "[[event]]\nname = \"catch\"\nat = {made:?}\nattach = [{{ name = \"link\", a = {{ body = \"world\", \
