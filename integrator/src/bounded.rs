@@ -34,14 +34,14 @@ pub(crate) enum Place {
     Upper,
 }
 
-/// What a system came to after a solve.
+/// Result of checking the places of the bounded rows after a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// All rows are in their right place.
     Settled,
-    /// Some changed theirs: solve again.
+    /// Some rows changed their place: solve again.
     Changed,
-    /// Some are not, and the passes are used up.
+    /// Some rows are in the wrong place, and the passes are used up.
     Undecided,
 }
 
@@ -70,9 +70,9 @@ pub(crate) struct Bounded {
     /// Rope left on each row's drum after the step \[m], infinite where no end matters, and the drums that empty within the step.
     room: Vec<f64>,
     emptied: Vec<bool>,
-    /// Whether all rows stay where they are: the accelerations of an instant are wanted.
+    /// Freezes all places, while the accelerations of an instant are sought.
     pub(crate) frozen: bool,
-    /// Fewest wrong rows of this system yet, tries and passes left.
+    /// Fewest wrong rows of this system so far; tries and passes left.
     fewest: usize,
     tries: usize,
     passes: usize,
@@ -106,7 +106,7 @@ impl Bounded {
         self.chains = chains;
     }
 
-    /// Whether row `k` is held at a bound, out of the system.
+    /// True if row `k` is held at a bound and so out of the system.
     pub(crate) fn holds(&self, k: usize) -> bool {
         self.rows[k].place != Place::Inside
     }
@@ -123,7 +123,6 @@ impl Bounded {
         self.rows[k].place = first_place(&pieces.rows.bounds[k], pieces);
     }
 
-    /// Whether no row has bounds.
     pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -248,8 +247,9 @@ impl Bounded {
         }
     }
 
-    /// Whether all rows are in their right place with the impulses `mu` of a step `dt` long, after
-    /// [`release`](Self::release); moves those that are not. `mu` then keeps its bounds to the last bit.
+    /// Checks the places of all rows against the impulses `mu` of a step of `dt` (s), after
+    /// [`release`](Self::release), and moves the rows that are wrong. `mu` then keeps its bounds to
+    /// the last bit.
     pub(crate) fn judge(&mut self, pieces: &mut Pieces, mu: &mut [f64], dt: f64) -> Verdict {
         if self.is_empty() {
             return Verdict::Settled;

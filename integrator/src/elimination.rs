@@ -257,7 +257,8 @@ mod tests {
         order_of(Elimination::Auto, scene, &rows, backend).unwrap()
     }
 
-    /// What there was before this choice keeps every bit of its results.
+    /// Scenes without loops keep every bit of their results: `Auto` takes the scene's own order for
+    /// them.
     #[test]
     fn scenes_without_loops_keep_their_order() {
         for name in taut_model::named::NAMES {
@@ -275,7 +276,8 @@ mod tests {
         }
     }
 
-    /// What no machine holds or computes is refused before it is analysed, where the backend keeps the order.
+    /// A factor beyond memory or time is refused before its analysis, where the backend keeps the
+    /// order.
     #[test]
     fn factors_beyond_reach_are_refused() {
         let scene = taut_model::named("net").unwrap();

@@ -154,15 +154,15 @@ fn take_pose(found: Scene, scene: &mut Scene) {
     scene.start_in_equilibrium = false;
 }
 
-/// Length of the passes.
+/// Length of the passes, and the progress that decides it.
 struct Pace {
-    /// Of the next one \[s].
+    /// Length of the next pass \[s].
     dt: f64,
-    /// What the last one left.
+    /// Imbalance after the last pass, relative.
     imbalance: f64,
     /// How often the step has been quartered since the longest stalled.
     quartered: usize,
-    /// Passes that have stalled at this length.
+    /// Passes that stalled at this length.
     stalled: usize,
 }
 
@@ -176,7 +176,8 @@ impl Pace {
         }
     }
 
-    /// Whether a pass that left this imbalance was the last; sets the length of the next.
+    /// Takes the imbalance after a pass and sets the length of the next; true if the pass was the
+    /// last.
     fn ends_with(&mut self, imbalance: f64) -> bool {
         let last = std::mem::replace(&mut self.imbalance, imbalance);
         let shortened = self.quartered > 0;
@@ -247,7 +248,7 @@ impl Spans {
         }
         let pieces = &mut stepper.pieces;
         let constraints = pieces.rows.constraints();
-        // What the links measure is no gap.
+        // The guard ignores the links: their φ is no gap.
         pieces.idle.resize(constraints, false);
         pieces.idle[self.first..].fill(true);
         let links = pieces.rows.transverse.len() - self.cables.len();

@@ -105,12 +105,12 @@ pub(crate) struct Operator {
     /// Regularisation, and mean of W of each contact's own rows, in the order of the contacts.
     floor: Vec<f64>,
     own: Vec<f64>,
-    /// What joints are passed through in.
+    /// Workspace of − G S⁻¹ Gᵀ.
     pub(super) through: Through,
     /// −W p of all contacts.
     pub(super) moved_rates: Vec<f64>,
     solver: ConeSolver,
-    /// What split islands work in.
+    /// Workspace of islands of several groups.
     pub(super) split: Split,
 }
 
@@ -333,8 +333,8 @@ impl Operator {
         Ok(found)
     }
 
-    /// The same of one group, with `rates` of all contacts. It is softened where no impulses are found; q does not depend on
-    /// σ.
+    /// Impulses of one group, with `rates` of all contacts, as [`solve`](Self::solve). The group is
+    /// softened where no impulses are found; q does not depend on σ.
     fn solve_group(
         &mut self,
         k: usize,

@@ -243,7 +243,8 @@ mod tests {
         }
     }
 
-    /// Of large nets under loads as those that were measured, not under heavier ones or where they may touch something.
+    /// Large nets are iterated under loads like those of the measurements, not under heavier loads
+    /// or where they may touch something.
     #[test]
     fn nets_are_iterated_where_that_is_predicted_to_be_faster() {
         let net = |mass_ratio| {
