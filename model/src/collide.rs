@@ -88,7 +88,7 @@ impl Shape {
     }
 }
 
-/// What a contact point of a shape is like.
+/// Properties of a shape's contact points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -121,7 +121,7 @@ impl Surface {
     /// the compliances.
     #[must_use]
     pub fn meet(&self, other: &Self) -> Self {
-        // Of the roots, so that no product of two frictions overflows.
+        // The product of the roots: that of two frictions may overflow.
         let friction = if self.friction == other.friction {
             self.friction
         } else {
@@ -180,7 +180,7 @@ impl Collider {
         }
     }
 
-    /// Whether the groups of both let them meet.
+    /// True if the groups of both let them meet.
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         self.groups & other.meets != 0 && other.groups & self.meets != 0

@@ -120,8 +120,8 @@ pub struct Collisions {
 }
 
 impl Collisions {
-    /// What can touch in `scene`, which has to be valid. To be made anew when colliders, constraints, cables or the
-    /// mobility of bodies change.
+    /// Candidates for contact in a valid `scene`. Make it anew when colliders, constraints, cables
+    /// or the mobility of bodies change.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let plane = |i: &usize| scene.colliders[*i].shape == Shape::HalfSpace;
@@ -138,7 +138,7 @@ impl Collisions {
         }
     }
 
-    /// Whether no two colliders ever meet.
+    /// True if no two colliders can ever meet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pairs.is_empty()

@@ -1,4 +1,5 @@
-//! What a scene's own lengths say: how far its constraints can open, and which of its numbers are likely to be mistakes.
+//! Limits and plausibility from a scene's own lengths: how far its constraints can open, and which
+//! of its numbers are likely mistakes.
 
 use std::fmt;
 
@@ -286,12 +287,13 @@ impl Scene {
             .collect()
     }
 
-    /// What in the scene is likely to be a mistake: bodies that nothing holds, lengths in another unit, gravity forgotten.
+    /// Likely mistakes in the scene: bodies that nothing holds, lengths in another unit, gravity
+    /// forgotten.
     #[must_use]
     pub fn notes(&self) -> Vec<Note> {
         let mut notes = Vec::new();
         if self.gravity.norm() > 0.0 {
-            // What falls may fall on something.
+            // With colliders, a falling body may land.
             if self.colliders.is_empty() {
                 notes.extend(self.unheld());
             }
@@ -372,7 +374,7 @@ impl Scene {
     /// The massless cable that is strained most at the start and pulls by more than the scene's weight.
     fn short(&self) -> Option<Note> {
         if self.start_in_equilibrium {
-            // What it holds hangs where the equilibrium has it.
+            // The start moves to the equilibrium: the present strain says nothing.
             return None;
         }
         let firsts = self.massless_cables().map(|(first, _)| first);

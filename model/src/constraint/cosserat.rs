@@ -53,7 +53,8 @@ pub struct Cosserat {
     pub frames: [Frame; 2],
     /// Which rows there are, and their laws.
     pub law: JointLaw,
-    /// What the twist is unwrapped against \[rad]: within 0.01 rad of that of the last accepted step.
+    /// Reference that unwraps the twist \[rad], within 0.01 rad of the twist of the last accepted
+    /// step.
     pub twist_reference: f64,
 }
 
@@ -138,7 +139,7 @@ impl<V: Lanes> BendTwist<V> {
 }
 
 impl BendTwist<f64> {
-    /// Of one joint between two frames in the world.
+    /// Bends and twist of one joint, between two frames in the world.
     pub(super) fn of_frames(a: &Resolved, b: &Resolved, reference: f64) -> Self {
         Self::new(&quaternion(&(a.axes.transpose() * b.axes)), reference)
     }
@@ -224,7 +225,7 @@ impl<V: Lanes> Swing<V> {
     }
 }
 
-/// Whether joints bend by less than π/3, where the sine has its polynomial.
+/// True if the joints bend by less than π/3, where a polynomial gives the sine.
 #[inline(always)]
 pub(crate) fn bends_little<V: Lanes>(seen: &Quaternion<V>) -> bool {
     sine_squared(seen).all_below(V::splat(LARGEST_BEND))

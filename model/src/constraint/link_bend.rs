@@ -67,7 +67,7 @@ pub struct LinkBend {
     pub frames: [Frame; 3],
     /// Law of the rows, compliance in rad/(N m).
     pub law: RowLaw,
-    /// What the rows measure.
+    /// Angle or vector that the rows measure.
     pub definition: BendDefinition,
 }
 
@@ -276,7 +276,7 @@ mod tests {
                 let sum: Vector3<f64> = (0..3).map(g).sum();
                 assert!(sum.norm() < 1e-15);
                 if definition == BendDefinition::Angle {
-                    // Of the vector this is so for multipliers along it: below.
+                    // For the vector, this holds for multipliers along it: below.
                     let moment: Vector3<f64> = (0..3).map(|s| points[s].cross(&g(s))).sum();
                     assert!(moment.norm() < 1e-14);
                 }

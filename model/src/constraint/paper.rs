@@ -49,7 +49,8 @@ pub struct Paper {
     pub twist_definition: TwistDefinition,
     /// Safeguard s₀ > 0 of the directions d/(s₀ + |d|), without unit.
     pub safeguard: f64,
-    /// What the twist is unwrapped against \[rad]: within 0.01 rad of that of the last accepted step.
+    /// Reference that unwraps the twist \[rad], within 0.01 rad of the twist of the last accepted
+    /// step.
     pub twist_reference: f64,
 }
 

@@ -66,7 +66,8 @@ pub struct Sheave {
     /// cable; 0 lets it slide freely.
     #[cfg_attr(feature = "serde", serde(default))]
     pub friction: f64,
-    /// Of an end: whether the cable goes on as another constraint from where it is fastened, which is then no drum.
+    /// True at an end where the cable is fastened but goes on as another constraint: this end is no
+    /// drum.
     #[cfg_attr(feature = "serde", serde(default))]
     pub shared: bool,
     /// Where the cable touches it.
@@ -84,7 +85,7 @@ impl Sheave {
     }
 }
 
-/// What a sheave of a cable is called in errors.
+/// Name of a cable's sheave in errors.
 pub(crate) fn called(cable: &str, side: usize) -> String {
     format!("{cable}: sheave {}", side + 1)
 }
@@ -100,7 +101,8 @@ pub enum Lay {
     New,
     /// Not: the cable passes by.
     Off {
-        /// Whether it was on the groove's side when last seen: one on the far side cannot lie down.
+        /// True if the cable was last seen on the groove's side: from the far side it cannot lie
+        /// down.
         clear: bool,
     },
     /// From one angle to the other in the frame's v and w, unwrapped \[rad].
@@ -113,7 +115,7 @@ pub enum Lay {
 }
 
 impl Lay {
-    /// Whether the cable passes by.
+    /// True if the cable passes by.
     #[must_use]
     pub fn is_off(self) -> bool {
         matches!(self, Self::Off { .. })
@@ -510,9 +512,10 @@ impl Sheave {
         }
     }
 
-    /// What becomes of a sheave that a cable passes by on its way from one wheel to another, and was on the groove's side
-    /// when last seen or not (`clear`): the cable lies down where it goes from the groove's side to the far one, near the
-    /// wheel's plane and with a fleet angle that a groove takes.
+    /// New state of a sheave that a cable passes by on its way between two wheels. `clear` is true
+    /// if it was last seen on the groove's side. The cable lies down where it goes from the
+    /// groove's side to the far one, near the wheel's plane and with a fleet angle that a groove
+    /// takes.
     pub(super) fn passed(clear: bool, [before, here, after]: [&Wheel; 3]) -> Lay {
         let [to, from] = [[before, here], [here, after]].map(|ends| Span::between(ends, [None; 2]));
         let [arriving, leaving] = [to.angles[1], from.angles[0]];

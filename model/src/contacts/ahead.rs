@@ -88,12 +88,12 @@ pub(super) struct Ahead {
     pub(super) motions: [Motion; 2],
 }
 
-/// What becomes of the contacts of the beginning.
+/// Instant whose contacts count in the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Meeting {
-    /// They are those of the step.
+    /// The beginning.
     AsNow,
-    /// They belong to the shapes at this time (s).
+    /// This later time (s), with the shapes where they are then.
     At(f64),
     Never,
 }

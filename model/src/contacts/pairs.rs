@@ -12,7 +12,7 @@ pub(super) struct Pairs {
     joined: HashSet<[usize; 2]>,
     /// The cable of each body.
     cable: Vec<Option<usize>>,
-    /// Whether no pair meets.
+    /// True if no pair can meet.
     empty: bool,
 }
 
@@ -54,7 +54,8 @@ impl Pairs {
         self.cable.len()
     }
 
-    /// Whether two colliders can meet.
+    /// Two colliders can meet if they are of different bodies, of which one is dynamic, their
+    /// groups agree, and neither a constraint nor a cable has both bodies.
     pub(super) fn meet(&self, scene: &Scene, pair: [usize; 2]) -> bool {
         let [a, b] = pair.map(|i| &scene.colliders[i]);
         let dynamic = |body: Option<usize>| body.is_some_and(|i| scene.bodies.is_dynamic(i));

@@ -23,7 +23,7 @@ const ACROSS: f64 = 1e-6;
 /// Cosine between a face's normal and a direction, above which it counts as that normal: 1.4e-6 rad.
 const ALONG: f64 = 1.0 - 1e-12;
 
-/// What a core is.
+/// Kind of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Core {
     /// A point or a segment along z, of a sphere or a capsule.
@@ -83,7 +83,7 @@ impl Solid {
         self.axes.column(k).into_owned()
     }
 
-    /// Whether it is no cylinder, or one with less radius than the other.
+    /// True but for a cylinder with a radius no less than the other's.
     pub(super) fn is_narrower(&self, other: &Self) -> bool {
         self.core != Core::Cylinder || self.half.x < other.half.x
     }
@@ -206,8 +206,8 @@ impl Solid {
         corners
     }
 
-    /// What of the core can lie on a plane that faces it from the direction `u`: the face that is most along `u`, or the
-    /// line of a round side, or the point.
+    /// Part of the core that can lie on a plane facing it from the direction `u`: the face that is
+    /// most along `u`, the line of a round side, or the point.
     pub(super) fn lying_along(&self, u: &Vector3<f64>) -> Polygon {
         let local = self.axes.tr_mul(u);
         let lies = self.core == Core::Cylinder && local.z.abs() < std::f64::consts::FRAC_1_SQRT_2;

@@ -46,7 +46,7 @@ fn lanes_and_single_joints_agree() {
     }
 }
 
-/// What lanes found is what single joints find.
+/// Joints in lanes have the rows that they have one by one.
 fn assert_agree(lin: &Linearized, scene: &Scene, case: &str) {
     for (k, c) in scene.constraints.iter().enumerate() {
         let rows = lin.row_range(k);

@@ -36,7 +36,7 @@ pub struct Capstan {
     pub friction: f64,
 }
 
-/// What a part is laid with: all that slip and a cut that moves change of it.
+/// Rest state of a part at a capstan: everything of it that slip and a moving cut change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Laid {
     length: f64,
@@ -104,7 +104,7 @@ impl Scene {
         Ok(numbers)
     }
 
-    /// Whether a cable has sheaves with friction, on which it lies or not.
+    /// True if a cable has sheaves with friction, whether it lies on them or not.
     #[must_use]
     pub fn has_rough_sheaves(&self) -> bool {
         let rough = |c: &Constraint| match c {
@@ -185,7 +185,7 @@ impl Scene {
         let (last, made) = (numbers[numbers.len() - 1], numbers.len() - 1);
         let known = self.capstans.len() - made;
         for capstan in &mut self.capstans[..known] {
-            // What went on from the whole goes on from its last part.
+            // A part that followed the whole follows its last part now.
             let [before, _] = &mut capstan.parts;
             *before = if *before == c { last } else { *before };
         }
@@ -288,7 +288,7 @@ impl Scene {
         }
     }
 
-    /// What the parts at capstan number `i` are laid with, for [`put_back`](Self::put_back).
+    /// Rest state of the parts at capstan number `i`, for [`put_back`](Self::put_back).
     #[must_use]
     pub fn laid_at(&self, i: usize) -> [Laid; 2] {
         let parts = self.capstans.get(i).and_then(|c| self.parts(c));
@@ -304,7 +304,7 @@ impl Scene {
         })
     }
 
-    /// Puts back what [`laid_at`](Self::laid_at) told. Allocates: no.
+    /// Restores the state that [`laid_at`](Self::laid_at) returned. Does not allocate.
     pub fn put_back(&mut self, i: usize, laid: &[Laid; 2]) {
         let Some(capstan) = self.capstans.get(i).copied() else {
             return;
@@ -426,7 +426,7 @@ impl MasslessCable {
         (0..self.sheaves.len()).filter(move |&side| rough(&self.sheaves[side]))
     }
 
-    /// Whether it lies on a sheave with friction, as no part does within.
+    /// True if it lies on an inner sheave with friction; a part never does.
     fn grips(&self) -> bool {
         let on = |side: usize| self.sheaves[side].is_some_and(|s| !s.lay.is_off());
         self.rough_sheaves().any(on)
