@@ -8,7 +8,8 @@ use taut_tests::machines::random_machine;
 
 const DT: f64 = 1.0 / 60.0;
 
-/// What a stepper tells of itself, as bits: state, energies, impulses, gaps, windings and drums.
+/// Observable state of a stepper as bits: time, energies, impulses, gaps and drives; and its scene
+/// as text.
 fn told(stepper: &Stepper) -> (Vec<u64>, String) {
     let energy = stepper.energy();
     let rows = stepper.linearized();
@@ -20,7 +21,7 @@ fn told(stepper: &Stepper) -> (Vec<u64>, String) {
     (bits, format!("{:?}", stepper.scene()))
 }
 
-/// What a step did, without its times.
+/// Numbers of a step's report, without its times.
 fn done(report: &StepReport) -> (usize, usize, bool, usize, u64) {
     (
         report.iterations,
@@ -43,8 +44,8 @@ fn by_way_of_texts(saved: &SavedRun) -> SavedRun {
     from_json
 }
 
-/// What a driver does before step `n` of a gantry: off, lift, stop, with jerks that the winches slip at; its slow
-/// machine knows no controls.
+/// Controls before step `n` of a gantry: off, lift, stop, with jerks at which the winches slip. A
+/// scene without controls runs by itself.
 fn drive(stepper: &mut Stepper, n: usize) {
     if stepper.scene().controls.is_empty() {
         return;

@@ -57,9 +57,10 @@ pub(super) fn slack(case: &Case) -> Fault {
                 let history = history(case, n, part)?;
                 phi.iter_mut().zip(history).for_each(|(sum, p)| *sum += p.phi);
             }
-            // What crosses its length within a step takes the mean of a hat about t for its gap, up to a sixth of its way in a
-            // step, besides what the scheme adds for the gaps before and after.
-            // Its rate at t is the mean of the steps beside it, or what the first of them had at its end.
+            // A rope that crosses its length within a step takes the mean of a hat about t for its
+            // gap: up to a sixth of its path in a step, besides the scheme's part for the gaps
+            // before and after. Its rate at t is the mean of the steps beside it, or the rate at
+            // the end of the first of them.
             let bends = 0.5 * (phi[3] - 2.0 * phi[2] + phi[1]).abs();
             let way = (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs()) + bends;
             let crosses = phi[2] > -way;
@@ -175,7 +176,8 @@ pub(super) fn cone_of_sheaves(case: &Case) -> Fault {
     })
 }
 
-/// What slips forwards is pulled forwards: the part after the sheave is strained more, by all that friction can hold.
+/// Slip follows the pull: the part behind the sheave is strained more, by all that friction can
+/// hold.
 pub(super) fn work_of_sheaves(case: &Case) -> Fault {
     let weight = case.choices.weight();
     first(case, |_, m| {
