@@ -18,13 +18,13 @@ use taut_model::{BodyVectors, RowBounds};
 /// Solves of one system at most: what an inexact solver leaves undecided stays so.
 const PASSES: usize = 64;
 
-/// How often all wrong rows change at once without getting fewer.
+/// Times that all wrong rows change at once without getting fewer.
 const TRIES: usize = 3;
 
 /// A multiplier beyond its bound, or a rate of the wrong sign, is noise below this part of the largest multiplier.
 const NOISE: f64 = 1e-11;
 
-/// Where a row's multiplier is.
+/// State of a row in the active set: between its bounds, or at one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -118,7 +118,7 @@ impl Bounded {
         }
     }
 
-    /// Puts row `k` where it is to begin with.
+    /// Puts row `k` into its first place.
     pub(crate) fn start(&mut self, k: usize, pieces: &Pieces) {
         self.rows[k].place = first_place(&pieces.rows.bounds[k], pieces);
     }
@@ -127,12 +127,12 @@ impl Bounded {
         self.rows.is_empty()
     }
 
-    /// Where each bounded row is.
+    /// Place of each bounded row.
     pub(crate) fn places(&self) -> impl Iterator<Item = Place> + '_ {
         self.rows.iter().map(|row| row.place)
     }
 
-    /// Puts each bounded row where [`places`](Self::places) said.
+    /// Restores the [`places`](Self::places) of the bounded rows.
     pub(crate) fn put(&mut self, places: &[Place]) {
         for (row, place) in self.rows.iter_mut().zip(places) {
             row.place = *place;
@@ -391,7 +391,7 @@ impl Bounded {
     }
 }
 
-/// Where a row is that has not been solved for: a cable that is too long is slack.
+/// First place of a row, before any solve: a cable that is too long is slack.
 fn first_place(bound: &RowBounds, pieces: &Pieces) -> Place {
     if bound.upper == 0.0 && pieces.rows.phi[bound.row] < 0.0 {
         Place::Upper
@@ -400,7 +400,7 @@ fn first_place(bound: &RowBounds, pieces: &Pieces) -> Place {
     }
 }
 
-/// Where the Jacobian of bounded row `k` starts for slot `s`.
+/// Start of the Jacobian of bounded row `k` for slot `s`.
 fn entry(pieces: &Pieces, k: usize, s: usize) -> usize {
     let bound = &pieces.rows.bounds[k];
     let first = pieces.rows.row_range(bound.constraint).start;

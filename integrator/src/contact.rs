@@ -84,7 +84,7 @@ pub(crate) struct Carrier {
     part: f64,
 }
 
-/// The larger violation; unlike `f64::max` it keeps what is no number.
+/// The larger violation; unlike `f64::max` it keeps NaN.
 fn worse(a: f64, b: f64) -> f64 {
     if a <= b || b.is_nan() { b } else { a }
 }
@@ -465,7 +465,7 @@ impl Contacts {
             self.known_dt = dt;
         }
         self.known = known;
-        // [`find`](Self::find) searches by colliders.
+        // `find` searches by colliders.
         self.known.sort_by_key(|known| known.colliders);
     }
 

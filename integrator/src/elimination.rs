@@ -67,7 +67,7 @@ impl FromStr for Elimination {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct EliminationOrder {
-    /// Which order it is; never [`Elimination::Auto`].
+    /// The order's kind; never [`Elimination::Auto`].
     pub taken: Elimination,
     /// The constraint at each position among the constraints of the linear system.
     pub constraints: Vec<usize>,
@@ -200,7 +200,8 @@ pub(crate) fn orders(
     Ok(found)
 }
 
-/// Which of the [`orders`] of a pattern a backend takes, and the rows of its border there.
+/// Number of the order that a backend takes among the [`orders`] of a pattern, and the rows of its
+/// border.
 pub(crate) fn taken_by(
     backend: &Backend,
     orders: &[EliminationOrder],

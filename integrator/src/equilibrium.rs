@@ -16,7 +16,7 @@
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
 //! massless cables a link without length row along each span ([`Spans`]).
 //!
-//! Contacts have no part in it: a state in which shapes have come to overlap is none.
+//! Contacts take no part: a state in which shapes overlap is refused.
 
 use crate::stepper::Stepper;
 use crate::stepper::guarded::Pass;
@@ -46,7 +46,7 @@ const ROUNDING: f64 = 1e-15;
 const NEAR: f64 = 1e-6;
 /// A pass that leaves more than this part of the imbalance stalls.
 const STALLED: f64 = 0.95;
-/// How often the step is then quartered.
+/// Times that the step is then quartered.
 const QUARTERINGS: usize = 5;
 /// Passes that may stall at each of the shorter lengths: slow modes go on there below the rounding of the fast ones.
 const PATIENCE: usize = 10;
@@ -160,7 +160,7 @@ struct Pace {
     dt: f64,
     /// Imbalance after the last pass, relative.
     imbalance: f64,
-    /// How often the step has been quartered since the longest stalled.
+    /// Times that the step has been quartered since the longest stalled.
     quartered: usize,
     /// Passes that stalled at this length.
     stalled: usize,

@@ -45,12 +45,12 @@ pub enum StepError {
     NotControllable {
         /// Which.
         what: String,
-        /// Why not, and what to do.
+        /// The reason, and the cure.
         reason: &'static str,
     },
     /// The parts of a saved run do not fit together, or hold what cannot be saved.
     Saved {
-        /// Which part.
+        /// Name of the part.
         what: &'static str,
         /// The fault.
         reason: String,
@@ -64,12 +64,12 @@ pub enum StepError {
         /// Time of the last state that it had one in, or at the end of the step \[s].
         time: f64,
     },
-    /// Which rows are at their bounds could not be decided.
+    /// The active set of the rows with bounds was not found.
     Undecided {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// More contacts than are solved.
+    /// More contacts than the step solves.
     TooManyContacts {
         /// Contacts with a part in the step.
         contacts: usize,
@@ -95,7 +95,7 @@ pub enum StepError {
     EquilibriumOverlaps {
         /// The names of the colliders that overlap most.
         colliders: [String; 2],
-        /// By how much \[m].
+        /// Depth of the overlap \[m].
         depth: f64,
     },
     /// More energy than the motion began with and its drives have put in: the step has become unstable. The state is that

@@ -114,7 +114,8 @@ impl Stepper {
         lacking.chain(open).fold(0.0, f64::max)
     }
 
-    /// Largest distance of a body from the first, or of an attachment from its body's centre; 1 m where there is none.
+    /// Largest distance of a body from the first, or of an attachment from its body's centre \[m];
+    /// 1 m if there is neither.
     pub(crate) fn extent(&self) -> f64 {
         let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
         let first = bodies.position.first().copied().unwrap_or_default();

@@ -295,7 +295,8 @@ impl Stepper {
     /// energy alone.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        // Transverse rows are a filter, not a spring, and rigid ones store nothing: 0 λ² is no number where λ² overflows.
+        // Transverse rows are a filter, not a spring. Rigid ones store nothing: 0 λ² would be NaN
+        // where λ² overflows.
         let compliance = &self.pieces.rows.compliance;
         let stores = |r: &usize| compliance[*r] > 0.0 && !self.pieces.is_transverse(*r);
         let energies = (0..self.mu.len()).filter(stores);

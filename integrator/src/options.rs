@@ -1,11 +1,13 @@
-//! How a scene is stepped: scheme, geometric stiffness, guard, time step, form and order of the linear system, backend.
+//! Options of a run: scheme, geometric stiffness, guard, time step, form and order of the linear
+//! system, backend.
 
 use crate::{ContactMethod, Elimination, Sleep, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
 
-/// At which mean of past and future states the constraint forces are evaluated: the order of the step and what it damps.
+/// Mean of past and future states at which the constraint forces are evaluated. It sets the order
+/// of the step and its damping.
 ///
 /// With the rates r = J v + ∂φ/∂t of the rows, all schemes are one formula,
 ///
@@ -48,8 +50,9 @@ impl Weights {
         self.before / self.next
     }
 
-    /// By how much more than with its own stiffness, over that, a row resists what alternates from step to step: of
-    /// x_n = (−1)ⁿ, φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) is −(2 (p + q + s) − 1) x_n.
+    /// Excess resistance of a row to motion that alternates from step to step, over that of its own
+    /// stiffness: for x_n = (−1)ⁿ, φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) is −(2 (p + q + s) − 1)
+    /// x_n.
     fn excess(self) -> f64 {
         2.0 * (self.next + self.now + self.before) - 1.0
     }
@@ -278,7 +281,7 @@ impl Guard {
     }
 }
 
-/// Which linear system a step solves for the multipliers.
+/// Form of the linear system for the multipliers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Form {
@@ -299,7 +302,7 @@ impl fmt::Display for Form {
     }
 }
 
-/// A name that is none of the known ones, or one with options that it does not have.
+/// An unknown name, or a known one with options that it does not have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownName {
     /// Kind of name: `"scheme"`, `"form"`, `"stiffness"`, `"elimination"`.
@@ -416,7 +419,7 @@ pub struct StepOptions {
     pub refinements: usize,
     /// Starts iterative backends from the last step's multipliers; else from zero.
     pub warm_start: bool,
-    /// How the impulses of contacts are found.
+    /// Method for the impulses of contacts.
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_forms::text", default))]
     pub contacts: ContactMethod,
     /// Largest energy from nowhere, relative to the motion's own
@@ -429,7 +432,7 @@ pub struct StepOptions {
     /// `None` disables it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub estimate: Option<usize>,
-    /// When the scene sleeps, if ever: its steps then cost no solve.
+    /// Sleep of a scene at rest, whose steps then cost no solve; `None` keeps it awake.
     #[cfg_attr(feature = "serde", serde(default))]
     pub sleep: Option<Sleep>,
 }

@@ -23,7 +23,7 @@ use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
 pub(crate) struct Pieces {
     pub(crate) rows: Linearized,
-    /// Which weights a row takes.
+    /// Kind of weights of each row.
     weighting: Vec<Weighting>,
     /// Rows that hold a speed.
     speed_rows: Vec<usize>,
@@ -410,7 +410,7 @@ fn scale_of(constraint: &Constraint) -> f64 {
     }
 }
 
-/// Which of the weights of lengths, angles, transverse rows and speeds a row takes.
+/// Kind of weights that a row takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Weighting {
     Length,

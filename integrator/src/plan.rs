@@ -1,4 +1,4 @@
-//! Where everything goes: block patterns and index maps of a topology, computed once.
+//! Assembly maps of the linear system: block patterns and index maps of a topology, computed once.
 
 use crate::Form;
 use crate::assembly::{Assembly, Coupling};

@@ -128,7 +128,7 @@ impl Slip {
         self.sheaves.is_empty()
     }
 
-    /// How many sheaves the cable slips over.
+    /// Number of sheaves over which a cable slips.
     pub(crate) fn count(&self) -> usize {
         self.sheaves.iter().filter(|s| s.rate != 0.0).count()
     }
@@ -138,7 +138,7 @@ impl Slip {
         self.sheaves.iter().map(|sheave| sheave.rate)
     }
 
-    /// Which slip and where to: 1, 0 or −1 each.
+    /// Sense of the slip at each sheave: 1, 0 or −1.
     pub(crate) fn motions(&self) -> Vec<i8> {
         let sign = |sheave: &Sheave| match sheave.motion {
             Motion::Sticks => 0,
@@ -148,7 +148,7 @@ impl Slip {
         self.sheaves.iter().map(sign).collect()
     }
 
-    /// Puts back what [`motions`](Self::motions) told.
+    /// Restores the senses of [`motions`](Self::motions).
     pub(crate) fn put(&mut self, motions: &[i8]) {
         for (sheave, sign) in self.sheaves.iter_mut().zip(motions) {
             sheave.motion = match sign {

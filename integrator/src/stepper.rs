@@ -306,8 +306,8 @@ impl Stepper {
         self.options.dt / (self.options.substeps as f64 * f64::from(self.division.parts))
     }
 
-    /// Advances the scene by one time step, then lets the scene's events happen that are due. Allocates nothing with the
-    /// project's own backends where none is, except where contacts come or more than 200 hang together.
+    /// Advances the scene by one time step, then fires the due events. Does not allocate with the
+    /// built-in backends unless contacts appear, events fire or over 200 contacts hang together.
     ///
     /// # Errors
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
@@ -453,7 +453,7 @@ impl Stepper {
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }
-        // The acceleration of a blow is none of the motion before it.
+        // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
         self.contacts.begins = true;
         let done = self.start_bodies();
         self.contacts.begins = false;

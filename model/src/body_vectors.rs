@@ -29,7 +29,7 @@ pub struct BodyPack {
     first: PerLanes<Option<usize>>,
 }
 
-/// As many of these bodies as there are lanes.
+/// Bodies of `L` lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BodyLanes<'a, const L: usize> {
     indices: &'a [usize; L],

@@ -9,8 +9,8 @@
 //! - Neither has a dynamic body: nothing would move.
 //! - Both are of the same body, or both of the world.
 //! - A joint or link holds both bodies, or a bend does that is between them: at a point, along an axis, or at a constant
-//!   distance. A cable without mass does not: a load that it hoists meets the jib that it hangs from. The world is none: what
-//!   hangs from a point of it lands on its ground.
+//!   distance. A cable without mass does not: a load that it hoists meets the jib that it hangs from.
+//!   The world does not count as a body: a load on a rope from a point of the world lands on the ground.
 //! - Both are segments of the same cable: a cable does not touch itself.
 //! - The masks say no. They meet where each is a member of a group that the other meets:
 //!

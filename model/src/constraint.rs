@@ -80,7 +80,7 @@ impl RowLaw {
     }
 }
 
-/// Which rows a cable joint has, and their laws. At least one must be there.
+/// Rows of a cable joint, and their laws. At least one must be there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointLaw {

@@ -25,7 +25,7 @@ const LOOSE: f64 = 1e-9;
 /// Overlap of two shapes over the smallest dimension of either, beyond which they are not meant to touch.
 const INSIDE: f64 = 0.1;
 
-/// A likely mistake in a scene that is none for the equations.
+/// A likely mistake in a scene that is valid all the same.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Note {
@@ -410,7 +410,8 @@ impl Scene {
         (short && laid.tension() > weight).then_some(laid)
     }
 
-    /// How the massless cable with this first part lies at the start; `None` where it is none, or no first part.
+    /// Path and rest length at the start of the massless cable with this first part; `None` if it
+    /// is not a massless cable, or not a first part.
     fn laid(&self, first: usize) -> Option<Laid> {
         if self.parts_of(first).next() != Some(first) {
             return None;

@@ -314,7 +314,7 @@ impl Packs {
         own.map(|&k| self.joints[k].constraint)
     }
 
-    /// Joint and side of a slot, `None` where it is none of a joint's.
+    /// Joint and side of a slot; `None` if it is not a joint's.
     pub(crate) fn of_slot(&self, slot: usize) -> Option<(usize, usize)> {
         self.of_slot.get(slot).copied().flatten()
     }
@@ -642,7 +642,7 @@ impl Shape {
     }
 }
 
-/// Kind of a constraint as a joint; `None` if it is none.
+/// Kind of a constraint as a joint; `None` if it is not a joint.
 fn kind(c: &Constraint) -> Option<Kind> {
     let has = |wanted| c.parts().any(|(kind, ..)| kind == wanted);
     if let [a, b] = c.frames()

@@ -269,7 +269,7 @@ fn a_redone_step_is_not_advanced_again() {
     assert!(error.to_string().contains("solve"), "{error}");
 }
 
-/// Reports are written and read as they are, with what is no number and no limit in formats that know neither.
+/// Reports survive a round trip, NaN and infinite limits too, in formats that know neither.
 #[test]
 fn reports_round_trip() {
     for choice in compiled() {

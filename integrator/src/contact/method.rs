@@ -1,4 +1,4 @@
-//! How a step finds the impulses of its contacts, and the texts for it.
+//! Methods for the impulses of a step's contacts, and their names.
 //!
 //! [`ContactMethod::Condensed`] solves contacts and joints together: see [`crate::contact`].
 //!
@@ -58,7 +58,7 @@ const SWEEPS: usize = 10;
 const MOST_SWEEPS: usize = 100_000;
 
 impl ContactMethod {
-    /// How it solves a dense problem of contacts.
+    /// Method for a dense problem of contacts.
     #[must_use]
     pub fn of_dense_problems(self) -> ConeMethod {
         match self {

@@ -28,7 +28,7 @@ const WORK: f64 = 5e9;
 /// softer contacts.
 const CLOSE: f64 = 1e-4;
 
-/// By how much an island is softened at a time, and how often at most.
+/// Factor by which an island is softened at a time, and number of times at most.
 const SOFTER: (f64, usize) = (100.0, 3);
 
 /// The factor of the joints' system, for right-hand sides of rows.
@@ -272,7 +272,7 @@ impl Operator {
         self.own.get(i).copied().unwrap_or(1.0)
     }
 
-    /// Where W of group `k` is.
+    /// Range of W that belongs to group `k`.
     fn block(&self, k: usize) -> Range<usize> {
         let first = self.blocks[k];
         first..first + 9 * self.groups.members(k).len().pow(2)

@@ -45,8 +45,9 @@ pub struct EnergyBalance {
     /// Scale of a gain: the larger of the largest kinetic energy and the largest work so far; at
     /// least 10⁻³ of the elastic energy and of the scene's weight times its extent.
     pub scale: f64,
-    /// Energy from nowhere over the scale, (gained − work − recovery)/scale, that has lasted: the least of the last eight
-    /// steps, so that a blow that takes a few steps is none. 0 where there is none, NaN where the energy is no number.
+    /// Energy from nowhere over the scale, (gained − work − recovery)/scale, if it lasts: the least
+    /// of the last eight steps, so that a blow of a few steps does not count. 0 without a gain, NaN
+    /// if the energy is NaN.
     pub excess: f64,
 }
 
@@ -262,7 +263,7 @@ impl Stepper {
         let excess = gained - account.work - recovery;
         account.recent.rotate_left(1);
         account.recent[LASTING - 1] = if excess <= 0.0 { 0.0 } else { excess / scale };
-        // `f64::min` drops NaN: an excess that is no number is told at once, below.
+        // `f64::min` drops NaN: the balance reports such an excess at once.
         let lasting = account.recent.iter().copied().fold(f64::INFINITY, f64::min);
         let balance = EnergyBalance {
             gained,

@@ -1,5 +1,6 @@
-//! Which solver [`Backend::Auto`] stands for: of those compiled in the one that is predicted to take the least time for
-//! the scene's linear system, each in the order of the constraints that it would take.
+//! Choice of the solver that [`Backend::Auto`] stands for: among those compiled in, the one with
+//! the least predicted time for the scene's linear system, each in the order of the constraints
+//! that it would take.
 //!
 //! Joints, masses and whether there are shapes decide, not the state: a run that is saved and restored has the same solver.
 

@@ -7,10 +7,11 @@
 //! e(kΔt) = kᵖ e(Δt)        e(Δt) ≈ d/(kᵖ − 1)
 //! ```
 //!
-//! p is 2, and 1 with the linearly implicit scheme. It is 1, too, for what d grows by once shapes touch, cables slip or the guard
-//! redoes a step: the time of what happens within a step is known to the step alone. An oscillation that turns by more than half
-//! a radian in kΔt is soon out of phase in the companion, and d is as large as the error. Such oscillations dominate the second
-//! difference of d: half of it is an estimate, too, and no more than d/2. The larger of both counts.
+//! p is 2, and 1 with the linearly implicit scheme. It is also 1 for the growth of d once shapes
+//! touch, cables slip or the guard redoes a step, since an event inside a step is localised only to
+//! that step. An oscillation that turns by more than half a radian in kΔt is soon out of phase in
+//! the companion, and d is as large as the error. Such oscillations dominate the second difference
+//! of d. Half of it, at most d/2, is a second estimate; the larger one counts.
 //!
 //! The companion gets the mean of each control over its step. Whatever else is set starts it anew in the state of the run; what
 //! was estimated until then is added, and steps that were not compared are counted as [`ErrorEstimate::unseen`].

@@ -51,7 +51,7 @@ use taut_solver::SolveReport;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Sleep {
-    /// How far asleep and awake may be apart, > 0 \[m].
+    /// Largest distance between the scene asleep and awake, > 0 \[m].
     pub distance: f64,
     /// Time of rest before sleep, > 0 \[s]; `period`/2 where the rest of the motion is too large to foresee it.
     pub after: f64,
@@ -316,7 +316,7 @@ fn half(shape: &Shape) -> Vector3<f64> {
     }
 }
 
-/// How far a displacement moves the points within `reach` of a body's centre, at most \[m].
+/// Bound of the path of points within `reach` of a body's centre under a displacement \[m].
 fn way([translation, turn]: &Displacement, reach: &Vector3<f64>) -> f64 {
     let (t, r) = (turn.abs(), reach);
     let across = [

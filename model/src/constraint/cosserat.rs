@@ -38,10 +38,10 @@ use crate::frame::{Frame, Resolved};
 /// Below this sine the fold θ = π is taken to have the bend axis v_a: everything stays finite there.
 pub(super) const FOLD: f64 = 1e-14;
 
-/// Where [`over_sine`] ends: the sine squared of half the bend angle.
+/// Limit of [`over_sine`]: the sine squared of half the bend angle.
 const LARGEST_BEND: f64 = 0.25;
 
-/// Where [`atan`] ends: the tangent of half the twist.
+/// Limit of [`atan`]: the tangent of half the twist.
 const LARGEST_TWIST: f64 = 0.209;
 
 /// Cable joint that resists bending in both transverse directions, up to 6 rows: stretch, bend about v, bend about w,
@@ -51,7 +51,7 @@ const LARGEST_TWIST: f64 = 0.209;
 pub struct Cosserat {
     /// The two attachment frames.
     pub frames: [Frame; 2],
-    /// Which rows there are, and their laws.
+    /// Its rows, and their laws.
     pub law: JointLaw,
     /// Reference that unwraps the twist \[rad], within 0.01 rad of the twist of the last accepted
     /// step.

@@ -31,7 +31,7 @@ use super::{RowLaw, Rows, gap};
 use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
-/// How a [`LinkBend`] measures bending.
+/// Measure of bending in a [`LinkBend`].
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(

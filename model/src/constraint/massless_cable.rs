@@ -161,8 +161,8 @@ impl Default for Winch {
 pub struct MasslessCable {
     /// The attachment frames in the order of the cable, at least 2; their axes are not used.
     pub frames: Vec<Frame>,
-    /// The sheaves at these points, `None` at a point that is none: one for each frame, or empty where there are none. Those
-    /// at the ends are drums.
+    /// The sheaves at these points, one entry a frame with `None` at a plain point, or empty
+    /// without sheaves. Those at the ends are drums.
     #[cfg_attr(
         feature = "serde",
         serde(default, skip_serializing_if = "Vec::is_empty")

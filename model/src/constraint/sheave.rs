@@ -70,7 +70,7 @@ pub struct Sheave {
     /// drum.
     #[cfg_attr(feature = "serde", serde(default))]
     pub shared: bool,
-    /// Where the cable touches it.
+    /// Its contact with the cable.
     pub lay: Lay,
 }
 
@@ -90,16 +90,16 @@ pub(crate) fn called(cable: &str, side: usize) -> String {
     format!("{cable}: sheave {}", side + 1)
 }
 
-/// Where a cable touches a sheave.
+/// Contact of a cable with a sheave.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Lay {
-    /// As the path has it at first.
+    /// Not known yet: the path decides.
     #[default]
     New,
-    /// Not: the cable passes by.
+    /// None: the cable passes by.
     Off {
         /// True if the cable was last seen on the groove's side: from the far side it cannot lie
         /// down.
@@ -107,9 +107,9 @@ pub enum Lay {
     },
     /// From one angle to the other in the frame's v and w, unwrapped \[rad].
     On {
-        /// Where it arrives; of a drum at the beginning where it is fastened.
+        /// Angle of arrival; at a drum at the beginning, that of the fastening.
         arriving: f64,
-        /// Where it leaves; of a drum at the end where it is fastened.
+        /// Angle of departure; at a drum at the end, that of the fastening.
         leaving: f64,
     },
 }
@@ -172,7 +172,8 @@ impl Wheel {
         self.radius == 0.0
     }
 
-    /// Angle of the tangent through a point, on which a cable leaves (`side` −1) or arrives (1); NaN where there is none.
+    /// Angle of the tangent through a point, on which a cable leaves (`side` −1) or arrives (1);
+    /// NaN for a point inside.
     fn tangent(&self, through: &Vector3<f64>, side: f64) -> f64 {
         let ([_, v, w], to) = (&self.axes, through - self.hub);
         let (x, y) = (v.dot(&to), w.dot(&to));

@@ -1,4 +1,4 @@
-//! Which pairs of colliders never meet, whatever their poses.
+//! Pairs of colliders that never meet, whatever their poses.
 
 use std::collections::HashSet;
 

@@ -13,8 +13,8 @@ use crate::collide::{Collider, Shape};
 
 /// Corners of the polygon that stands for the rim of a cylinder where it lies on something flat.
 const LYING: usize = 8;
-/// By how much the lowest point of a rim is lower than those corners, over its radius, where it is a point of contact: from a
-/// tilt of 1.3e-4 rad on.
+/// Depth of the lowest point of a rim below those corners, over its radius, from which it is a
+/// point of contact: tilts of 1.3e-4 rad and more.
 const LOWER: f64 = 1e-5;
 /// Corners of the polygon that stands for the end face of a cylinder on which something lies.
 const CARRYING: usize = 16;
@@ -44,7 +44,7 @@ pub(super) struct Solid {
     pub(super) axes: Matrix3<f64>,
     /// Half of the core's extents along them.
     pub(super) half: Vector3<f64>,
-    /// By how much the shape is larger than its core, all around.
+    /// Thickness of the shape around its core \[m].
     pub(super) radius: f64,
 }
 

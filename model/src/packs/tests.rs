@@ -265,8 +265,8 @@ fn packs_hold_what_the_blocks_hold() {
     }
 }
 
-/// References follow twists that are more than 0.01 rad off, and start anew after one that is no number: of joints in lanes
-/// and of others, in full packs and beside padding.
+/// References follow twists that are more than 0.01 rad off, and start anew after NaN: for joints
+/// in lanes and others, in full packs and beside padding.
 #[test]
 fn references_follow_their_twists() {
     let row = Some(RowLaw {

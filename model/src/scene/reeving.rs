@@ -22,7 +22,7 @@ use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, Winch, call
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 
-/// Largest μθ: beyond it e^(μθ) is no number.
+/// Largest μθ: beyond it e^(μθ) overflows.
 const LARGEST: f64 = 700.0;
 
 /// A sheave that grips a cable: the one that the first part ends at and the second begins with.
@@ -65,7 +65,8 @@ impl Scene {
     /// alike; a winch pays out at the first point.
     ///
     /// # Errors
-    /// A path that the cable cannot take, friction that is no number ≥ 0 or at an end, a cable that can push.
+    /// A path that the cable cannot take, friction that is not ≥ 0 or stands at an end, a cable
+    /// that can push.
     pub fn reeve(
         &mut self,
         name: &str,
@@ -192,7 +193,8 @@ impl Scene {
         Ok(numbers.split_off(1))
     }
 
-    /// The parts of the cable that constraint number `c` is a part of, from its first one; `c` alone where it is none.
+    /// The parts of the cable that constraint number `c` is a part of, from its first one; `c`
+    /// alone if it is not a part.
     pub fn parts_of(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
         // A chain has no more links than there are capstans.
         let count = self.capstans.len();
@@ -240,7 +242,7 @@ impl Scene {
         Some([before?, after?])
     }
 
-    /// The part with that number; nothing where a capstan names what is none.
+    /// Massless cable number `i`; `None` for any other constraint.
     fn part_mut(&mut self, i: usize) -> Option<&mut MasslessCable> {
         match self.constraints.get_mut(i) {
             Some(Constraint::MasslessCable(cable)) => Some(cable),
@@ -248,7 +250,7 @@ impl Scene {
         }
     }
 
-    /// Wrap of capstan number `i` \[rad]; NaN where there is none.
+    /// Wrap of capstan number `i` \[rad]; NaN if there is no such capstan.
     #[must_use]
     pub fn wrap(&self, i: usize) -> f64 {
         let parts = self.capstans.get(i).and_then(|c| self.parts(c));

@@ -1,4 +1,4 @@
-//! Motors of joints and winches of cables, as they are written. A limit that is left out is none.
+//! Motors of joints and winches of cables, as they are written. A limit left out is infinite.
 
 use serde::{Deserialize, Serialize};
 
