@@ -36,9 +36,9 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// The handle is of a body or constraint that has been removed from the scene.
+    /// The handle is of a body, constraint or control that has been removed from the scene.
     Gone {
-        /// `body` or `constraint`.
+        /// `body`, `constraint` or `control`.
         kind: &'static str,
     },
     /// A motor, winch, body or control cannot be set like that.

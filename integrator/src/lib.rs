@@ -80,7 +80,7 @@
 //! | `stepper/winding` | cables of segments at their winches |
 //! | `stepper/resolution` | cables that merge and split their segments by rule |
 //! | `identity` | stable handles of bodies and constraints |
-//! | `observe` | queries of a stepper: forces, loads, energies, the linear system, exact multipliers |
+//! | `observe` | queries: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `stepper/sleep` | scenes at rest, whose steps cost no solve |

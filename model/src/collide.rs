@@ -9,8 +9,9 @@
 //! - Neither has a dynamic body: nothing would move.
 //! - Both are of the same body, or both of the world.
 //! - A joint or link holds both bodies, or a bend does that is between them: at a point, along an axis, or at a constant
-//!   distance. A cable without mass does not: a load that it hoists meets the jib that it hangs from.
-//!   The world does not count as a body: a load on a rope from a point of the world lands on the ground.
+//!   distance. A cable without mass does not: a load that it hoists meets the jib that it hangs
+//!   from. The world does not count as a body: a load on a rope from a point of the world lands on
+//!   the ground.
 //! - Both are segments of the same cable: a cable does not touch itself.
 //! - The masks say no. They meet where each is a member of a group that the other meets:
 //!

@@ -54,8 +54,9 @@ impl Pairs {
         self.cable.len()
     }
 
-    /// Two colliders can meet if they are of different bodies, of which one is dynamic, their
-    /// groups agree, and neither a constraint nor a cable has both bodies.
+    /// Two colliders can meet if they are of different bodies, of which one is dynamic, and their
+    /// groups agree. Bodies of one cable, and bodies held together by a constraint other than a
+    /// massless cable, never meet.
     pub(super) fn meet(&self, scene: &Scene, pair: [usize; 2]) -> bool {
         let [a, b] = pair.map(|i| &scene.colliders[i]);
         let dynamic = |body: Option<usize>| body.is_some_and(|i| scene.bodies.is_dynamic(i));

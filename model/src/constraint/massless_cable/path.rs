@@ -70,8 +70,7 @@ impl MasslessCable {
         ends.into_iter().flatten().flatten().any(|s| s.shared)
     }
 
-    /// Angles at which it leaves and meets its first sheave, and meets its last \[rad]; NaN where
-    /// not known.
+    /// Angle at which it leaves its first sheave \[rad]; NaN where not known.
     pub(crate) fn first_leaving(&self) -> f64 {
         angle(self.sheaves.first(), Lay::leaving)
     }
