@@ -589,7 +589,7 @@ impl Contacts {
         if size > 0.0 { worst / size } else { worst }
     }
 
-    /// Adds the state of the contacts after the step to `report`, with the violation `found`.
+    /// Writes the state of the contacts after the step into `report`, with the violation `found`.
     pub(crate) fn count(&self, report: &mut ContactReport, found: f64, dt: f64) {
         report.touching = 0;
         report.sliding = 0;

@@ -39,8 +39,8 @@ pub(crate) fn slowest(scene: &Scene, dt: f64) -> f64 {
 }
 
 impl Touch {
-    /// True if the shapes touch at rest: they close no faster than `slowest` (m/s), over a gap that
-    /// this speed closes within the step `dt` (s).
+    /// True if the shapes rest on each other: they close no faster than `slowest` (m/s), and this
+    /// speed closes their gap within the step `dt` (s).
     pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
         let rate = self.normal_rate(|i| scene.bodies.rates(i));
         rate >= -slowest && self.found.gap <= slowest * dt

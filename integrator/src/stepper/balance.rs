@@ -312,7 +312,7 @@ impl Stepper {
         }
     }
 
-    /// True if shapes with an impulse met in the last sub-step faster than the slowest blow.
+    /// True if shapes with an impulse closed faster than the slowest blow in the last sub-step.
     fn has_blow(&self) -> bool {
         let contacts = &self.contacts;
         let slowest = slowest(&self.scene, contacts.dt());

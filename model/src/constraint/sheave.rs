@@ -99,7 +99,7 @@ pub enum Lay {
     /// Not known yet: the path decides.
     #[default]
     New,
-    /// None: the cable passes by.
+    /// No contact: the cable passes by.
     Off {
         /// True if the cable was last seen on the groove's side: from the far side it cannot lie
         /// down.
