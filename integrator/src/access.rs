@@ -354,7 +354,8 @@ impl Stepper {
         Ok(channel)
     }
 
-    /// Sets motor or winch number `drive` of that control alone, until the control is set again.
+    /// Sets motor or winch number `drive` of control number `control` alone, as the control would
+    /// with this value, until the control is set again.
     ///
     /// # Errors
     /// As [`set_control`](Self::set_control), and [`StepError::NotControllable`] where the control
