@@ -1,4 +1,4 @@
-//! What crosses crates, a module for each theme: one binary, which links once.
+//! Tests across crates, a module for each theme: one binary, which links once.
 
 mod agreement;
 mod bad_input;

@@ -1,4 +1,4 @@
-//! What the time step does to a motion.
+//! Motions under the time step.
 
 /// Bounded rows, motors, winches, driven bodies.
 mod driven;

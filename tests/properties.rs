@@ -1,4 +1,4 @@
-//! What holds whatever the numbers are.
+//! Properties that hold for all numbers.
 
 /// The assembled systems: symmetric, definite, and the same as their definition.
 mod assembly;
@@ -6,7 +6,7 @@ mod assembly;
 mod bounded;
 /// Momenta, energy, unit quaternions.
 mod conservation;
-/// The same run gives the same bits.
+/// Runs repeated to the same bits.
 mod determinism;
 /// A step's equations as dense matrices.
 mod equations;

@@ -66,7 +66,7 @@ fn every_direct_solver_holds_the_cable_in_equilibrium() {
             let held = hold(&params(SEGMENTS, ratio), &choice.options(DT)).expect("stable");
             worst.see(held.error, format_args!("{choice}, ratio {ratio:e}"));
         }
-        // What settling is allowed is enough for holding.
+        // The bar for settling holds here, too.
         worst.expect_measured(&format!("elongation held at ratio {ratio:e}"), measured);
     }
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Controls, GantryParams};
 
-/// What the operator does at time t \[s]: 4 s along the beam, then 4 s of lifting, then nothing.
+/// Speeds asked for by the operator at time t \[s]: travel for 4 s, then hoist for 4 s, then stop.
 fn operator(t: f64) -> Controls {
     Controls {
         trolley_speed: if t < 4.0 { 0.5 } else { 0.0 }, // m/s

@@ -1,4 +1,5 @@
-//! What may be changed in a running simulation between two steps: states, loads, driven bodies, motors, winches, controls.
+//! Access to a running simulation between two steps: states, loads, driven bodies, motors, winches
+//! and controls.
 
 use crate::StepError;
 use crate::stepper::{Stage, Stepper};
@@ -231,7 +232,8 @@ impl Stepper {
         );
         bodies.velocity[body] = velocity;
         bodies.angular_velocity[body] = angular_velocity;
-        // What led to the present state is the velocity before: its rate of the rows stays.
+        // The rows' past rate J v + ∂φ/∂t belongs to the old velocity: ∂φ/∂t takes up the change of
+        // J v.
         let rows = &self.pieces.rows;
         let slots = rows.slots.iter().enumerate();
         for (s, slot) in slots.filter(|(_, slot)| slot.body == body) {
@@ -352,10 +354,12 @@ impl Stepper {
         Ok(channel)
     }
 
-    /// The same of motor or winch number `drive` of that control alone, until the control is set again.
+    /// Sets motor or winch number `drive` of control number `control` alone, as the control would
+    /// with this value, until the control is set again.
     ///
     /// # Errors
-    /// Those of [`set_control`](Self::set_control).
+    /// As [`set_control`](Self::set_control), and [`StepError::NotControllable`] where the control
+    /// has no such drive.
     pub fn set_drive(&mut self, control: usize, drive: usize, value: f64) -> Result<(), StepError> {
         let drives = &self.channel(control, value)?.drives;
         let Some(&driven) = drives.get(drive) else {
@@ -477,7 +481,7 @@ mod tests {
             let message = error.unwrap_err().to_string();
             assert!(message.starts_with("body `ball` got"), "{message}");
         }
-        // What was refused acts on nothing.
+        // Refused loads act on nothing.
         stepper.step().unwrap();
     }
 

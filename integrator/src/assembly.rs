@@ -55,17 +55,20 @@ struct Column {
     below: Option<(usize, usize)>,
 }
 
-/// Where the joints' blocks are.
+/// Places of the joints' blocks in the matrix, and the buffers that fill them.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
-    /// Of each pack, and the first value where all blocks have six rows and columns, one after the other.
+    /// Columns of each pack of joints. The second part is the first value of a run: blocks of six
+    /// rows and columns that follow each other without a break.
     columns: Vec<([Column; PACK], PerLanes<Option<usize>>)>,
-    /// All other blocks below the diagonal, filled up with copies of the last one, and how many they are.
+    /// Other blocks below the diagonal, padded with copies of the last one; `coupled` counts them
+    /// without the padding.
     couplings: Vec<Coupling>,
     coupled: usize,
-    /// Blocks of all lanes, where they do not lie one after the other.
+    /// Columns of all lanes of a pack that is no run, before they are copied to their places.
     room: Aligned,
-    /// What the blocks of a joint are made of, for all lanes.
+    /// Products of levers, inverse inertias and Σ of the present joints, for all lanes: [`PARTS`]
+    /// each.
     scratch: Aligned,
 }
 
@@ -425,7 +428,8 @@ impl Below<'_> {
     }
 }
 
-/// What a block that couples two joints is made of, with the sign of A and 1/m that their sides give it.
+/// Factors of a block that couples two joints at one body. `inverse` and `mass` carry the sign that
+/// the sides give M̃⁻¹.
 struct Across<V> {
     left: JointSide<V>,
     right: JointSide<V>,

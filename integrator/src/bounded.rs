@@ -18,13 +18,13 @@ use taut_model::{BodyVectors, RowBounds};
 /// Solves of one system at most: what an inexact solver leaves undecided stays so.
 const PASSES: usize = 64;
 
-/// How often all wrong rows change at once without getting fewer.
+/// Times that all wrong rows change at once without getting fewer.
 const TRIES: usize = 3;
 
 /// A multiplier beyond its bound, or a rate of the wrong sign, is noise below this part of the largest multiplier.
 const NOISE: f64 = 1e-11;
 
-/// Where a row's multiplier is.
+/// State of a row in the active set: between its bounds, or at one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -34,14 +34,14 @@ pub(crate) enum Place {
     Upper,
 }
 
-/// What a system came to after a solve.
+/// Result of checking the places of the bounded rows after a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// All rows are in their right place.
     Settled,
-    /// Some changed theirs: solve again.
+    /// Some rows changed their place: solve again.
     Changed,
-    /// Some are not, and the passes are used up.
+    /// Some rows are in the wrong place, and the passes are used up.
     Undecided,
 }
 
@@ -70,9 +70,9 @@ pub(crate) struct Bounded {
     /// Rope left on each row's drum after the step \[m], infinite where no end matters, and the drums that empty within the step.
     room: Vec<f64>,
     emptied: Vec<bool>,
-    /// Whether all rows stay where they are: the accelerations of an instant are wanted.
+    /// Freezes all places, while the accelerations of an instant are sought.
     pub(crate) frozen: bool,
-    /// Fewest wrong rows of this system yet, tries and passes left.
+    /// Fewest wrong rows of this system so far; tries and passes left.
     fewest: usize,
     tries: usize,
     passes: usize,
@@ -106,7 +106,7 @@ impl Bounded {
         self.chains = chains;
     }
 
-    /// Whether row `k` is held at a bound, out of the system.
+    /// True if row `k` is held at a bound and so out of the system.
     pub(crate) fn holds(&self, k: usize) -> bool {
         self.rows[k].place != Place::Inside
     }
@@ -118,22 +118,21 @@ impl Bounded {
         }
     }
 
-    /// Puts row `k` where it is to begin with.
+    /// Puts row `k` into its first place.
     pub(crate) fn start(&mut self, k: usize, pieces: &Pieces) {
         self.rows[k].place = first_place(&pieces.rows.bounds[k], pieces);
     }
 
-    /// Whether no row has bounds.
     pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Where each bounded row is.
+    /// Place of each bounded row.
     pub(crate) fn places(&self) -> impl Iterator<Item = Place> + '_ {
         self.rows.iter().map(|row| row.place)
     }
 
-    /// Puts each bounded row where [`places`](Self::places) said.
+    /// Restores the [`places`](Self::places) of the bounded rows.
     pub(crate) fn put(&mut self, places: &[Place]) {
         for (row, place) in self.rows.iter_mut().zip(places) {
             row.place = *place;
@@ -248,8 +247,9 @@ impl Bounded {
         }
     }
 
-    /// Whether all rows are in their right place with the impulses `mu` of a step `dt` long, after
-    /// [`release`](Self::release); moves those that are not. `mu` then keeps its bounds to the last bit.
+    /// Checks the places of all rows against the impulses `mu` of a step of `dt` (s), after
+    /// [`release`](Self::release), and moves the rows that are wrong. `mu` then keeps its bounds to
+    /// the last bit.
     pub(crate) fn judge(&mut self, pieces: &mut Pieces, mu: &mut [f64], dt: f64) -> Verdict {
         if self.is_empty() {
             return Verdict::Settled;
@@ -391,7 +391,7 @@ impl Bounded {
     }
 }
 
-/// Where a row is that has not been solved for: a cable that is too long is slack.
+/// First place of a row, before any solve: a cable that is too long is slack.
 fn first_place(bound: &RowBounds, pieces: &Pieces) -> Place {
     if bound.upper == 0.0 && pieces.rows.phi[bound.row] < 0.0 {
         Place::Upper
@@ -400,7 +400,7 @@ fn first_place(bound: &RowBounds, pieces: &Pieces) -> Place {
     }
 }
 
-/// Where the Jacobian of bounded row `k` starts for slot `s`.
+/// Start of the Jacobian of bounded row `k` for slot `s`.
 fn entry(pieces: &Pieces, k: usize, s: usize) -> usize {
     let bound = &pieces.rows.bounds[k];
     let first = pieces.rows.row_range(bound.constraint).start;

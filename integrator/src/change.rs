@@ -27,7 +27,7 @@ pub struct Edit {
     ids: Identities,
     /// The present \[s].
     time: f64,
-    /// Whether anything was changed.
+    /// Set by every change: an edit without one leaves the run as it is, bit for bit.
     touched: bool,
     /// New parts of cables, each with the cable that it is cut from, whose multiplier it takes over.
     going_on: Vec<(ConstraintId, ConstraintId)>,
@@ -344,9 +344,9 @@ impl Stepper {
     /// bit for bit. Allocates; the steps after it do not.
     ///
     /// # Errors
-    /// Those of `work`, [`StepError::Scene`] and [`StepError::Solve`] as [`Stepper::new`] for the changed scene, and
-    /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] between [`solve`](Self::solve) and [`advance`](Self::advance).
-    /// On error the stepper is unchanged.
+    /// The errors of `work`; [`StepError::Scene`] and [`StepError::Solve`] as [`Stepper::new`] for
+    /// the changed scene; [`SolveError::OutOfOrder`] in [`StepError::Solve`] between
+    /// [`solve`](Self::solve) and [`advance`](Self::advance). On error the stepper is unchanged.
     pub fn change<T>(
         &mut self,
         work: impl FnOnce(&mut Edit) -> Result<T, StepError>,
@@ -543,12 +543,12 @@ impl Moved {
         old.iter().filter_map(of).collect()
     }
 
-    /// The same of the bodies.
+    /// The values of the bodies, in their new order; those of new bodies are zero.
     pub(crate) fn bodies(&self, old: &[[f64; 6]]) -> Vec<[f64; 6]> {
         taken(&self.bodies, old, [0.0; 6])
     }
 
-    /// The same of the rows with bounds.
+    /// The values of the rows with bounds, in their new order; new rows get `new`.
     pub(crate) fn bounded<T: Copy>(&self, old: &[T], new: T) -> Vec<T> {
         taken(&self.bounded, old, new)
     }

@@ -16,7 +16,7 @@
 //! which counts as violated by τ φ/Δt < 0 more than it is. Its force then begins where φ⁺ > 0, whatever τ is, and where τ is large
 //! the row ends the step at φ⁺ = 0 instead of before it. A row that is stretched and opens within the step has no force by either.
 //!
-//! What such a row gives back may not exceed what it took. Three things in the step would give more:
+//! Such a row may not give back more energy than it took. Three effects of the step would:
 //!
 //! **What a row remembers of its fall.** A scheme of second order takes φ̄ = φ + Δt (p r⁺ − q r + s r⁻), which for a rigid
 //! row that closes at φ ∈ (0, Δt r] asks for r⁺ = r − φ/(p Δt), down to −1.5 r with p = 0.4. Held on both sides it would ring
@@ -74,18 +74,18 @@ pub(crate) struct Made {
     pub(crate) age: u8,
 }
 
-/// What the bounded rows of a scene remember of their closing, in the order of [`taut_model::Linearized::bounds`].
+/// Activation history of the bounded rows, in the order of [`taut_model::Linearized::bounds`].
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Closing {
     /// Steps since a row was last at a bound, up to [`YOUNG`].
     ages: Vec<u8>,
-    /// Young rows without bounds.
+    /// Young rows without bounds, which events have made.
     made: Vec<Made>,
     /// φ at the beginning of the step or implicit sub-step \[m].
     begin: Vec<f64>,
-    /// φ + ε λ at the beginning of a step that is redone.
+    /// φ + ε λ at the beginning of a step that is redone \[m].
     drift: Vec<f64>,
-    /// The part of it that the sub-steps after the present one take.
+    /// Part of the drift left to the sub-steps after the present one, 0 … 1.
     pub(crate) left: f64,
 }
 
@@ -175,7 +175,7 @@ impl Closing {
                 *age = 1;
             }
             if *age == UNKNOWN {
-                // What is open within a step, before it or after, was not closed for long.
+                // A row that is open, or within a step of it, has not been closed for long.
                 *age = if phi < dt * rate.abs() { 0 } else { YOUNG };
             }
             let implicit = match *age {

@@ -84,7 +84,7 @@ pub(crate) struct Carrier {
     part: f64,
 }
 
-/// The larger violation; unlike `f64::max` it keeps what is no number.
+/// The larger violation; unlike `f64::max` it keeps NaN.
 fn worse(a: f64, b: f64) -> f64 {
     if a <= b || b.is_nan() { b } else { a }
 }
@@ -98,20 +98,21 @@ pub(crate) struct Touch {
     /// Its bodies, and how many.
     carriers: [Carrier; CARRIERS],
     count: usize,
-    /// Whether it has a part in W; where it has not, p = 0.
+    /// Set while the contact has rows in W; elsewhere p = 0.
     pub(crate) active: bool,
-    /// p in these axes, of a step of [`Contacts::dt`] \[N s].
+    /// Impulse p over a step of [`Contacts::dt`], in `axes` \[N s].
     pub(crate) impulse: [f64; 3],
-    /// b of the normal row, and what it aims beyond that where the shapes are to rebound \[m/s].
+    /// b of the normal row, and the further target rate of a rebound \[m/s].
     pub(crate) offset: f64,
     pub(crate) aim: f64,
-    /// b of the rows across the normal, of surfaces that turn \[m/s].
+    /// b of the tangential rows, where surfaces turn \[m/s].
     pub(crate) turn: [f64; 2],
     /// ε Υ/Δt² of the normal row \[1/kg].
     pub(crate) softness: f64,
-    /// b where the contact is rigid, as it is in a blow \[m/s].
+    /// b of the normal row of a rigid contact, as in a blow \[m/s].
     pub(crate) rigid: f64,
-    /// Whether the shapes close fast enough for a blow, and whether the contact had carried nothing before.
+    /// `hit`: the shapes close fast enough for a blow. `arrives`: the contact carried nothing
+    /// before.
     pub(crate) hit: bool,
     pub(crate) arrives: bool,
     /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
@@ -119,7 +120,8 @@ pub(crate) struct Touch {
     /// Excess of the rates with the step's impulses, and of those with a blow's, over the ones that tell their work \[m/s]:
     /// see [`rebound`].
     pub(crate) shift: [[f64; 3]; 2],
-    /// True where a blow passes through it in this step, and where one did in the last.
+    /// `struck`: a blow passes through the contact in this step. `jolted`: one did in the last
+    /// step.
     pub(crate) struck: bool,
     jolted: bool,
 }
@@ -248,7 +250,8 @@ pub struct ContactForce {
     pub slip: Vector3<f64>,
 }
 
-/// What the next step knows of contacts: their impulses in the last solve. Of one scene, to be put into other steppers of it.
+/// Contact impulses of the last solve, from which the next step starts. They fit other steppers of
+/// the same scene only.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactImpulses {
     known: Vec<Known>,
@@ -273,7 +276,8 @@ impl ContactForce {
 }
 
 impl Stepper {
-    /// What the next step starts from, and its geometric stiffness is made of, at contacts.
+    /// Contact impulses of the last solve: the next step starts from them and takes its geometric
+    /// stiffness at contacts from them.
     #[must_use]
     pub fn contact_impulses(&self) -> ContactImpulses {
         let (known, dt) = self.contacts.known();
@@ -306,7 +310,8 @@ impl Stepper {
     }
 }
 
-/// What the next step recognises a contact by, and its impulse in the world \[N s].
+/// A contact of the last solve: the key by which the next step recognises it, and its impulse in
+/// the world \[N s].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -314,7 +319,7 @@ pub(crate) struct Known {
     pub(crate) colliders: [usize; 2],
     pub(crate) key: [f64; 3],
     pub(crate) impulse: [f64; 3],
-    /// True where a blow passed through it, whose force does not last.
+    /// True where a blow passed through it: its force does not last.
     #[cfg_attr(feature = "serde", serde(default))]
     pub(crate) struck: bool,
 }
@@ -323,12 +328,13 @@ pub(crate) struct Known {
 pub(crate) struct Contacts {
     collisions: Collisions,
     pub(crate) touches: Vec<Touch>,
-    /// Those of the last solve, in the order of their colliders.
+    /// Contacts of the last solve, sorted by their colliders; `taken` marks those recognised in
+    /// this step.
     known: Vec<Known>,
     taken: Vec<bool>,
-    /// Whether the step is the scheme's own, whose rates belong to the middles of the steps.
+    /// True in a step of the scheme itself, whose rates belong to the middles of steps.
     pub(crate) of_scheme: bool,
-    /// Whether only what rests on each other touches: where the accelerations of the beginning are wanted.
+    /// Admits only contacts at rest, while the accelerations of the beginning are sought.
     pub(crate) begins: bool,
     /// Steps that the impulses and the known ones belong to \[s].
     dt: f64,
@@ -341,7 +347,8 @@ pub(crate) struct Contacts {
     /// Three numbers a contact, and the impulses of the step while those of its rebounds are found.
     pub(crate) rates: Vec<f64>,
     pub(crate) resting: Vec<[f64; 3]>,
-    /// What rebounds work in: impulses and velocities by bodies, rates of contacts, multipliers of the joints.
+    /// Scratch of rebounds: impulses and velocities by bodies, rates of contacts \[m/s],
+    /// multipliers of the joints.
     pub(crate) blow: [BodyVectors; 2],
     wanted: Vec<f64>,
     pub(crate) joints: Vec<f64>,
@@ -376,7 +383,7 @@ impl Contacts {
         }
     }
 
-    /// Whether any shapes can ever meet.
+    /// True if some pair of shapes may ever meet.
     pub(crate) fn can_be(&self) -> bool {
         !self.collisions.is_empty()
     }
@@ -386,7 +393,7 @@ impl Contacts {
         self.touches.iter().flat_map(|touch| touch.found.colliders)
     }
 
-    /// Whether nothing is near anything.
+    /// True if no shapes are near each other.
     pub(crate) fn is_empty(&self) -> bool {
         self.touches.is_empty()
     }
@@ -415,7 +422,7 @@ impl Contacts {
             if let Some((i, known)) = left.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))) {
                 let impulse = Vector3::from(known.impulse) * factor;
                 let own = touch.axes.map(|axis| axis.dot(&impulse));
-                // Of a normal that has turned far it may pull.
+                // The normal may have turned so far that the old impulse would pull.
                 touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
                 touch.jolted = known.struck;
                 self.taken[i] = true;
@@ -439,25 +446,26 @@ impl Contacts {
         }));
     }
 
-    /// What [`remember`](Self::remember) kept, and the length of its step \[s].
+    /// Contacts kept by [`remember`](Self::remember), and the length of their step \[s].
     pub(crate) fn known(&self) -> (&[Known], f64) {
         (&self.known, self.known_dt)
     }
 
-    /// The same as [`known`](Self::known) told it of this scene. Allocates nothing.
+    /// Takes the contacts back that [`known`](Self::known) gave of this scene, in their order. Does
+    /// not allocate.
     pub(crate) fn remember_again(&mut self, known: &[Known], dt: f64) {
         self.known.clear();
         self.known.extend_from_slice(known);
         self.known_dt = dt;
     }
 
-    /// Puts back what [`known`](Self::known) told.
+    /// Takes contacts from outside, in any order.
     pub(crate) fn put(&mut self, known: Vec<Known>, dt: f64) {
         if dt > 0.0 {
             self.known_dt = dt;
         }
         self.known = known;
-        // As they are found.
+        // `find` searches by colliders.
         self.known.sort_by_key(|known| known.colliders);
     }
 
@@ -533,8 +541,9 @@ impl Contacts {
         self.operator.add_regularization(&self.touches, rates);
     }
 
-    /// Whether a contact's regularisation holds its shapes deeper in each other than [`SUNK`] of their size: bodies too
-    /// different in mass, or softened for want of a solution.
+    /// True if the regularisation of a contact admits a depth above [`SUNK`] of the size of its
+    /// shapes. The bodies then differ too much in mass, or the contact was softened for want of a
+    /// solution.
     pub(crate) fn sink(&self, dt: f64) -> bool {
         let sinks = |(i, touch): (usize, &Touch)| {
             self.operator.floor(i) * touch.impulse[0] * dt > SUNK * touch.found.size()
@@ -542,7 +551,6 @@ impl Contacts {
         self.touches.iter().enumerate().any(sinks)
     }
 
-    /// Whether all contacts are open.
     pub(crate) fn none_active(&self) -> bool {
         self.touches.iter().all(|touch| !touch.active)
     }
@@ -581,7 +589,7 @@ impl Contacts {
         if size > 0.0 { worst / size } else { worst }
     }
 
-    /// What the step did with them, with the violation found.
+    /// Writes the state of the contacts after the step into `report`, with the violation `found`.
     pub(crate) fn count(&self, report: &mut ContactReport, found: f64, dt: f64) {
         report.touching = 0;
         report.sliding = 0;

@@ -67,7 +67,7 @@ impl FromStr for Elimination {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct EliminationOrder {
-    /// Which order it is; never [`Elimination::Auto`].
+    /// The order's kind; never [`Elimination::Auto`].
     pub taken: Elimination,
     /// The constraint at each position among the constraints of the linear system.
     pub constraints: Vec<usize>,
@@ -200,7 +200,8 @@ pub(crate) fn orders(
     Ok(found)
 }
 
-/// Which of the [`orders`] of a pattern a backend takes, and the rows of its border there.
+/// Number of the order that a backend takes among the [`orders`] of a pattern, and the rows of its
+/// border.
 pub(crate) fn taken_by(
     backend: &Backend,
     orders: &[EliminationOrder],
@@ -257,7 +258,8 @@ mod tests {
         order_of(Elimination::Auto, scene, &rows, backend).unwrap()
     }
 
-    /// What there was before this choice keeps every bit of its results.
+    /// Scenes without loops keep every bit of their results: `Auto` takes the scene's own order for
+    /// them.
     #[test]
     fn scenes_without_loops_keep_their_order() {
         for name in taut_model::named::NAMES {
@@ -275,7 +277,8 @@ mod tests {
         }
     }
 
-    /// What no machine holds or computes is refused before it is analysed, where the backend keeps the order.
+    /// A factor beyond memory or time is refused before its analysis, where the backend keeps the
+    /// order.
     #[test]
     fn factors_beyond_reach_are_refused() {
         let scene = taut_model::named("net").unwrap();

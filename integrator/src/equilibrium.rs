@@ -16,7 +16,7 @@
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
 //! massless cables a link without length row along each span ([`Spans`]).
 //!
-//! Contacts have no part in it: a state in which shapes have come to overlap is none.
+//! Contacts take no part: a state in which shapes overlap is refused.
 
 use crate::stepper::Stepper;
 use crate::stepper::guarded::Pass;
@@ -46,7 +46,7 @@ const ROUNDING: f64 = 1e-15;
 const NEAR: f64 = 1e-6;
 /// A pass that leaves more than this part of the imbalance stalls.
 const STALLED: f64 = 0.95;
-/// How often the step is then quartered.
+/// Times that the step is then quartered.
 const QUARTERINGS: usize = 5;
 /// Passes that may stall at each of the shorter lengths: slow modes go on there below the rounding of the fast ones.
 const PATIENCE: usize = 10;
@@ -154,15 +154,15 @@ fn take_pose(found: Scene, scene: &mut Scene) {
     scene.start_in_equilibrium = false;
 }
 
-/// Length of the passes.
+/// Length of the passes, and the progress that decides it.
 struct Pace {
-    /// Of the next one \[s].
+    /// Length of the next pass \[s].
     dt: f64,
-    /// What the last one left.
+    /// Imbalance after the last pass, relative.
     imbalance: f64,
-    /// How often the step has been quartered since the longest stalled.
+    /// Times that the step has been quartered since the longest stalled.
     quartered: usize,
-    /// Passes that have stalled at this length.
+    /// Passes that stalled at this length.
     stalled: usize,
 }
 
@@ -176,7 +176,8 @@ impl Pace {
         }
     }
 
-    /// Whether a pass that left this imbalance was the last; sets the length of the next.
+    /// Takes the imbalance after a pass and sets the length of the next; true if the pass was the
+    /// last.
     fn ends_with(&mut self, imbalance: f64) -> bool {
         let last = std::mem::replace(&mut self.imbalance, imbalance);
         let shortened = self.quartered > 0;
@@ -247,7 +248,7 @@ impl Spans {
         }
         let pieces = &mut stepper.pieces;
         let constraints = pieces.rows.constraints();
-        // What the links measure is no gap.
+        // The guard ignores the links: their φ is no gap.
         pieces.idle.resize(constraints, false);
         pieces.idle[self.first..].fill(true);
         let links = pieces.rows.transverse.len() - self.cables.len();

@@ -1,4 +1,4 @@
-//! What can go wrong in a step, in the scene's own names.
+//! Errors of a step, in the scene's own names.
 
 use crate::Form;
 use std::fmt;
@@ -29,28 +29,28 @@ pub enum StepError {
     Scene(SceneError),
     /// The linear system could not be solved.
     Solve {
-        /// What the solver says.
+        /// The solver's error.
         source: SolveError,
         /// The constraint or body that its block number stands for, where it gave one.
         culprit: Option<String>,
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// What was asked for has been removed from the scene.
+    /// The handle is of a body, constraint or control that has been removed from the scene.
     Gone {
-        /// `body` or `constraint`.
+        /// `body`, `constraint` or `control`.
         kind: &'static str,
     },
     /// A motor, winch, body or control cannot be set like that.
     NotControllable {
         /// Which.
         what: String,
-        /// Why not, and what to do.
+        /// The reason, and the cure.
         reason: &'static str,
     },
     /// The parts of a saved run do not fit together, or hold what cannot be saved.
     Saved {
-        /// Which part.
+        /// Name of the part.
         what: &'static str,
         /// The fault.
         reason: String,
@@ -59,17 +59,17 @@ pub enum StepError {
     OffPath {
         /// Name of the cable or its part.
         cable: String,
-        /// What has happened, and what to do.
+        /// The cause, and the cure.
         reason: &'static str,
         /// Time of the last state that it had one in, or at the end of the step \[s].
         time: f64,
     },
-    /// Which rows are at their bounds could not be decided.
+    /// The active set of the rows with bounds was not found.
     Undecided {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// More contacts than are solved.
+    /// More contacts than the step solves.
     TooManyContacts {
         /// Contacts with a part in the step.
         contacts: usize,
@@ -86,7 +86,7 @@ pub enum StepError {
         change: f64,
         /// The body that it was.
         body: Option<String>,
-        /// What was left of the forces, as a part of the largest.
+        /// Residual force, over the largest force.
         imbalance: f64,
         /// A constraint that gave way at its limit of force.
         limited: Option<String>,
@@ -95,7 +95,7 @@ pub enum StepError {
     EquilibriumOverlaps {
         /// The names of the colliders that overlap most.
         colliders: [String; 2],
-        /// By how much \[m].
+        /// Depth of the overlap \[m].
         depth: f64,
     },
     /// More energy than the motion began with and its drives have put in: the step has become unstable. The state is that
@@ -103,7 +103,8 @@ pub enum StepError {
     EnergyGain {
         /// Energy from nowhere \[J].
         excess: f64,
-        /// What it is measured by \[J]: see [`EnergyBalance`](crate::EnergyBalance).
+        /// Scale of the motion's energy \[J]:
+        /// [`EnergyBalance::scale`](crate::EnergyBalance::scale).
         scale: f64,
         /// Time at the end of the step \[s].
         time: f64,
@@ -213,7 +214,7 @@ impl fmt::Display for StepError {
     }
 }
 
-/// What [`StepError::EnergyGain`] says.
+/// Message of [`StepError::EnergyGain`].
 fn gained(f: &mut fmt::Formatter<'_>, excess: f64, scale: f64, time: f64) -> fmt::Result {
     if !excess.is_finite() {
         return write!(

@@ -1,4 +1,5 @@
-//! What happens after a step: the events of a scene, and cables that leave sheaves with friction or lie down on them.
+//! Actions after a step: events of the scene, and cables that leave sheaves with friction or lie
+//! down on them.
 
 use crate::StepError;
 use crate::change::Edit;
@@ -85,7 +86,8 @@ impl Stepper {
         parts.map(of).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Whether a joint of the same cable is strained more, or as much and before it, by another of the events that are due.
+    /// True if another due event breaks a joint of the same cable that is strained more, or as much
+    /// and stands earlier.
     fn is_spared(&self, event: &Event, due: &[&Event]) -> bool {
         let strained = |event: &Event| match &event.when {
             When::Force { constraint, above } => {
@@ -115,7 +117,8 @@ impl Edit {
             _ => None,
         });
         let mut released = released.collect::<Vec<_>>().into_iter();
-        // What comes in this step is still to come for those events that release it later.
+        // A removal drops detachments of ties that do not exist. This placeholder announces the
+        // ties to come, for events that are to detach them later.
         let ties = actions().filter(|action| matches!(action, Action::Attach { .. }));
         self.add_event(Event {
             name: String::new(),
@@ -134,7 +137,7 @@ impl Edit {
             }
         }
         self.drop_events_called("");
-        // What is left to release may never be there.
+        // Without the placeholder, drops the detachments whose ties will never exist.
         self.remove(&[], &[])
     }
 

@@ -434,8 +434,9 @@ mod tests {
         (&k + k.transpose()) * 0.5
     }
 
-    /// What alternates from step to step is resisted by E K of the tension, by F K_b of the bends, and by the twist
-    /// moments' part of K; together they outweigh what the moments do explicitly, without that part they do not.
+    /// Modes that alternate from step to step are resisted by E K of the tension, by F K_b of the
+    /// bends and by the twist moments' part of K. Together they outweigh the explicit effect of the
+    /// moments; without the last part they do not.
     #[test]
     fn twist_moments_are_outweighed() {
         for torque in [60.0, -120.0, 230.0, 2000.0] {

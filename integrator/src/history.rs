@@ -1,4 +1,4 @@
-//! What a step remembers: the state to go back to, and the rates that multistep schemes look back on.
+//! State to return to, and rates of the past that multistep schemes use.
 
 use crate::contact::{Contacts, Known};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -17,9 +17,10 @@ pub(crate) struct State {
     mu_dt: f64,
     /// λ of the geometric stiffness, which need not be `mu` over `mu_dt`.
     tension: Vec<f64>,
-    /// What the parts at the scene's capstans are laid with.
+    /// Lengths at rest, compliances, winches and cuts of the two parts at each of the scene's
+    /// capstans.
     laid: Vec<[Laid; 2]>,
-    /// Impulses of the contacts, and of which step.
+    /// Impulses of the contacts, and the length of their step \[s].
     known: Vec<Known>,
     known_dt: f64,
     time: f64,
@@ -110,7 +111,8 @@ impl State {
 /// Rates of the step before: r_{n−1} of the rows, v_{n−1} of the bodies.
 #[derive(Debug, Clone)]
 pub(crate) struct History {
-    /// Whether the rest is that of the step before; else the past is taken to be like the present.
+    /// True if the rates are those of the step before; else the past is taken to be like the
+    /// present.
     pub(crate) known: bool,
     /// r_{n−1} = J v + ∂φ/∂t, one a row.
     pub(crate) rate: Aligned,

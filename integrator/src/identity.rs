@@ -101,7 +101,8 @@ impl Identities {
 
     fn find(&self, ids: &[u64], stepper: u64, id: u64) -> Option<usize> {
         let found = ids.binary_search(&id).ok();
-        // Those of segments that have split off stand among older ones.
+        // Newer identities of segments that split off stand among older ones: the list need not be
+        // sorted.
         let found = found.or_else(|| ids.iter().position(|known| *known == id));
         found.filter(|_| stepper == self.stepper)
     }

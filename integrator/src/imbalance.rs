@@ -1,4 +1,4 @@
-//! What a state at rest lacks of being an equilibrium, as one number.
+//! Distance of a state at rest from equilibrium, as one number.
 //!
 //! With the multipliers λ of the last solve an equilibrium has, for each dynamic body and each row,
 //!
@@ -21,7 +21,7 @@ use taut_model::Scene;
 /// Part of the forces of rounding below which an unloaded scene has no prestress.
 const NOTHING: f64 = 1e-6;
 
-/// What acts on a body.
+/// Forces on one body.
 #[derive(Debug, Clone, Copy, Default)]
 struct Acting {
     /// Sums \[N, N m].
@@ -83,7 +83,8 @@ impl Stepper {
             .map(|b| b.forces.max(b.torques / b.arm))
             .fold(0.0, f64::max);
         let extent = self.extent();
-        // What a row with a law measures its opening by, and the arm that makes a force of its moment.
+        // Rows with a law: number, arm that turns a moment into a force \[m], and scale of the
+        // opening \[m or rad].
         let sizes = |c: usize| {
             let arms = rows.slot_range(c).map(|s| balances[rows.slots[s].body].arm);
             let arm = arms.fold(longest, f64::min);
@@ -113,7 +114,8 @@ impl Stepper {
         lacking.chain(open).fold(0.0, f64::max)
     }
 
-    /// Largest distance of a body from the first, or of an attachment from its body's centre; 1 m where there is none.
+    /// Largest distance of a body from the first, or of an attachment from its body's centre \[m];
+    /// 1 m if there is neither.
     pub(crate) fn extent(&self) -> f64 {
         let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
         let first = bodies.position.first().copied().unwrap_or_default();

@@ -44,7 +44,7 @@ pub(crate) struct Rods {
     count: usize,
 }
 
-/// What does not change of eight bodies.
+/// Constant inertial data of eight bodies with an axis of symmetry.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(crate) struct RodShape {
@@ -87,7 +87,7 @@ impl RodShape {
 }
 
 impl Rods {
-    /// Those of the bodies that are dynamic and symmetric, and all others.
+    /// Packs of the dynamic bodies with an axis of symmetry, and the numbers of all others.
     pub(crate) fn new(bodies: &Bodies) -> (Self, Vec<usize>) {
         let shape = |i: usize| gyroscopic::symmetry(&bodies.inertia[i]);
         let rod = |i: &usize| bodies.is_dynamic(*i) && shape(*i).is_some();
@@ -228,7 +228,7 @@ impl Inertia {
         dispatch_wide(Level::best(), change);
     }
 
-    /// The same of Δt f, from Δv = 0.
+    /// Δv = M̃⁻¹ Δt f, in the two passes of [`correct_velocities`](Self::correct_velocities).
     pub(crate) fn free_velocities(&self, dv: &mut BodyVectors) {
         let change = VelocityChange::<true> {
             inertia: self,
@@ -255,7 +255,7 @@ impl Inertia {
         })
     }
 
-    /// Whether body `i` is static or driven.
+    /// True if body `i` is static or driven.
     pub(crate) fn is_immovable(&self, i: usize) -> bool {
         self.inverse_mass[i] == 0.0
     }
@@ -319,7 +319,7 @@ struct Update<'a> {
     scene: &'a Scene,
     dt: f64,
     stiffness: &'a BodyVectors,
-    /// What the stiffness is multiplied with.
+    /// Factor of the stiffness K in M̃ \[s²].
     factor: f64,
     drive: &'a BodyVectors,
 }

@@ -73,14 +73,14 @@
 //! | module | holds |
 //! |---|---|
 //! | `stepper` | the step: phases in order, nothing allocated after the first; `system`: its linear system |
-//! | `stepper/balance` | what a motion has gained beyond the work of its drives |
-//! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
-//! | `change` | what may be added and removed between steps, and what follows |
-//! | `events` | what happens by itself after a step: ropes that break, hooks that catch |
+//! | `stepper/balance` | energy of a motion beyond the work of its drives |
+//! | `access` | values set between steps: states, loads, motors, winches, controls |
+//! | `change` | bodies, constraints and controls added and removed between steps |
+//! | `events` | events after a step: ropes that break, hooks that catch |
 //! | `stepper/winding` | cables of segments at their winches |
 //! | `stepper/resolution` | cables that merge and split their segments by rule |
 //! | `identity` | stable handles of bodies and constraints |
-//! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
+//! | `observe` | queries: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `stepper/sleep` | scenes at rest, whose steps cost no solve |
@@ -96,16 +96,16 @@
 //! | `contact/method` | how their impulses are found: with the joints, or before them as the paper has it |
 //! | `stepper/contact_problem` | contacts and joints of a step as one problem, under the names of FCLIB |
 //! | `closing` | how such rows close and open without energy from nowhere |
-//! | `pieces` | what the linear system is made of, and its residual |
+//! | `pieces` | data of the linear system, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
 //! | `geometric`, `gyroscopic` | K; free rotation |
 //! | `motion` | velocities and positions from velocity changes |
 //! | `regularization` | Σ and c − J v, in one place |
-//! | `history` | what a step goes back to and looks back on |
+//! | `history` | state to return to, past rates for multistep schemes |
 //! | `plan` | block patterns and index maps of a topology; fills the matrix |
 //! | `assembly` | the joints' blocks of S, eight or four at a time |
 //! | `serde_forms` | options by their names, times in seconds, for `serde` |
-//! | `report` | what a step did, and the time of each phase |
+//! | `report` | report of a step, time of each phase |
 //! | `error` | [`StepError`]: why there is no step, with the names of constraints |
 
 mod access;

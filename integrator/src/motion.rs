@@ -67,7 +67,7 @@ struct Move<'a> {
     dt: f64,
 }
 
-/// What moves of all bodies.
+/// State of all bodies that a step changes.
 struct Moving<'a> {
     position: &'a mut [Vector3<f64>],
     orientation: &'a mut [UnitQuaternion<f64>],

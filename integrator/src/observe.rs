@@ -1,4 +1,5 @@
-//! What a stepper tells of its state: scene, multipliers, linear system, energies, and the exact solution of the next step.
+//! Queries of a stepper: scene, multipliers, linear system, energies, and the exact solution of the
+//! next step.
 
 use crate::bounded::{Bounded, Verdict};
 use crate::pieces::Pieces;
@@ -294,7 +295,8 @@ impl Stepper {
     /// energy alone.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        // Transverse rows are a filter, not a spring, and rigid ones store nothing: 0 λ² is no number where λ² overflows.
+        // Transverse rows are a filter, not a spring. Rigid ones store nothing: 0 λ² would be NaN
+        // where λ² overflows.
         let compliance = &self.pieces.rows.compliance;
         let stores = |r: &usize| compliance[*r] > 0.0 && !self.pieces.is_transverse(*r);
         let energies = (0..self.mu.len()).filter(stores);
@@ -408,7 +410,9 @@ impl Stepper {
 
     /// μ of the KKT system of the present pieces, or with this part of the rows alone on the right, in extended precision.
     fn solve_extended(&mut self, column: Option<&[f64]>) -> Result<Vec<f64>, StepError> {
-        // What the backend factorises is no matter here: all is factorised.
+        // The order of `banded`, whatever the backend of the run: the reference eliminates all
+        // blocks.
+        // takes.
         let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
         let order = elimination::order_of(auto, &self.scene, &self.pieces.rows, all)
             .map_err(|e| self.at_state(e))?;

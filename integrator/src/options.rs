@@ -1,11 +1,13 @@
-//! How a scene is stepped: scheme, geometric stiffness, guard, time step, form and order of the linear system, backend.
+//! Options of a run: scheme, geometric stiffness, guard, time step, form and order of the linear
+//! system, backend.
 
 use crate::{ContactMethod, Elimination, Sleep, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
 
-/// At which mean of past and future states the constraint forces are evaluated: the order of the step and what it damps.
+/// Mean of past and future states at which the constraint forces are evaluated. It sets the order
+/// of the step and its damping.
 ///
 /// With the rates r = J v + ∂φ/∂t of the rows, all schemes are one formula,
 ///
@@ -48,8 +50,9 @@ impl Weights {
         self.before / self.next
     }
 
-    /// By how much more than with its own stiffness, over that, a row resists what alternates from step to step: of
-    /// x_n = (−1)ⁿ, φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) is −(2 (p + q + s) − 1) x_n.
+    /// Excess resistance of a row to motion that alternates from step to step, over that of its own
+    /// stiffness: for x_n = (−1)ⁿ, φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) is −(2 (p + q + s) − 1)
+    /// x_n.
     fn excess(self) -> f64 {
         2.0 * (self.next + self.now + self.before) - 1.0
     }
@@ -58,14 +61,14 @@ impl Weights {
 /// See [`Weights::excess`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Excess {
-    /// Of angular rows.
+    /// Excess of angular rows.
     pub(crate) bends: f64,
-    /// Of the geometric stiffness.
+    /// Excess of the geometric stiffness.
     pub(crate) tension: f64,
 }
 
 impl Excess {
-    /// Of the rows' weights ([`StepOptions::row_weights`]) and the geometric stiffness.
+    /// Excess of the row weights ([`StepOptions::row_weights`]) and of the geometric stiffness.
     pub(crate) fn of([_, angular, inertia, _]: &[Weights; 4], form: GeometricStiffness) -> Self {
         let tension = match form {
             GeometricStiffness::Relative { alpha } => 2.0 * alpha - 1.0,
@@ -97,7 +100,7 @@ impl Scheme {
         Weights { next, now, before }
     }
 
-    /// Whether velocities belong to half a step before the positions.
+    /// True if the velocities belong to half a step before the positions.
     #[must_use]
     pub fn is_staggered(self) -> bool {
         !matches!(self, Self::LinearlyImplicit)
@@ -118,7 +121,7 @@ impl Scheme {
             return Ok(());
         };
         check("a", a, a.is_finite() && a > 0.25, "a finite number > 1/4")?;
-        // Of a mode with frequency → ∞ the Nyquist root must not grow: a + 2γ ≥ ¼.
+        // The Nyquist root of a mode with frequency → ∞ must not grow: a + 2γ ≥ ¼.
         let stable = gamma <= 0.0 && 1.0 - 4.0 * a - 8.0 * gamma <= 0.0;
         check(
             "gamma",
@@ -278,7 +281,7 @@ impl Guard {
     }
 }
 
-/// Which linear system a step solves for the multipliers.
+/// Form of the linear system for the multipliers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Form {
@@ -299,10 +302,10 @@ impl fmt::Display for Form {
     }
 }
 
-/// A name that is none of the known ones, or one with options that it does not have.
+/// An unknown name, or a known one with options that it does not have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownName {
-    /// What was to be named: `"scheme"`, `"form"`, `"stiffness"`, `"elimination"`.
+    /// Kind of name: `"scheme"`, `"form"`, `"stiffness"`, `"elimination"`.
     pub what: &'static str,
     /// The name given.
     pub name: String,
@@ -403,7 +406,7 @@ pub struct StepOptions {
     pub angular_scheme: Option<Scheme>,
     /// The geometric stiffness.
     pub stiffness: GeometricStiffness,
-    /// What to do where the linearisation does not hold; `None` takes every step as it comes.
+    /// Repeats steps whose linearisation fails; `None` accepts every step.
     pub guard: Option<Guard>,
     /// The linear system.
     pub form: Form,
@@ -414,22 +417,22 @@ pub struct StepOptions {
     pub backend: Backend,
     /// Refinement sweeps after the solve: from the pieces M, J, Σ for [`Form::Schur`], with b − A x for [`Form::Kkt`].
     pub refinements: usize,
-    /// Whether iterative backends start from the last step's multipliers (else from zero).
+    /// Starts iterative backends from the last step's multipliers; else from zero.
     pub warm_start: bool,
-    /// How the impulses of contacts are found.
+    /// Method for the impulses of contacts.
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_forms::text", default))]
     pub contacts: ContactMethod,
-    /// Largest energy from nowhere that a motion may have, over its own
-    /// ([`EnergyBalance::excess`](crate::EnergyBalance)), > 0: more is [`StepError::EnergyGain`]. The balance costs some
-    /// passes over rows and bodies a step; `None` does without.
+    /// Largest energy from nowhere, relative to the motion's own
+    /// ([`EnergyBalance::excess`](crate::EnergyBalance)), > 0: more is [`StepError::EnergyGain`].
+    /// The balance costs some passes over rows and bodies a step. `None` disables it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub energy_tolerance: Option<f64>,
-    /// Steps that one of the companion run covers, ≥ 2, which estimates the error of the load
-    /// ([`StepReport::error`](crate::StepReport::error)): with k the steps take about 1/k of their time besides. `None` does
-    /// without.
+    /// Steps k ≥ 2 that one step of the companion run covers, which estimates the error of the load
+    /// ([`StepReport::error`](crate::StepReport::error)). It costs about 1/k of the time of a step.
+    /// `None` disables it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub estimate: Option<usize>,
-    /// When the scene sleeps, if ever: its steps then cost no solve.
+    /// Sleep of a scene at rest, whose steps then cost no solve; `None` keeps it awake.
     #[cfg_attr(feature = "serde", serde(default))]
     pub sleep: Option<Sleep>,
 }

@@ -1,4 +1,4 @@
-//! What the linear system of a step is made of, and its residual.
+//! Data of a step's linear system, and its residual.
 //!
 //! The unknown is the velocity *change* Δv together with the impulses μ. Both are kept through the refinement, and its
 //! residual comes from the pieces,
@@ -23,7 +23,7 @@ use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
 pub(crate) struct Pieces {
     pub(crate) rows: Linearized,
-    /// Which weights a row takes.
+    /// Kind of weights of each row.
     weighting: Vec<Weighting>,
     /// Rows that hold a speed.
     speed_rows: Vec<usize>,
@@ -44,11 +44,11 @@ pub(crate) struct Pieces {
     pub(crate) dv: BodyVectors,
     /// The angular velocities that K is multiplied with on the right-hand side.
     pub(crate) drive: BodyVectors,
-    /// What a Newton pass knows of the rates beforehand (h of [`crate::regularization`]), one a row.
+    /// Rates known before a Newton pass (h of [`crate::regularization`]), one a row.
     pub(crate) known: Aligned,
     /// φ at the end of the step as the linearisation predicts it, one a row.
     pub(crate) predicted: Aligned,
-    /// An impulse or velocities.
+    /// Scratch: an impulse or velocities.
     impulse: BodyVectors,
 }
 
@@ -122,22 +122,21 @@ impl Pieces {
         }
     }
 
-    /// Whether a row is one of the geometric stiffness of a link.
+    /// True if the row belongs to the geometric stiffness of a link.
     pub(crate) fn is_transverse(&self, row: usize) -> bool {
         self.weighting[row] == Weighting::Transverse
     }
 
-    /// Whether a row holds a speed.
+    /// True if the row prescribes a speed.
     pub(crate) fn is_speed(&self, row: usize) -> bool {
         self.weighting[row] == Weighting::Speed
     }
 
-    /// Whether a row's force is that of what it measures.
+    /// True if the row's force follows from its length or angle: ε λ + φ = 0 at rest.
     pub(crate) fn has_law(&self, row: usize) -> bool {
         matches!(self.weighting[row], Weighting::Length | Weighting::Angle)
     }
 
-    /// Whether a row measures an angle.
     pub(crate) fn is_angular(&self, row: usize) -> bool {
         self.weighting[row] == Weighting::Angle
     }
@@ -411,7 +410,7 @@ fn scale_of(constraint: &Constraint) -> f64 {
     }
 }
 
-/// Which of the weights of lengths, angles, transverse rows and speeds a row takes.
+/// Kind of weights that a row takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Weighting {
     Length,
@@ -458,8 +457,8 @@ mod tests {
     use nalgebra::Vector3;
     use taut_model::{Distance, Frame, HoistParams, RowLaw};
 
-    /// Of joints in lanes and of a link beside them: each gap off its prediction is found, over its own length, and so is
-    /// each that is no number.
+    /// Joints in lanes, and a link beside them: the guard finds every gap that is off its
+    /// prediction, relative to the gap's own length, and every gap that is no number.
     #[test]
     fn every_gap_off_its_prediction_is_a_disagreement() {
         for segments in [1, 9, 16] {

@@ -1,4 +1,4 @@
-//! Where everything goes: block patterns and index maps of a topology, computed once.
+//! Assembly maps of the linear system: block patterns and index maps of a topology, computed once.
 
 use crate::Form;
 use crate::assembly::{Assembly, Coupling};
@@ -11,7 +11,7 @@ use taut_model::linearized::dot;
 use taut_model::{Linearized, MAX_ROWS, Scene};
 use taut_solver::{BlockPattern, SolveError, SymBlockMatrix};
 
-/// What a block row of the linear system stands for.
+/// Owner of a block row of the linear system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum BlockOf {
     Body(usize),
@@ -22,18 +22,18 @@ pub(crate) enum BlockOf {
 #[derive(Debug, Clone)]
 pub(crate) struct Plan {
     pub(crate) pattern: Arc<BlockPattern>,
-    /// What each block row stands for.
+    /// Owner of each block row.
     pub(crate) block: Vec<BlockOf>,
     /// Block row of each constraint.
     constraint: Vec<usize>,
-    /// Whether the system's rows are the scene's in their own order: a cable's Schur form.
+    /// True if the system's rows are the scene's, in their own order: the Schur form of a cable.
     pub(crate) in_scene_order: bool,
     maps: Maps,
 }
 
 #[derive(Debug, Clone)]
 enum Maps {
-    /// What the joints write, and the contributions W_s J_tᵀ to stored blocks of all others.
+    /// The joints' own blocks, and the contributions W_s J_tᵀ of all others to stored blocks.
     Schur {
         joints: Assembly,
         /// Stored blocks that products alone are added into.

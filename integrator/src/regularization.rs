@@ -78,7 +78,7 @@ impl Regularization {
         weights.next[r] - weights.now[r] + weights.before[r]
     }
 
-    /// What c of row `r` changes by for a φ that is larger by `excess`.
+    /// Change of c of row `r` if φ grows by `excess`.
     pub(crate) fn violation(&self, r: usize, excess: f64, dt: f64, rows: &Linearized) -> f64 {
         -excess / (self.weights.next[r] * dt + rows.damping[r])
     }
@@ -104,7 +104,7 @@ impl Regularization {
     }
 }
 
-/// What is known of the rates, one a row.
+/// Rates known before the solve, one a row.
 pub(crate) enum Known<'a> {
     /// h itself.
     Rates(&'a [f64]),
@@ -222,8 +222,8 @@ mod tests {
     use crate::Scheme;
     use taut_model::HoistParams;
 
-    /// Of rows whose φ went through any four values: ε λ + φ̄ + τ r⁺ vanishes, with φ̄ as [`Scheme`] states it, not by its
-    /// weights.
+    /// For any four values of φ, each row satisfies ε λ + φ̄ + τ r⁺ = 0, with φ̄ written out as
+    /// [`Scheme`] states it rather than by its weights.
     #[test]
     fn rows_are_those_of_the_scheme() {
         let params = HoistParams {

@@ -1,4 +1,4 @@
-//! What a step did, and how long its phases took.
+//! Report of a step, and the time of its phases.
 
 use crate::{EnergyBalance, ErrorEstimate, Resolved};
 use std::time::Duration;
@@ -55,7 +55,6 @@ impl PhaseTimes {
         self.0[phase as usize]
     }
 
-    /// Of the times of all phases, in order.
     #[cfg(feature = "serde")]
     pub(crate) fn from_times(times: [Duration; Phase::ALL.len()]) -> Self {
         Self(times)
@@ -77,16 +76,16 @@ impl PhaseTimes {
     }
 }
 
-/// What a step did with contacts: see [`Stepper::contacts`](crate::Stepper::contacts).
+/// Contacts of a step: see [`Stepper::contacts`](crate::Stepper::contacts).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactReport {
-    /// Contacts that shapes could have come to within the last sub-step.
+    /// Contacts that the shapes could have reached within the last sub-step.
     pub near: usize,
-    /// Those of them that carry a force.
+    /// Contacts with a force.
     pub touching: usize,
-    /// Those of these whose friction is at its limit.
+    /// Contacts that slide: their friction is at its limit.
     pub sliding: usize,
     /// Largest penetration at the beginning of a sub-step \[m].
     pub deepest: f64,
@@ -125,14 +124,15 @@ impl ContactReport {
     }
 }
 
-/// What one step did.
+/// Report of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StepReport {
     /// Time at the end of the step \[s].
     pub time: f64,
-    /// What the solver said of the step's solve, before refinement: of the first that fell short, else of the last.
+    /// Report of the linear solver before refinement: that of the first solve that fell short, else
+    /// of the last.
     pub solve: SolveReport,
     /// Iterations of all solves of the step, refinements included; 0 for direct backends.
     pub iterations: usize,
@@ -151,14 +151,14 @@ pub struct StepReport {
     /// Patterns of sticking and slipping that were tried and left.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slip_passes: usize,
-    /// What it did with contacts.
+    /// Report of the contacts.
     #[cfg_attr(feature = "serde", serde(default))]
     pub contacts: ContactReport,
     /// Implicit sub-steps that the guard took instead; 0 where the linear steps were accepted.
     pub implicit_substeps: usize,
     /// Implicit sub-steps whose Newton passes did not converge at the smallest length.
     pub unconverged_substeps: usize,
-    /// Whether the guard took a step back and redid it.
+    /// True if the guard took the step back and redid it.
     pub redone: bool,
     /// Sub-steps that the guard divided, because a rope caught or was thrown slack in them.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -175,18 +175,18 @@ pub struct StepReport {
     /// Events at the end of the step, of which [`Stepper::fired`](crate::Stepper::fired) has the names.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: usize,
-    /// What the rules of cables did at the end of the step.
+    /// Segments that the rules of cables and winches changed at the end of the step.
     #[cfg_attr(feature = "serde", serde(default))]
     pub resolved: Resolved,
-    /// Whether the scene slept through the step ([`Sleep`](crate::Sleep)): contacts and balance are then those of the last
-    /// step awake, and nothing was solved.
+    /// True if the scene slept through the step ([`Sleep`](crate::Sleep)): nothing was solved, and
+    /// contacts and balance are those of the last step awake.
     #[cfg_attr(feature = "serde", serde(default))]
     pub asleep: bool,
     /// Time of each phase.
     pub phases: PhaseTimes,
 }
 
-/// What a step has done so far, and when its last phase ended.
+/// Running totals of a step, and the time at which its last phase ended.
 #[derive(Debug)]
 pub(crate) struct Tally {
     phases: PhaseTimes,

@@ -58,7 +58,7 @@ pub struct SavedRun {
     /// Where cables slip over sheaves with friction, 1 in the direction of travel, −1 against it.
     #[cfg_attr(feature = "serde", serde(default))]
     slips: Vec<i8>,
-    /// What touched in the last solve, and the length of its step.
+    /// Contacts of the last solve, and the length of their step \[s].
     #[cfg_attr(feature = "serde", serde(default))]
     contacts: Vec<Known>,
     #[cfg_attr(feature = "serde", serde(default))]
@@ -70,7 +70,7 @@ pub struct SavedRun {
     drive: Vec<f64>,
     #[cfg_attr(feature = "serde", serde(default))]
     account: Account,
-    /// Of a scene that may sleep, what has been seen of its rest.
+    /// Observations of rest; `None` in a scene that may not sleep.
     #[cfg_attr(
         feature = "serde",
         serde(default, skip_serializing_if = "Option::is_none")
@@ -79,7 +79,7 @@ pub struct SavedRun {
     past: Past,
 }
 
-/// What multistep schemes look back on: see [`History`].
+/// Rates of the step before, for multistep schemes: see [`History`].
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -133,7 +133,7 @@ impl SavedRun {
             places: to.bounded(&self.places, Place::Inside),
             ages: to.bounded(&self.ages, UNKNOWN),
             made: to.made(&self.made),
-            // Of a changed cable they are found anew.
+            // A changed cable finds its pattern of slip anew.
             slips: Vec::new(),
             contacts: Vec::new(),
             velocity: to.bodies(&self.velocity),
@@ -338,7 +338,7 @@ impl Stepper {
         Self::restore_with(saved, &mut None)
     }
 
-    /// The same with this solver, as [`build`](Self::build) takes it.
+    /// Restores a run with the solver `given`, as [`build`](Self::build) takes it.
     pub(crate) fn restore_with(
         mut saved: SavedRun,
         given: &mut Option<Box<dyn LinearSolver>>,

@@ -92,7 +92,7 @@ impl From<PhaseSeconds> for PhaseTimes {
             s.refine,
             s.update,
         ];
-        // What is no time counts as none.
+        // A negative or infinite number, or NaN, counts as no time.
         Self::from_times(seconds.map(|s| Duration::try_from_secs_f64(s).unwrap_or_default()))
     }
 }

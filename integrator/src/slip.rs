@@ -31,7 +31,7 @@ const LARGEST: f64 = 700.0;
 /// A tension beyond its cone, or a rate against its friction, is noise below this part of the largest.
 const NOISE: f64 = 1e-11;
 
-/// Whether a cable slips, and where to.
+/// State of a cable on its sheave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Motion {
     #[default]
@@ -52,12 +52,13 @@ struct Sheave {
     /// k = e^(μθ) of this step.
     grip: f64,
     motion: Motion,
-    /// s \[m/s].
+    /// Slip rate s \[m/s].
     rate: f64,
-    /// What of it the drives ∂φ/∂t hold, and what was added to c − J v of the two rows.
+    /// Part of the slip rate that ∂φ/∂t of the two rows already has; correction added to their c −
+    /// J v.
     applied: f64,
     added: [f64; 2],
-    /// A⁻¹ B in the order of the rows; whether it is that of the present factor.
+    /// A⁻¹ B, one a row; `is_known` while it is that of the present factor.
     response: Vec<f64>,
     is_known: bool,
 }
@@ -82,12 +83,14 @@ impl Sheave {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Slip {
     sheaves: Vec<Sheave>,
-    /// Whether there are any, or a cable passes one by that it may lie down on.
+    /// True if there are sheaves with friction, or a cable may come to lie on one that it passes.
     pub(crate) may_change: bool,
-    /// Those that slip, the dense system of their rates, by rows with the right-hand side, and a vector of the rows.
+    /// Sheaves that slip, by their numbers.
     slipping: Vec<usize>,
     /// Set where a sheave begins or ceases to slip, or turns its sense, until W is built for it.
+    /// Dense system of their rates, row-major; each row ends with its right-hand side.
     pub(crate) has_changed: bool,
+    /// B of the sheave whose response is sought, one a row.
     dense: Vec<f64>,
     pub(crate) column: Vec<f64>,
 }
@@ -125,7 +128,7 @@ impl Slip {
         self.sheaves.is_empty()
     }
 
-    /// How many sheaves the cable slips over.
+    /// Number of sheaves over which a cable slips.
     pub(crate) fn count(&self) -> usize {
         self.sheaves.iter().filter(|s| s.rate != 0.0).count()
     }
@@ -135,7 +138,7 @@ impl Slip {
         self.sheaves.iter().map(|sheave| sheave.rate)
     }
 
-    /// Which slip and where to: 1, 0 or −1 each.
+    /// Sense of the slip at each sheave: 1, 0 or −1.
     pub(crate) fn motions(&self) -> Vec<i8> {
         let sign = |sheave: &Sheave| match sheave.motion {
             Motion::Sticks => 0,
@@ -145,7 +148,7 @@ impl Slip {
         self.sheaves.iter().map(sign).collect()
     }
 
-    /// Puts back what [`motions`](Self::motions) told.
+    /// Restores the senses of [`motions`](Self::motions).
     pub(crate) fn put(&mut self, motions: &[i8]) {
         for (sheave, sign) in self.sheaves.iter_mut().zip(motions) {
             sheave.motion = match sign {
@@ -264,7 +267,7 @@ impl Slip {
         sheave.is_known = true;
     }
 
-    /// Whether any sheave slips.
+    /// True if any sheave slips.
     pub(crate) fn slips(&self) -> bool {
         !self.slipping.is_empty()
     }
@@ -345,7 +348,7 @@ impl Slip {
         for sheave in self.sheaves.iter_mut().rev() {
             let [t_in, t_out] = sheave.rows.map(|r| -mu[r]);
             let next = match sheave.motion {
-                // What pushes is no cable: it goes slack.
+                // Without tension on either side the cable is slack: friction has nothing to hold.
                 Motion::Sticks if t_in.max(t_out) <= noise => Motion::Sticks,
                 Motion::Sticks if t_out > sheave.grip * t_in + noise => Motion::Forwards,
                 Motion::Sticks if t_in > sheave.grip * t_out + noise => Motion::Backwards,
@@ -379,7 +382,7 @@ impl Slip {
         }
     }
 
-    /// What has slipped in `dt` up to the time `end` goes from length to length.
+    /// Moves the rope that slips in `dt` up to the time `end` (s) from one part to the next.
     pub(crate) fn move_lengths(&self, scene: &mut Scene, dt: f64, end: f64) {
         for (i, sheave) in self.sheaves.iter().enumerate() {
             if sheave.rate != 0.0 {

@@ -65,21 +65,19 @@ pub struct Stepper {
     scratch: RefineScratch,
     /// Multipliers and a residual in the order of the scene's rows.
     pub(crate) in_rows: [Aligned; 2],
-    /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.
+    /// Linearisation and system of the present state. ∂φ/∂t in `pieces.rows` is the last step's.
     pub(crate) pieces: Pieces,
-    /// Which rows are at their bounds.
+    /// Active set of the rows with bounds.
     pub(crate) bounded: Bounded,
-    /// What they remember of their closing.
     pub(crate) closing: Closing,
-    /// Which cables slip over their sheaves.
+    /// Slip of cables over their sheaves.
     pub(crate) slip: Slip,
-    /// Where cables of segments leave their winches.
+    /// Constraints where cables of segments leave their winches.
     pub(crate) fairleads: Vec<usize>,
-    /// Cables with winches, massless and of segments: their constraints.
+    /// Constraints of cables with winches, massless and of segments.
     pub(crate) winches: Vec<usize>,
-    /// Cables that refine themselves.
+    /// Cables with a rule of resolution.
     pub(crate) resolving: Option<Box<Resolving>>,
-    /// What touches.
     pub(crate) contacts: Contacts,
     /// Right-hand sides and solutions for responses to sheaves and contacts.
     pub(crate) columns: [Vec<f64>; 2],
@@ -90,33 +88,33 @@ pub struct Stepper {
     pub(crate) mu_dt: f64,
     /// λ that the geometric stiffness is made of, one a row \[N, N m].
     pub(crate) tension: Aligned,
-    /// Whether `tension` is that of some solve.
+    /// Set once `tension` has the forces of a solve.
     pub(crate) tension_known: bool,
-    /// Whether the first step has begun.
+    /// Set once the first step has begun.
     pub(crate) started: bool,
-    /// Bodies added since the last step, whose velocities are still those of the instant.
+    /// Bodies added since the last step, whose velocities still belong to the same instant as the
+    /// positions.
     pub(crate) fresh: Vec<usize>,
     pub(crate) stage: Stage,
     /// Steps that the guard still takes implicitly.
     pub(crate) holding: usize,
-    /// Of a step in which ropes catch.
+    /// State of a step divided because a rope catches or is thrown slack.
     division: Division,
-    /// Where the balance of energy stands.
     pub(crate) account: Account,
     /// States at the beginning of the step and of its sub-step.
     pub(crate) step_start: State,
     pub(crate) substep_start: State,
     /// The guard's search along its Newton steps.
     pub(crate) search: Search,
-    /// Of a scene that may sleep.
+    /// Observations of rest; `None` in a scene that may not sleep.
     pub(crate) rest: Option<Rest>,
-    /// Since the last call that reports.
+    /// Totals since the last call that returned a report.
     pub(crate) tally: Tally,
-    /// What estimates the error.
+    /// Companion run that estimates the error.
     pub(crate) companion: Option<Box<Companion>>,
 }
 
-/// What the multipliers and the pieces belong to.
+/// State that the multipliers and the pieces belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Stage {
     /// Nothing that may be advanced: the present state is unsolved, was changed or was taken back.
@@ -127,7 +125,7 @@ pub(crate) enum Stage {
     Advanced {
         /// Its length.
         dt: f64,
-        /// Whether the guard redid it.
+        /// True if the guard redid it.
         implicit: bool,
     },
 }
@@ -152,7 +150,7 @@ impl Stage {
 /// Largest turn of a sheave in a sub-step \[rad]: of half a one and more the direction is lost.
 const FASTEST: f64 = 3.0;
 
-/// What has become of a cable's way over its sheaves.
+/// Reasons of [`StepError::OffPath`].
 const LOST: &str = "has no way over its sheaves any more";
 const TOO_FAST: &str = "runs over a sheave that turns by more than half a turn a step: use a smaller time step, or a \
                         larger sheave";
@@ -223,7 +221,8 @@ impl Stepper {
         Self::build_valid(scene, options, given)
     }
 
-    /// The same of a scene and options that are known to be valid, the scene laid and in its equilibrium.
+    /// [`build`](Self::build) for a valid scene and valid options, with cables laid and at
+    /// equilibrium.
     pub(crate) fn build_valid(
         scene: Scene,
         options: StepOptions,
@@ -307,8 +306,8 @@ impl Stepper {
         self.options.dt / (self.options.substeps as f64 * f64::from(self.division.parts))
     }
 
-    /// Advances the scene by one time step, then lets the scene's events happen that are due. Allocates nothing with the
-    /// project's own backends where none is, except where contacts come or more than 200 hang together.
+    /// Advances the scene by one time step, then fires the due events. Does not allocate with the
+    /// built-in backends unless contacts appear, events fire or over 200 contacts hang together.
     ///
     /// # Errors
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
@@ -413,8 +412,9 @@ impl Stepper {
         done.map(|()| self.tally.report(self.time, self.refinements()))
     }
 
-    /// What the first [`step`](Self::step) begins with, of a run and after bodies were added: a staggered scheme's velocities
-    /// go half a step back, and the geometric stiffness gets its multipliers. Does nothing in a scene that has begun to move.
+    /// First part of the first [`step`](Self::step) of a run and after bodies were added:
+    /// velocities of a staggered scheme go half a step back, and the geometric stiffness gets its
+    /// multipliers. Does nothing in a moving scene.
     ///
     /// # Errors
     /// [`StepError::Solve`].
@@ -453,7 +453,7 @@ impl Stepper {
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }
-        // The acceleration of a blow is none of the motion before it.
+        // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
         self.contacts.begins = true;
         let done = self.start_bodies();
         self.contacts.begins = false;
@@ -476,7 +476,7 @@ impl Stepper {
             if self.started {
                 let fresh = std::mem::take(&mut self.fresh);
                 self.take_half_back(fresh.into_iter(), 1.0);
-                // What was there goes on as if nothing had been solved.
+                // Bodies and rows from before go on as if nothing had been solved.
                 let (mu, tension) = (&mut self.mu, &mut self.tension);
                 self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
                 self.substep_start.restore_contacts(&mut self.contacts);

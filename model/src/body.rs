@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// What moves a body.
+/// Cause of a body's motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(
     any(feature = "serde", feature = "toml"),
@@ -29,7 +29,7 @@ pub enum Mobility {
 /// One body's worth of [`Bodies`]: what [`Bodies::push`] takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
-    /// What moves it.
+    /// Cause of its motion.
     pub mobility: Mobility,
     /// Centre of mass, world \[m].
     pub position: Vector3<f64>,
@@ -107,14 +107,14 @@ impl Body {
         Self::new(mass, diagonal(sq.y + sq.z, sq.z + sq.x, sq.x + sq.y))
     }
 
-    /// The same body with its centre of mass at `position` (world, m).
+    /// Moves the centre of mass to `position` (world, m).
     #[must_use]
     pub fn at(mut self, position: Vector3<f64>) -> Self {
         self.position = position;
         self
     }
 
-    /// The same body with the rotation `orientation` from body to world.
+    /// Turns the body to `orientation`, from body to world.
     #[must_use]
     pub fn turned(mut self, orientation: UnitQuaternion<f64>) -> Self {
         self.orientation = orientation;
@@ -131,7 +131,7 @@ fn diagonal(x: f64, y: f64, z: f64) -> Matrix3<f64> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Bodies {
-    /// What moves them.
+    /// Causes of their motion.
     pub mobility: Vec<Mobility>,
     /// Centres of mass, world \[m].
     pub position: Vec<Vector3<f64>>,
@@ -174,7 +174,7 @@ impl Bodies {
         self.position.len()
     }
 
-    /// Whether there are no bodies.
+    /// True if there are no bodies.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
@@ -226,7 +226,8 @@ impl Bodies {
         }
     }
 
-    /// Whether forces and constraints move body `i`; static and driven bodies are as heavy as the world.
+    /// True if forces and constraints move body `i`; static and driven bodies are as heavy as the
+    /// world.
     ///
     /// # Panics
     /// When `i` is not below [`Bodies::len`].
@@ -235,7 +236,8 @@ impl Bodies {
         self.mobility[i] == Mobility::Dynamic
     }
 
-    /// Whether body `i` is a point mass that forces move: it has three degrees of freedom, for it never turns.
+    /// True if body `i` is dynamic and a point mass: it never turns and has three degrees of
+    /// freedom.
     ///
     /// # Panics
     /// When `i` is not below [`Bodies::len`].

@@ -29,7 +29,7 @@ pub struct BodyPack {
     first: PerLanes<Option<usize>>,
 }
 
-/// As many of these bodies as there are lanes.
+/// Bodies of `L` lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BodyLanes<'a, const L: usize> {
     indices: &'a [usize; L],
@@ -209,7 +209,7 @@ impl BodyVectors {
         self.combine_from(0, a, b);
     }
 
-    /// The same of the last three numbers of each body; the first three stay.
+    /// x a + y b in the last three numbers of each body; the first three stay.
     pub fn combine_last(&mut self, a: (f64, &Self), b: (f64, &Self)) {
         self.combine_from(3 * self.room, a, b);
     }
@@ -482,7 +482,7 @@ mod tests {
         }
     }
 
-    /// What acts on both sides of joints, of all packs of a scene.
+    /// Adds numbers to both sides of all joints of a scene, together and one after the other.
     struct Sides<'a>(&'a Linearized, usize);
 
     impl Sides<'_> {

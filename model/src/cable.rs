@@ -144,7 +144,7 @@ pub enum Rest {
     /// Straight, whatever its route.
     #[default]
     Straight,
-    /// That of its route.
+    /// The shape of its route.
     AsRouted,
 }
 
@@ -159,7 +159,7 @@ pub struct Cable {
     pub points: Vec<Vector3<f64>>,
     /// Its segmentation.
     pub segments: Segments,
-    /// What hauls it in and pays it out at its start, where it is held: see the [module](self).
+    /// Winch that holds it at its start, hauls it in and pays it out: see the [module](self).
     pub winch: Option<Winch>,
     /// Rule by which its segments merge and split while it moves.
     pub resolution: Option<Resolution>,
@@ -173,9 +173,9 @@ pub struct Cable {
     pub damping: Damping,
     /// Kind of its inner joints. Ball joints resist neither bending nor torsion, and do not clamp.
     pub joint: JointKind,
-    /// Whether its joints have bend rows.
+    /// Bend rows in its joints.
     pub bend: bool,
-    /// Whether its joints have a twist row.
+    /// Twist row in its joints.
     pub twist: bool,
     /// Its rest shape.
     pub rest: Rest,
@@ -292,7 +292,7 @@ impl Cable {
         touches.then_some("is for cables that touch nothing: leave out `collide`")
     }
 
-    /// What its segments are cut from, where they split and merge.
+    /// Material of its segments, if a winch or a rule splits and merges them.
     fn stock(&self, strand: &Strand, laid: &[Laid], time: f64) -> Option<Stock> {
         if self.winch.is_none() && self.resolution.is_none() {
             return None;

@@ -9,8 +9,9 @@
 //! - Neither has a dynamic body: nothing would move.
 //! - Both are of the same body, or both of the world.
 //! - A joint or link holds both bodies, or a bend does that is between them: at a point, along an axis, or at a constant
-//!   distance. A cable without mass does not: a load that it hoists meets the jib that it hangs from. The world is none: what
-//!   hangs from a point of it lands on its ground.
+//!   distance. A cable without mass does not: a load that it hoists meets the jib that it hangs
+//!   from. The world does not count as a body: a load on a rope from a point of the world lands on
+//!   the ground.
 //! - Both are segments of the same cable: a cable does not touch itself.
 //! - The masks say no. They meet where each is a member of a group that the other meets:
 //!
@@ -88,7 +89,7 @@ impl Shape {
     }
 }
 
-/// What a contact point of a shape is like.
+/// Properties of a shape's contact points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -121,7 +122,7 @@ impl Surface {
     /// the compliances.
     #[must_use]
     pub fn meet(&self, other: &Self) -> Self {
-        // Of the roots, so that no product of two frictions overflows.
+        // The product of the roots: that of two frictions may overflow.
         let friction = if self.friction == other.friction {
             self.friction
         } else {
@@ -180,7 +181,7 @@ impl Collider {
         }
     }
 
-    /// Whether the groups of both let them meet.
+    /// True if the groups of both let them meet.
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         self.groups & other.meets != 0 && other.groups & self.meets != 0

@@ -80,7 +80,7 @@ impl RowLaw {
     }
 }
 
-/// Which rows a cable joint has, and their laws. At least one must be there.
+/// Rows of a cable joint, and their laws. At least one must be there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointLaw {
@@ -92,7 +92,7 @@ pub struct JointLaw {
     pub twist: Option<RowLaw>,
 }
 
-/// What a row measures.
+/// Quantity that a row measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum RowKind {
@@ -119,7 +119,7 @@ pub enum RowKind {
 }
 
 impl RowKind {
-    /// Whether the row's φ is an angle \[rad], not a length \[m].
+    /// True if the row's φ is an angle \[rad], not a length \[m].
     #[must_use]
     pub fn is_angular(self) -> bool {
         match self {
@@ -302,14 +302,14 @@ impl Constraint {
         (kind, law)
     }
 
-    /// Whether the first three rows are a gap between the attachment points (a minus b).
+    /// True if the first three rows are the gap between the attachment points (a minus b).
     #[must_use]
     pub fn has_stretch_rows(&self) -> bool {
         let first = self.parts().next();
         first.is_some_and(|(kind, ..)| kind == RowKind::Stretch)
     }
 
-    /// Whether a force acts at the attachment points, so that the Jacobian changes with the rotation of the levers.
+    /// True if a force acts at the attachment points: the Jacobian then changes as the levers turn.
     pub(crate) fn acts_at_points(&self) -> bool {
         let of_points = matches!(
             self,
@@ -424,8 +424,8 @@ impl Constraint {
         }
     }
 
-    /// What the compliances of the rows are to be multiplied with at time `t` (s), `excess` being what a cable is longer than
-    /// at rest \[m].
+    /// Factor of the rows' compliances at time `t` (s). `excess` is the length of a cable beyond
+    /// its length at rest \[m].
     pub(crate) fn compliance_factor(&self, t: f64, excess: f64) -> f64 {
         match self {
             Self::MasslessCable(c) if !c.sheaves.is_empty() => {
@@ -452,7 +452,7 @@ impl Constraint {
         }
     }
 
-    /// What moved world sides and winches add to ∂φ/∂t.
+    /// Part of ∂φ/∂t that comes from moved world sides and winches.
     fn drive_points(&self, bodies: &Bodies, t: f64, t_next: f64, phi_t: &mut [f64]) {
         let change = |f: &Frame| f.displacement(t_next) - f.displacement(t);
         let time = t_next - t;

@@ -56,7 +56,7 @@ use manifold::{Touch, touch};
 use pairs::Pairs;
 use solid::{Core, Solid};
 
-/// Curvature that counts as none, times the size of the shapes.
+/// Curvature that counts as flat, times the size of the shapes.
 const FLAT: f64 = 0.01;
 
 /// A point where two shapes touch, or are about to.
@@ -76,7 +76,8 @@ pub struct Contact {
     /// Their distance along the normal \[m], negative where the shapes overlap: (points\[0] − points\[1])·normal. Where the
     /// points belong to a later instant, they are as the bodies' velocities have them before, and the gap counts the turning.
     pub gap: f64,
-    /// How the two surfaces are curved there; edges and corners are round with 10⁻³ of their shape's size.
+    /// Curvatures of the two surfaces there; edges and corners are round with 10⁻³ of their shape's
+    /// size.
     pub curvature: [Curvature; 2],
     /// Curvature of a radius a hundred times the shapes' sizes \[1/m]: what both together are less curved than touches along
     /// a line.
@@ -120,8 +121,8 @@ pub struct Collisions {
 }
 
 impl Collisions {
-    /// What can touch in `scene`, which has to be valid. To be made anew when colliders, constraints, cables or the
-    /// mobility of bodies change.
+    /// Candidates for contact in a valid `scene`. Make it anew when colliders, constraints, cables
+    /// or the mobility of bodies change.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let plane = |i: &usize| scene.colliders[*i].shape == Shape::HalfSpace;
@@ -138,7 +139,7 @@ impl Collisions {
         }
     }
 
-    /// Whether no two colliders ever meet.
+    /// True if no two colliders can ever meet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pairs.is_empty()
@@ -341,7 +342,7 @@ fn speeds(scene: &Scene, body: Option<usize>) -> [Vector3<f64>; 2] {
     })
 }
 
-/// How far the surfaces of a pair may be apart.
+/// Largest distance at which a pair counts.
 fn reach(scene: &Scene, pair: [usize; 2], places: &[Place], dt: f64) -> Reach {
     let colliders = pair.map(|i| &scene.colliders[i]);
     let [[v, _], [w, _]] = colliders.map(|c| speeds(scene, c.body));

@@ -30,7 +30,7 @@ pub enum SceneError {
         what: String,
         /// The number.
         value: f64,
-        /// What it has to be, with its unit.
+        /// Allowed values, with their unit.
         needs: &'static str,
     },
     /// A count beyond what can be built.
@@ -145,7 +145,7 @@ pub enum SceneError {
         line: Option<usize>,
         /// Column from 1, when known.
         column: Option<usize>,
-        /// What the reader says.
+        /// Message of the reader.
         message: String,
     },
     /// A fault of a scene that was read, with its place in the text.
@@ -161,9 +161,9 @@ pub enum SceneError {
     },
     /// A scene holds something that no text can hold.
     NotInText {
-        /// What it is.
+        /// Name of that part of the scene.
         what: String,
-        /// What to do.
+        /// The cure.
         cure: &'static str,
     },
     /// An override `KEY=VALUE` does not fit.

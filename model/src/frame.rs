@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use crate::body::Bodies;
 use crate::motion::Motion;
 
-/// What a [`Frame`] is fixed to: there is nothing else than the world and a body, and never will be.
+/// Support of a [`Frame`]: the world or a body; there is no third kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -20,7 +20,7 @@ pub enum Side {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Frame {
-    /// What the frame is fixed to.
+    /// Support of the frame.
     pub side: Side,
     /// Attachment point \[m]: in the body frame, or in the world for a world side (before its motion).
     pub point: Vector3<f64>,
@@ -74,15 +74,16 @@ impl Frame {
         }
     }
 
-    /// The same frame with other axes (columns u, v, w).
+    /// Replaces the axes (columns u, v, w).
     #[must_use]
     pub fn with_axes(mut self, axes: Matrix3<f64>) -> Self {
         self.axes = axes;
         self
     }
 
-    /// The same frame with u along `direction`, in the body's frame (the world's for a world side), and some v and w across:
-    /// those of frames along the same direction agree. Without a direction it stays as it is.
+    /// Turns u along `direction`, in the body's frame (the world's for a world side). v and w
+    /// depend on `direction` alone, so that frames along one direction agree. Without a direction
+    /// the frame stays as it is.
     #[must_use]
     pub fn along(self, direction: &Vector3<f64>) -> Self {
         match axes_along(direction) {
@@ -91,7 +92,7 @@ impl Frame {
         }
     }
 
-    /// The same point held by the world with a prescribed motion.
+    /// Fixes the point to the world, with a prescribed motion.
     #[must_use]
     pub fn moving(mut self, motion: Motion) -> Self {
         self.side = Side::World(motion);

@@ -33,7 +33,7 @@ pub const HOIST_SPEED: &str = "hoist_speed";
 /// Most falls of a hoist cable.
 const MAX_PARTS: usize = 12;
 
-/// What the operator of the gantry sets between two steps.
+/// Inputs of the gantry's operator, set between two steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Controls {
     /// Speed of the trolley along x \[m/s].
@@ -78,7 +78,7 @@ pub struct GantryParams {
     pub parts: usize,
     /// Extent of the falls along x and y \[m], > 0.
     pub rope_spread: [f64; 2],
-    /// Whether the hoist cables run over sheaves between their falls, which do not turn, instead of points.
+    /// Hoist cables over sheaves between their falls, which do not turn, instead of through points.
     pub sheaves: bool,
     /// Coefficient of friction of these sheaves, over which the cables slip where the tensions differ by more than e^(πμ).
     pub sheave_friction: f64,
@@ -104,10 +104,11 @@ pub struct GantryParams {
     pub winch_force: Option<f64>,
     /// Drop at which hauling in stops \[m], > 0.
     pub least_drop: f64,
-    /// Whether each hoist cable has a control of its own, `rope_1_speed` and `rope_2_speed`, instead of `hoist_speed`: the
-    /// speed at which it lifts its side of the hook block.
+    /// A control for each hoist cable, `rope_1_speed` and `rope_2_speed`, instead of `hoist_speed`:
+    /// the speed at which it lifts its side of the hook block.
     pub separate_ropes: bool,
-    /// Whether a simulation starts from the static equilibrium near this pose, not from unstrained cables.
+    /// `true` starts a simulation from the static equilibrium near this pose, `false` from
+    /// unstrained cables.
     pub equilibrium: bool,
     /// Seed of the segments' random angular velocities; 0 is none.
     pub seed: u64,

@@ -27,7 +27,7 @@ const MOST: usize = 200;
 /// Density of the load that is dragged \[kg/m³].
 const DENSITY: f64 = 2500.0;
 
-/// What is on the ground.
+/// Kind of scene on the ground.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Grounded {

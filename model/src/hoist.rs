@@ -62,11 +62,11 @@ pub struct HoistParams {
     /// Between which vectors `paper` joints take the twist angle: `ordinary` or `alternative`; other kinds have the
     /// ordinary one only.
     pub twist_definition: TwistDefinition,
-    /// Whether joints have stretch rows. A cable needs them: `false` is refused.
+    /// Stretch rows in the joints. A cable needs them: `false` is refused.
     pub stretch: bool,
-    /// Whether joints have bend rows. Default: all kinds but `spherical`.
+    /// Bend rows in the joints. Default: all kinds but `spherical`.
     pub bend: Option<bool>,
-    /// Whether joints have a twist row. Default: all kinds but `spherical`.
+    /// Twist row in the joints. Default: all kinds but `spherical`.
     pub twist: Option<bool>,
     /// How the upper end is held by the world: `spherical` or `clamped`.
     pub anchor: End,
@@ -76,7 +76,8 @@ pub struct HoistParams {
     pub load_offset: f64,
     /// Rotation of the straight cable with its load about the y axis through the anchor, at the start \[rad].
     pub initial_angle: f64,
-    /// Whether a simulation starts from the static equilibrium near this pose, not from the unstrained cable.
+    /// `true` starts a simulation from the static equilibrium near this pose, `false` from the
+    /// unstrained cable.
     pub equilibrium: bool,
     /// Seed of the segments' random angular velocities; 0 is none.
     pub seed: u64,

@@ -24,12 +24,12 @@ pub fn in_packs(numbers: impl Iterator<Item = f64>, padding: f64) -> Vec<Numbers
     packs
 }
 
-/// Whether bodies are one after the other.
+/// True if the numbers of the bodies are consecutive.
 pub(crate) fn follow(bodies: &[usize]) -> bool {
     bodies.windows(2).all(|pair| pair[1] == pair[0] + 1)
 }
 
-/// What is known of a pack and of its halves.
+/// A property of a pack and of each of its halves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PerLanes<T> {
     whole: T,
@@ -37,7 +37,7 @@ pub struct PerLanes<T> {
 }
 
 impl<T> PerLanes<T> {
-    /// What `of` says of all that are in a pack, and of each half.
+    /// Evaluates `of` for the whole pack and for each half.
     #[inline(always)]
     pub fn new<U>(pack: &[U; PACK], of: impl Fn(&[U]) -> T) -> Self {
         let (lower, upper) = pack.split_at(PACK / 2);
@@ -47,7 +47,7 @@ impl<T> PerLanes<T> {
         }
     }
 
-    /// That of the `L` lanes from `lane` on, a multiple of `L`, which is four or eight.
+    /// The property of the `L` lanes from `lane` on, a multiple of `L`, which is four or eight.
     #[inline(always)]
     #[must_use]
     pub fn get<const L: usize>(&self, lane: usize) -> &T {

@@ -20,9 +20,9 @@ pub struct Slot {
     pub constraint: usize,
     /// Index of the body.
     pub body: usize,
-    /// Where in [`Linearized::jacobian`] the block starts: rows × 6, row-major, columns 0..3 on the velocity and
-    /// 3..6 on the angular velocity, both in the world frame. `usize::MAX` for [joints](Linearized::joints),
-    /// whose blocks are stored in packs.
+    /// Start of the block in [`Linearized::jacobian`]: rows × 6, row-major, columns 0..3 on the
+    /// velocity and 3..6 on the angular velocity, both in the world frame. `usize::MAX` for
+    /// [joints](Linearized::joints), whose blocks are stored in packs.
     pub offset: usize,
 }
 
@@ -132,7 +132,7 @@ pub struct Linearized {
     pub lost: Option<(usize, &'static str)>,
     /// The joints' part of the Jacobian.
     pub(crate) packs: Packs,
-    /// Constraints that are none of the joints.
+    /// Constraints that are not joints.
     others: Vec<usize>,
 }
 
@@ -394,7 +394,7 @@ impl Linearized {
         self.packs.sides(sides)
     }
 
-    /// Joint and side of a slot, `None` where its constraint is none of the joints.
+    /// Joint and side of a slot; `None` if its constraint is not a joint.
     #[must_use]
     pub fn joint_of_slot(&self, slot: usize) -> Option<(usize, usize)> {
         self.packs.of_slot(slot)
@@ -412,7 +412,7 @@ impl Linearized {
         self.row_start.len().saturating_sub(1)
     }
 
-    /// The constraints that are none of the [joints](Linearized::joints).
+    /// The constraints that are not [joints](Linearized::joints).
     #[must_use]
     pub fn others(&self) -> &[usize] {
         &self.others

@@ -60,7 +60,7 @@ impl Motion {
         }
     }
 
-    /// Whether the displacement is zero at all times.
+    /// True if the displacement is zero at all times.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
         match self {

@@ -123,7 +123,8 @@ pub struct NetworkParams {
     pub columns: usize,
     /// Where the world holds the net. Only in `net`.
     pub held: Held,
-    /// Whether a simulation starts from the static equilibrium near the start, not from the unstrained pose.
+    /// `true` starts a simulation from the static equilibrium near the start, `false` from the
+    /// unstrained pose.
     pub equilibrium: bool,
     /// Seed of random angular velocities of the segments, in the net of velocities of the nodes; 0 is none.
     pub seed: u64,

@@ -1,4 +1,5 @@
-//! What a scene's own lengths say: how far its constraints can open, and which of its numbers are likely to be mistakes.
+//! Limits and plausibility from a scene's own lengths: how far its constraints can open, and which
+//! of its numbers are likely mistakes.
 
 use std::fmt;
 
@@ -24,7 +25,7 @@ const LOOSE: f64 = 1e-9;
 /// Overlap of two shapes over the smallest dimension of either, beyond which they are not meant to touch.
 const INSIDE: f64 = 0.1;
 
-/// A likely mistake in a scene that is none for the equations.
+/// A likely mistake in a scene that is valid all the same.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Note {
@@ -286,12 +287,13 @@ impl Scene {
             .collect()
     }
 
-    /// What in the scene is likely to be a mistake: bodies that nothing holds, lengths in another unit, gravity forgotten.
+    /// Likely mistakes in the scene: bodies that nothing holds, lengths in another unit, gravity
+    /// forgotten.
     #[must_use]
     pub fn notes(&self) -> Vec<Note> {
         let mut notes = Vec::new();
         if self.gravity.norm() > 0.0 {
-            // What falls may fall on something.
+            // With colliders, a falling body may land.
             if self.colliders.is_empty() {
                 notes.extend(self.unheld());
             }
@@ -372,7 +374,7 @@ impl Scene {
     /// The massless cable that is strained most at the start and pulls by more than the scene's weight.
     fn short(&self) -> Option<Note> {
         if self.start_in_equilibrium {
-            // What it holds hangs where the equilibrium has it.
+            // The start moves to the equilibrium: the present strain says nothing.
             return None;
         }
         let firsts = self.massless_cables().map(|(first, _)| first);
@@ -408,7 +410,8 @@ impl Scene {
         (short && laid.tension() > weight).then_some(laid)
     }
 
-    /// How the massless cable with this first part lies at the start; `None` where it is none, or no first part.
+    /// Path and rest length at the start of the massless cable with this first part; `None` if it
+    /// is not a massless cable, or not a first part.
     fn laid(&self, first: usize) -> Option<Laid> {
         if self.parts_of(first).next() != Some(first) {
             return None;

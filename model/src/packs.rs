@@ -42,7 +42,7 @@ impl Pack {
         }
     }
 
-    /// That of one lane.
+    /// Jacobian of one lane.
     fn lane(&self, lane: usize) -> JointJacobian<f64> {
         let numbers = |v: [Numbers; 3]| v.map(|x| x[lane]);
         JointJacobian {
@@ -64,11 +64,11 @@ pub struct Joint {
     /// Bodies of the sides a and b; the number of bodies stands for the world.
     pub bodies: [usize; 2],
     kind: Kind,
-    /// Whether the last row is a twist.
+    /// True if the last row is a twist.
     winds: bool,
 }
 
-/// Whether a reference has to follow a twist; also where it is no number.
+/// True if the reference has to follow the twist, or one of them is NaN.
 fn lags(twist: f64, reference: f64) -> bool {
     let within = (twist - reference).abs() <= LAG;
     !within
@@ -96,16 +96,16 @@ struct Places {
     count: usize,
 }
 
-/// What some joints side by side have in common.
+/// Common properties of joints side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Shape {
-    /// Whether none is padding and all have 6 rows.
+    /// True if none is padding and all have 6 rows.
     full: bool,
-    /// The first row where they are full and the rows of one follow those of the other.
+    /// The first row, if they are full and their rows follow each other.
     run: Option<usize>,
     angles: Angles,
-    /// Whether they are joints along a cable: the bodies of side b are one after the other, and those of side a, but for
-    /// the first, are those of side b.
+    /// True for joints along a cable: the bodies of side b have consecutive numbers, and each
+    /// joint's body a is body b of the joint before.
     along: bool,
 }
 
@@ -119,7 +119,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// Whether there are bends and a twist for lanes.
+    /// Bends and twist in lanes: true where the joint has them.
     fn angles(self) -> (bool, bool) {
         match self {
             Self::Cable { bend, twist } => (bend, twist),
@@ -242,7 +242,7 @@ impl Packs {
         );
     }
 
-    /// Whether a constraint is one of the joints.
+    /// True if the constraint counts as a joint, in lanes or by itself.
     pub(crate) fn holds(c: &Constraint) -> bool {
         kind(c).is_some()
     }
@@ -314,7 +314,7 @@ impl Packs {
         own.map(|&k| self.joints[k].constraint)
     }
 
-    /// Joint and side of a slot, `None` where it is none of a joint's.
+    /// Joint and side of a slot; `None` if it is not a joint's.
     pub(crate) fn of_slot(&self, slot: usize) -> Option<(usize, usize)> {
         self.of_slot.get(slot).copied().flatten()
     }
@@ -382,8 +382,8 @@ impl<const L: usize> JointLanes<'_, L> {
         self.places.shape.get::<L>(self.lane)
     }
 
-    /// Whether they are joints along a cable: the bodies of side b are one after the other, and those of side a, but for
-    /// the first, are those of side b.
+    /// True for joints along a cable: the bodies of side b have consecutive numbers, and each
+    /// joint's body a is body b of the joint before.
     #[inline(always)]
     #[must_use]
     pub fn are_along_a_cable(&self) -> bool {
@@ -538,7 +538,7 @@ impl<V: Lanes> JointSide<V> {
         ]
     }
 
-    /// The same of the rows gᵀ.
+    /// The rows of gᵀ A, for the columns of A.
     #[inline(always)]
     #[must_use]
     pub fn angles_times(&self, a: &[Vec3<V>; 3]) -> [Vec3<V>; 3] {
@@ -623,7 +623,7 @@ impl Places {
 }
 
 impl Shape {
-    /// That of joints, with whether each is none of the padding.
+    /// Properties of `joints`, each with true if it is no padding.
     fn new(joints: &[(Joint, bool)]) -> Self {
         let have = |angles| joints.iter().all(|(j, _)| j.kind.angles() == angles);
         let full = joints.iter().all(|(j, real)| *real && j.rows == 6);
@@ -642,7 +642,7 @@ impl Shape {
     }
 }
 
-/// What a constraint is as a joint, if it is one.
+/// Kind of a constraint as a joint; `None` if it is not a joint.
 fn kind(c: &Constraint) -> Option<Kind> {
     let has = |wanted| c.parts().any(|(kind, ..)| kind == wanted);
     if let [a, b] = c.frames()

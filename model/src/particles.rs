@@ -1,7 +1,7 @@
 //! Particle chains: point masses on a string of links, the models of \[SL §III].
 //!
 //! The chain starts at the world's origin. N links of equal length d hold N particles; the last particle is the load.
-//! What stabilises a heavy load differs from model to model: see [`ChainModel`].
+//! The models differ in how they stabilise a heavy load: see [`ChainModel`].
 
 use nalgebra::Vector3;
 
@@ -13,7 +13,8 @@ use crate::frame::Frame;
 use crate::scene::Scene;
 use crate::seed;
 
-/// What a chain has besides its links: models (a) to (e) of \[SL §III, Fig. 1], and (f), which holds in space too.
+/// Rows of a chain besides its links: models (a) to (e) of \[SL §III, Fig. 1], and (f), which holds
+/// in space too.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ChainModel {
@@ -80,7 +81,7 @@ impl ChainModel {
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
 pub struct ParticleChainParams {
-    /// What the chain has besides its links.
+    /// Rows besides those of the links.
     #[cfg_attr(feature = "toml", serde(skip))]
     pub model: ChainModel,
     /// Number N of particles, with the load, and of links: 1 to 10 million.
@@ -100,10 +101,11 @@ pub struct ParticleChainParams {
     pub damping: f64,
     /// Acceleration of gravity along −z \[m/s²], ≥ 0.
     pub gravity: f64,
-    /// Whether links have transverse rows, for time steppers that set their compliance ([`Distance`]). They carry the
-    /// links' tension only: that of the cable of (b) and (d) and of the enforcing link of (c) has none.
+    /// Transverse rows of the links, for time steppers that set their compliance ([`Distance`]).
+    /// They carry the links' tension only: that of the cable of (b) and (d) and of the enforcing
+    /// link of (c) has none.
     pub transverse: bool,
-    /// Whether the chain starts along +x; else it hangs along −z.
+    /// `true` starts the chain along +x, `false` hanging along −z.
     pub horizontal: bool,
     /// Seed of random velocities of the particles above the load; 0 is none.
     pub seed: u64,

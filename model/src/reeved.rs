@@ -34,7 +34,7 @@ pub const DRIVE_SPEED: &str = "drive_speed";
 /// Most falls of a tackle.
 const MAX_FALLS: usize = 64;
 
-/// What the cable runs over.
+/// Kind of path over sheaves.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Reeved {

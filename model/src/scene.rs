@@ -28,7 +28,7 @@ use crate::frame::Frame;
 pub struct Control {
     /// Its name, as the heading of its column in a table of inputs.
     pub name: String,
-    /// What follows it.
+    /// Motors and winches that follow it.
     pub drives: Vec<Drive>,
 }
 
@@ -55,7 +55,7 @@ pub struct Drive {
     pub gain: f64,
 }
 
-/// What belongs to a cable of a scene.
+/// Bodies and joints of one cable of segments.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -66,7 +66,7 @@ pub struct CableParts {
     pub bodies: Vec<usize>,
     /// Numbers of its joints in the order of the scene, those at its ends included.
     pub joints: Vec<usize>,
-    /// What its segments are cut from, where they split and merge: at a winch, or by a rule.
+    /// Material for further segments, if a winch or a rule splits and merges them.
     #[cfg_attr(
         feature = "serde",
         serde(default, skip_serializing_if = "Option::is_none")
@@ -111,13 +111,13 @@ pub struct Scene {
         serde(default, skip_serializing_if = "Vec::is_empty")
     )]
     pub colliders: Vec<Collider>,
-    /// What happens by itself while a simulation runs.
+    /// Events, which fire by themselves while a simulation runs.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: Vec<Event>,
     /// The body whose position reports follow: the load.
     pub load: Option<usize>,
-    /// Whether a simulation is to start from the static equilibrium near this pose instead of from the pose itself;
-    /// velocities are those given.
+    /// Starts a simulation from the static equilibrium near this pose instead of from the pose
+    /// itself; velocities are those given.
     pub start_in_equilibrium: bool,
 }
 
@@ -193,7 +193,8 @@ impl Scene {
         drives.find_map(|drive| self.drive_value(drive))
     }
 
-    /// The same of one motor or winch; `None` also where its gain is zero.
+    /// Value of a control by one motor or winch: its speed over its gain. `None` if the constraint
+    /// is not there or has no speed to set, or if the gain is zero.
     #[must_use]
     pub fn drive_value(&self, drive: &Drive) -> Option<f64> {
         let speed = self.constraints.get(drive.constraint)?.driven_speed()?;
@@ -263,7 +264,7 @@ impl Scene {
         }
     }
 
-    /// The same of one motor or winch alone.
+    /// Sets the speed of one motor or winch to `value` times its gain from time `t` (s) on.
     ///
     /// # Panics
     /// When it drives a constraint that is not there.

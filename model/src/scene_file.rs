@@ -415,7 +415,7 @@ pub enum SceneSource {
     Network(Box<NetworkParams>),
     /// Cables over sheaves and their parameters.
     Reeved(Box<ReevedParams>),
-    /// What lies on the ground and its parameters.
+    /// Scenes on the ground and their parameters.
     Grounded(Box<GroundedParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),

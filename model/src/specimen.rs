@@ -96,8 +96,8 @@ pub struct SpecimenParams {
     pub twist_definition: TwistDefinition,
     /// Mass of the grip \[kg], a cube with the section's side. Default: that of a segment.
     pub grip_mass: Option<f64>,
-    /// Whether a bearing holds the grip on the axis, so that it can only turn about it. The cable then is drawn between
-    /// its ends by the tension `force` when straight; `moment` is taken up by the bearing.
+    /// A bearing that holds the grip on the axis, free to turn about it only. The cable then is
+    /// drawn between its ends by the tension `force` when straight; the bearing takes up `moment`.
     pub bearing: bool,
     /// Force F on the grip along +x \[N]. Default: 0, or that of [`Specimen::Pull`].
     pub force: Option<f64>,
@@ -108,8 +108,8 @@ pub struct SpecimenParams {
     /// Direction of the moment: its angle from +z towards +y about the cable \[rad]. At 0 the cable bends in the plane
     /// of x and y.
     pub moment_direction: f64,
-    /// Whether a simulation starts from the static equilibrium under its loads (the default: a load put on at once is a blow),
-    /// not from the straight, unstrained specimen.
+    /// `true` (the default) starts a simulation from the static equilibrium under its loads, since
+    /// a load put on at once is a blow; `false` from the straight, unstrained specimen.
     pub equilibrium: bool,
     /// Seed of the segments' random angular velocities; 0 is none.
     pub seed: u64,

@@ -89,7 +89,7 @@ impl Topology {
         }
     }
 
-    /// Whether no constraint closes a loop: a forest, whose S fills nothing in [`Topology::order`].
+    /// True if no constraint closes a loop: S of a forest fills nothing in [`Topology::order`].
     #[must_use]
     pub fn is_forest(&self) -> bool {
         self.closing.is_empty()
@@ -179,13 +179,14 @@ impl Edges {
         let mut seen = vec![false; self.len()];
         let mut stack = Vec::new();
         for last in (0..bodies).rev() {
-            // What a tree before has reached has nothing left.
+            // Empty where a tree before has reached the body.
             if at_body[last].is_empty() {
                 continue;
             }
             let root = self.root(last, &at_body);
             stack.append(&mut at_body[root]);
-            // What acts on nothing else is the end of the path: the first here, behind all others when turned round.
+            // A constraint on one vertex alone ends the path: first here, last when the order is
+            // turned round.
             stack.sort_by_key(|&c| self.vertices(c).len() == 1);
             while let Some(c) = stack.pop() {
                 if std::mem::replace(&mut seen[c], true) {
@@ -321,7 +322,7 @@ mod tests {
         scene
     }
 
-    /// Whether every constraint has, of those after it, only such as share one and the same body with it.
+    /// True if each constraint shares at most one body with all constraints after it.
     fn fills_nothing(scene: &Scene, order: &[usize]) -> bool {
         let edges = Edges::of(scene);
         (0..order.len()).all(|at| {

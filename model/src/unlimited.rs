@@ -1,5 +1,5 @@
-//! Numbers of which infinity is one, in formats that know finite numbers alone (JSON): a limit that is none is written
-//! as none.
+//! Limits that may be infinite, in formats with finite numbers only (JSON): infinity is written as
+//! none.
 //!
 //! For fields: `#[serde(with = "taut_model::unlimited")]`.
 

@@ -222,9 +222,9 @@ fn a_ring_costs_in_proportion_to_its_length() {
     }
 }
 
-/// Of scene, border and minimum-degree order, of 6 rows a joint: among those with a border the shortest one, then the scene's
-/// order; others by operations, then the first. None has more than twice the least operations, the scene's with a border more
-/// than eight times.
+/// Orders of the scene, by border and by minimum degree, with 6 rows a joint. Those with at most
+/// twice the least operations compete, the scene's with a border up to eight times. The shortest
+/// border wins, then the scene's order, then the fewest operations.
 #[test]
 fn the_automatic_order_has_the_shortest_border_or_is_the_cheapest() {
     let scenes = [

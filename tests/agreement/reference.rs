@@ -81,8 +81,8 @@ fn a_rigid_chain_at_rest_carries_the_weight_below_each_joint() {
     worst.expect_measured("weights", 1.7e-16);
 }
 
-/// The same from every solver, and the chain stays at rest: its velocities are those that the errors of the impulses
-/// give to 1 kg.
+/// Every solver finds the weights, and the chain stays at rest: its velocities are those that the
+/// errors of the impulses give to 1 kg.
 #[test]
 fn every_direct_solver_holds_a_rigid_chain() {
     let [mut schur, mut umfpack, mut kkt, mut velocity] = [(); 4].map(|()| Worst::default());

@@ -28,8 +28,8 @@ fn patient(choice: &Choice) -> Choice {
     }
 }
 
-/// Whether the solver gets there in reasonable time: sweeps grow with the mass ratio, and with the square of the number
-/// of segments where stiff bending couples them.
+/// Solvers that end in reasonable time: sweeps grow with the mass ratio, and with the square of the
+/// number of segments where stiff bending couples them.
 fn feasible(choice: &Choice, joint: JointKind, ratio: f64) -> bool {
     choice.backend.name() != "gauss-seidel" || (joint == JointKind::Spherical && ratio <= 10.0)
 }
@@ -59,7 +59,7 @@ fn measure(
         let report = stepper.solve().expect("solvable");
         let place = format!("{joint:?}, {pose:?}, {segments} segments, {choice}, ratio {ratio:e}");
         if choice.backend.is_iterative() {
-            // What it claims holds for the system that it was given.
+            // The claimed residual is that of the system the solver was given.
             assert_eq!(
                 report.solve.status,
                 Status::Converged,
@@ -131,8 +131,8 @@ fn every_solver_agrees_with_the_reference_multipliers() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// What the table may say: refined once, both forms are at roundoff, although forming S loses up to 10⁻¹⁰ where a
-/// heavy load's tension makes thin segments 10⁷ times easier to turn about their axes than across.
+/// Refined once, both forms are at roundoff, although forming S loses up to 10⁻¹⁰ where a heavy
+/// load's tension makes thin segments 10⁷ times easier to turn about their axes than across.
 #[test]
 fn the_table_allows_refined_solvers_little_more_than_roundoff() {
     let mut rows = 0;

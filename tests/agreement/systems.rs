@@ -167,7 +167,7 @@ fn compare(name: &str, systems: &[(System, Vec<f64>)], measured: Errors) {
     }
 }
 
-/// What a backend from elsewhere is held to, all of ours meet; the tables above say how well.
+/// The check for backends from elsewhere; the tables above say how well ours pass it.
 #[test]
 fn all_backends_pass_the_public_check() {
     for name in DIRECT
@@ -186,7 +186,7 @@ fn all_backends_pass_the_public_check() {
     }
 }
 
-/// The same factorisation serves other right-hand sides, and the same analysis other values.
+/// A factorisation serves other right-hand sides, and an analysis other values.
 #[test]
 fn analyses_and_factorisations_are_used_again() {
     for (name, [measured, ..], _) in DIRECT {
@@ -221,7 +221,7 @@ fn analyses_and_factorisations_are_used_again() {
     }
 }
 
-/// What an iteration claims is true: the residual is within its tolerance. The forward error is the conditioning's.
+/// The residual is within the claimed tolerance. The forward error depends on the conditioning.
 #[test]
 fn iterative_backends_converge_to_what_they_claim() {
     let definite = systems(positive_definite);

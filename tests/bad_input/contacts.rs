@@ -27,7 +27,6 @@ fn add_box(
     scene.add_collider(Collider::new(name, Some(body), Shape::Cuboid { size }))
 }
 
-/// What the stepper says of it.
 fn refusal(scene: Scene) -> String {
     let made = Stepper::new(scene, StepOptions::default());
     made.map(|_| ()).expect_err("a fault").to_string()

@@ -38,7 +38,7 @@ fn finite(stepper: &Stepper) -> bool {
     bits.into_iter().all(|b| f64::from_bits(b).is_finite())
 }
 
-/// Whether all that a run of a second leaves is finite.
+/// Runs for a second; true if all numbers of the last state are finite.
 fn run(scene: Scene, options: StepOptions) -> Result<bool, StepError> {
     let mut stepper = Stepper::new(scene, options)?;
     for _ in 0..STEPS {

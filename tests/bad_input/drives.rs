@@ -14,7 +14,7 @@ fn words_of(error: &SceneError, words: &str) {
     assert!(text.contains(words) && !text.contains('\n'), "{text}");
 }
 
-/// What the stepper says of a scene, in one line.
+/// The stepper's error for a scene, which takes one line.
 fn refusal(scene: &Scene) -> String {
     let error = Stepper::new(scene.clone(), StepOptions::default());
     let text = error.map(|_| ()).expect_err("a fault").to_string();

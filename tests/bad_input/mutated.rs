@@ -58,7 +58,7 @@ fn seeds(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
     paths.into_iter().map(read).collect()
 }
 
-/// What the fuzzer starts from goes through what the fuzzer calls; so does what it found.
+/// Seeds of the fuzzer, and inputs that it found, pass through the functions that it calls.
 #[test]
 fn the_fuzzers_seeds_do_no_harm() {
     for (name, target) in TARGETS {
@@ -75,7 +75,7 @@ fn the_fuzzers_seeds_do_no_harm() {
     }
 }
 
-/// What stands for a number in a text.
+/// Replacements for a number in a text.
 const NUMBERS: [&str; 16] = [
     "0",
     "-0.0",

@@ -17,7 +17,7 @@ fn good() -> Value {
     serde_json::to_value(stepper.save().expect("a sound state")).expect("a value")
 }
 
-/// What is said of the run with one value replaced: by its reader, or when it is restored.
+/// Error of the reader, or of the restoration, with one value of the run replaced.
 fn refusal(at: &str, value: Value) -> String {
     let mut run = good();
     let place = run.pointer_mut(at).unwrap_or_else(|| panic!("no {at}"));
@@ -127,7 +127,7 @@ fn numbers_that_are_not_finite_are_refused() {
         loop {
             place = match place {
                 ciborium::Value::Array(list) => list.first_mut().expect("an entry"),
-                // Of the account, one of the sums.
+                // The account is a map: its `work` is one of the sums.
                 ciborium::Value::Map(entries) => {
                     let work = entries
                         .iter_mut()

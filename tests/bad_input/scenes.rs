@@ -19,7 +19,6 @@ fn small() -> Scene {
     hoist(JointKind::Cosserat, Pose::Straight, 3, 10.0)
 }
 
-/// What the stepper says of a scene.
 fn refusal(scene: Scene) -> StepError {
     Stepper::new(scene, StepOptions::default())
         .map(|_| ())
@@ -218,10 +217,10 @@ fn compiled_names() -> usize {
     names.len()
 }
 
-/// What spoils a state.
+/// A change that spoils a state.
 type Fault = fn(&mut Bodies);
 
-/// States that are none, and what of them an error has to name.
+/// Spoiled states, and the words by which an error has to name each.
 const FAULTS: [(&str, Fault); 6] = [
     ("`segment-2`: position is NaN", |b| {
         b.position[1].y = f64::NAN;
@@ -373,7 +372,7 @@ fn a_rigid_constraint_that_is_there_twice_is_named() {
     }
 }
 
-/// The same in the KKT form. Its names may be those of the bodies around; what counts is that there is no answer.
+/// In the KKT form the names may be those of the bodies around; the refusal counts.
 #[test]
 fn a_rigid_constraint_that_is_there_twice_is_refused_in_the_kkt_form() {
     for backend in compiled_direct()

@@ -303,7 +303,7 @@ fn the_bounds_are_those_of_the_exact_solution() {
             let reference = stepper.reference_multipliers().expect("a reference");
             stepper.step().expect("steps");
             let largest = reference.iter().fold(1e-3_f64, |m, x| m.max(x.abs()));
-            // What an iteration stops at, over what the stiff rows make of it.
+            // The tolerance of an iteration, magnified by the stiff rows.
             let bar = if choice.backend.is_iterative() {
                 1e-6
             } else {

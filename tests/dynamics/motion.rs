@@ -167,7 +167,8 @@ fn a_fast_spin_in_a_joint_feeds_no_swing() {
                 println!("{place}: energy {start} → {most}, gap {gap}");
                 // Measured: 1.008.
                 assert!(most < 1.05 * start, "{place}: {most} of {start}");
-                // What a step's curvature opens, half the lever times (Δt ω)², and as much again.
+                // The curvature of a step opens half the lever times (Δt ω)²; twice that is
+                // allowed.
                 assert!(gap < 0.2 * (swing * DT).powi(2), "{place}: {gap}");
             }
         }

@@ -130,7 +130,6 @@ fn the_equilibrium_of_a_hanging_cable_is_exact() {
     worst.expect_measured("hanging equilibrium", 5.4e-13);
 }
 
-/// The same shape with every direct backend, and from another pose.
 #[test]
 fn the_equilibrium_depends_on_neither_backend_nor_start() {
     let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");

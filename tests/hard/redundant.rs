@@ -37,7 +37,8 @@ fn the_checks_of_dependent_constraints_pass() {
     assert!(checks.iter().filter(finished).count() >= 3, "{checks:#?}");
 }
 
-/// What exact factorisations of S or its groups find, and what iterations that have none do.
+/// Exact factorisations of S or of its groups refuse the joint; iterations without them find
+/// multipliers of the right sum.
 #[test]
 fn a_doubled_rigid_joint_is_refused_by_name_or_solved_with_the_right_sum() {
     let iterates = |c: &Choice| {

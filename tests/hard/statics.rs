@@ -40,7 +40,7 @@ fn hanging_cables_are_their_catenaries() {
     passing("H07", 9);
     passing("H07d", 9);
     let checks = passing("H08", 12);
-    // What 64 straight rods cannot do is told as such, and nothing else.
+    // Only the error of 64 straight rods, which is one of space, counts as a limit.
     let limits = checks.iter().filter(|c| c.verdict == Verdict::Limit);
     for check in limits {
         let parts = check.parts;

@@ -79,7 +79,7 @@ fn bending_makes_the_motion_of_the_chain_harmonic() {
         (stretch, bend)
     };
     let (stretch, bend) = signals(ROWS[6]);
-    // The same chain in an independent program: 3.396e-4 m and 8.51e-4 rad.
+    // An independent program finds 3.396e-4 m and 8.51e-4 rad for this chain.
     assert!((chains::rms(&stretch) / 3.396e-4 - 1.0).abs() < 1e-3);
     assert!((chains::rms(&bend) / 8.51e-4 - 1.0).abs() < 1e-2);
     assert!(chains::predictability(&stretch) > 0.999);
@@ -114,7 +114,7 @@ fn bending_stabilises_as_rows_and_not_as_a_force() {
     }
 }
 
-/// What every experiment hands over to its files: rows with a header, charts with data.
+/// Experiments write rows with a header and charts with data to their files.
 #[test]
 fn the_figures_of_the_chains_have_rows_and_pictures() {
     for name in ["fig2", "fig3", "fig4", "fig5"] {

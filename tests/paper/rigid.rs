@@ -88,8 +88,8 @@ fn the_swing_loses_what_its_modes_say() {
     assert!(results.laws.iter().all(|law| law.error() < 1e-8));
 }
 
-/// What is left between prediction and run without bending is of second order: what the linearised gaps put into the
-/// energy.
+/// The difference between prediction and run without bending is of second order: the linearised
+/// gaps put it into the energy.
 #[test]
 fn the_energy_of_a_free_swing_is_kept_to_second_order() {
     let left = |dt: f64| {

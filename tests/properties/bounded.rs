@@ -184,8 +184,8 @@ proptest! {
     }
 }
 
-/// The same of machines in motion, with the guard, whose implicit steps have bounds too: nothing is left undecided by
-/// any solver, iterations included, and rows both reach their bounds and leave them.
+/// Machines in motion with the guard, whose implicit steps have bounds too: no solver, iterations
+/// included, leaves a row undecided, and rows both reach their bounds and leave them.
 #[test]
 fn every_solver_decides_every_bound() {
     for choice in compiled() {

@@ -193,7 +193,8 @@ fn energy_of_step(stepper: &mut Stepper) -> f64 {
     mechanical_energy_of_step(stepper) + stepper.elastic_energy()
 }
 
-/// The same without the elastic energy: velocities stand half a step before and after the beginning.
+/// Makes a step and gives the mechanical energy at its beginning; velocities stand half a step
+/// before and after it.
 fn mechanical_energy_of_step(stepper: &mut Stepper) -> f64 {
     let mut middle = stepper.scene().clone();
     stepper.step().expect("stable");

@@ -224,7 +224,7 @@ fn the_two_halves_of_a_step_are_the_step() {
     }
 }
 
-/// The same where a state is set: `step` finds the tension that it needs, as `solve` does.
+/// After a state is set, `step` finds the tension that it needs, as `solve` does.
 #[test]
 fn the_two_halves_of_a_step_from_a_set_state_are_the_step() {
     let scenes = [random_scene(5), random_machine(5)];

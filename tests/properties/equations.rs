@@ -26,7 +26,8 @@ pub(crate) struct Equations {
 }
 
 impl Equations {
-    /// Those of the scene at time `t` (s), with the geometric stiffness of multipliers `lambda`.
+    /// Equations of the scene at time `t` (s), with the geometric stiffness of multipliers
+    /// `lambda`.
     pub(crate) fn of(scene: &Scene, t: f64, lambda: &[f64], options: &StepOptions) -> Self {
         let dt = options.dt;
         let mut rows = Linearized::new(scene);
@@ -134,7 +135,7 @@ fn jacobian(scene: &Scene, rows: &Linearized) -> DMatrix<f64> {
     jacobian
 }
 
-/// Whether each row holds a speed: it then is J v⁺ + ∂φ/∂t = 0 in every scheme.
+/// Rows that hold a speed: in every scheme they are J v⁺ + ∂φ/∂t = 0.
 fn speed_rows(scene: &Scene) -> Vec<bool> {
     let constraints = scene.constraints.iter();
     let kinds = constraints.flat_map(|c| (0..c.rows()).map(|r| c.row(r).0));
@@ -171,7 +172,8 @@ fn at_bound(
         _ => return (weights, phi),
     };
     let (depth, reach) = (side * phi, path.abs());
-    // What is open within a step of now has no past; it then is wholly implicit if it opens further.
+    // A row that is open within a step of now has no past: it is wholly implicit if it opens
+    // further.
     let share = if depth >= reach {
         0.0
     } else if side * path < 0.0 {

@@ -21,7 +21,7 @@ fn variable(name: &str, default: u64) -> u64 {
     })
 }
 
-/// What came of all scenes.
+/// Outcomes of all scenes.
 #[derive(Default)]
 struct Tally {
     refused: BTreeMap<u64, String>,
@@ -113,7 +113,7 @@ fn products_of_features_keep_all_invariants() {
     println!("median order {median:?} of {}", tally.orders.len());
 }
 
-/// What the fuzzer starts from and what it found.
+/// Seeds of the fuzzer, and scenes that it found.
 #[test]
 fn the_fuzzers_products_keep_all_invariants() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/products");

@@ -39,8 +39,7 @@ fn a_guess_that_is_the_answer_costs_at_most_one_iteration() {
     worst.expect_measured("the answer after that", 1.1e-15);
 }
 
-/// The same through a stepper: the multipliers of the last solve are the guess of the next, where the tension is the
-/// same.
+/// The multipliers of a stepper's last solve are the guess of the next, with the same tension.
 #[test]
 fn solving_the_same_state_again_costs_few_iterations() {
     for choice in compiled_iterative() {
@@ -87,8 +86,8 @@ fn errors(choice: &Choice, scene: &Scene) -> [f64; 3] {
     })
 }
 
-/// What forming S loses grows with the mass ratio where the joints are rigid, whatever solves it; one refinement from
-/// the pieces brings it back.
+/// With rigid joints the loss in forming S grows with the mass ratio, whatever solves it; one
+/// refinement from the pieces restores the digits.
 #[test]
 fn refinement_from_the_pieces_repairs_what_forming_s_lost() {
     let (mut elastic, mut rigid) = (Worst::default(), Worst::default());

@@ -8,7 +8,8 @@ use taut_tests::machines::random_machine;
 
 const DT: f64 = 1.0 / 60.0;
 
-/// What a stepper tells of itself, as bits: state, energies, impulses, gaps, windings and drums.
+/// Observable state of a stepper as bits: time, energies, impulses, gaps and drives; and its scene
+/// as text.
 fn told(stepper: &Stepper) -> (Vec<u64>, String) {
     let energy = stepper.energy();
     let rows = stepper.linearized();
@@ -20,7 +21,7 @@ fn told(stepper: &Stepper) -> (Vec<u64>, String) {
     (bits, format!("{:?}", stepper.scene()))
 }
 
-/// What a step did, without its times.
+/// Numbers of a step's report, without its times.
 fn done(report: &StepReport) -> (usize, usize, bool, usize, u64) {
     (
         report.iterations,
@@ -43,8 +44,8 @@ fn by_way_of_texts(saved: &SavedRun) -> SavedRun {
     from_json
 }
 
-/// What a driver does before step `n` of a gantry: off, lift, stop, with jerks that the winches slip at; its slow
-/// machine knows no controls.
+/// Controls before step `n` of a gantry: off, lift, stop, with jerks at which the winches slip. A
+/// scene without controls runs by itself.
 fn drive(stepper: &mut Stepper, n: usize) {
     if stepper.scene().controls.is_empty() {
         return;
@@ -268,7 +269,7 @@ fn a_redone_step_is_not_advanced_again() {
     assert!(error.to_string().contains("solve"), "{error}");
 }
 
-/// Reports are written and read as they are, with what is no number and no limit in formats that know neither.
+/// Reports survive a round trip, NaN and infinite limits too, in formats that know neither.
 #[test]
 fn reports_round_trip() {
     for choice in compiled() {

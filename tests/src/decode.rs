@@ -84,7 +84,7 @@ impl<'a> Bytes<'a> {
     /// A named scene with some of its parameters set to other numbers.
     ///
     /// # Errors
-    /// What the scene says of them.
+    /// The errors of the scene for these numbers.
     pub fn named(&mut self) -> Result<SceneSource, SceneError> {
         let name = NAMES[self.below(NAMES.len())];
         let text = SceneSource::load(name, &[])?.to_toml()?;

@@ -1,5 +1,5 @@
-//! What arbitrary input is put through: by the fuzzer (`tests/fuzz`), by random mutations of good inputs and by the inputs
-//! that once did harm (both in the test binary `bad_input`).
+//! Functions that take arbitrary input: from the fuzzer (`tests/fuzz`), from random mutations of
+//! good inputs and from the inputs that once did harm (both in the test binary `bad_input`).
 //!
 //! Each function takes bytes and returns whether they came as far as something to be solved. It panics where the program
 //! would have, where an error says nothing, where a result that claims to be good is not finite, and where an iteration, or the
@@ -113,7 +113,7 @@ fn step(stepper: &mut Stepper, bytes: &mut Bytes<'_>) {
         if n == 1 {
             match stepper.save().map(Stepper::restore) {
                 Ok(Ok(again)) => assert_eq!(again.time().to_bits(), stepper.time().to_bits()),
-                // What is saved can be restored.
+                // Every saved run can be restored.
                 Ok(Err(e)) => panic!("{e}"),
                 Err(e) => {
                     says(&e);
@@ -166,7 +166,7 @@ fn run(scene: Scene, options: StepOptions, bytes: &mut Bytes<'_>) -> bool {
     }
 }
 
-/// Whether a scene is small enough to be built here.
+/// True if a scene is small enough to be built here.
 fn small(source: &SceneSource) -> bool {
     match source {
         SceneSource::Hoist(p) => p.segments <= 1000,
@@ -219,7 +219,7 @@ pub fn scene_builder(data: &[u8]) -> bool {
     }
 }
 
-/// What a backend says of a system; whether it solved it.
+/// Judges the result of a backend; true if it solved the system.
 fn solved(result: Result<(), SolveError>, x: &[f64], backend: &Backend) -> bool {
     match result {
         Ok(()) => {
@@ -230,8 +230,8 @@ fn solved(result: Result<(), SolveError>, x: &[f64], backend: &Backend) -> bool 
     }
 }
 
-/// What is claimed of A x = b has the residual that is claimed, in double-double arithmetic. NaN is that of norms beyond the
-/// range of doubles, which say nothing.
+/// The residual of A x = b, in double-double arithmetic, is at most the claimed one. It is NaN for
+/// norms beyond the range of doubles, which prove nothing.
 fn verified(report: &SolveReport, backend: &Backend, a: &Matrix, b: &[f64], x: &[f64]) {
     if report.is_claim() {
         let over = over_claim(&alone(a, b, x), backend);
@@ -430,8 +430,8 @@ pub fn products(data: &[u8]) -> bool {
     }
 }
 
-/// The lines of a recording, one for each chunk: its item as JSON, a tab, and the hexadecimal digits of the bytes behind the item.
-/// Of a recording that was just written.
+/// Lines of a recording that was just written, one for each chunk: its item as JSON, a tab, and the
+/// hexadecimal digits of the bytes behind the item.
 #[must_use]
 pub fn lines_of_recording(file: &[u8]) -> String {
     let mut text = String::new();

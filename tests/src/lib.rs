@@ -1,7 +1,8 @@
-//! What the tests across crates share: random numbers with a fixed seed, random block systems, scenes, solvers.
+//! Common parts of the tests across crates: random numbers with a fixed seed, random block systems,
+//! scenes, solvers.
 //!
-//! What arbitrary bytes are put through says whether they came as far as a solution, and panics where the program would
-//! have:
+//! Functions for arbitrary bytes return true if these came as far as a solution, and panic where
+//! the program would have:
 //!
 //! ```
 //! use taut_tests::fuzzing::matrix_market;
@@ -16,9 +17,9 @@
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
-//! | `fuzzing`, `decode` | what arbitrary bytes are put through, and what they stand for |
-//! | `machines` | random scenes of what moves and is moved: motors, winches, static and driven bodies |
-//! | `products` | small scenes that join two to five features, and what holds in all of them |
+//! | `fuzzing`, `decode` | functions for arbitrary bytes, and the decoding of these bytes |
+//! | `machines` | random scenes of machines: motors, winches, static and driven bodies |
+//! | `products` | small scenes that join two to five features, and their invariants |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
 //! | test binary | asserts |

@@ -151,7 +151,7 @@ fn drive_all(scene: &mut Scene) {
     }];
 }
 
-/// The same scene with motors and winches as strong as it takes and cables that push: no row reaches a bound.
+/// Lifts the limits of motors and winches and lets cables push: no row reaches a bound.
 #[must_use]
 pub fn unbounded(mut scene: Scene) -> Scene {
     for constraint in &mut scene.constraints {

@@ -28,7 +28,7 @@ pub(crate) const RATE: f64 = 60.0;
 /// Acceleration of gravity \[m/s²].
 pub(crate) const G: f64 = 9.81;
 
-/// What a scene is made of.
+/// Features of a scene, and their numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choices {
     pub(crate) gravity: bool,
@@ -68,7 +68,7 @@ pub(crate) struct Load {
     pub(crate) turned: [f64; 2],
 }
 
-/// What it hangs from.
+/// Rope from which the load hangs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Rope {
     /// A cable of so many segments, or one without mass.
@@ -91,7 +91,7 @@ pub(crate) struct Rope {
     pub(crate) breaks: Option<f64>,
 }
 
-/// What holds the rope's other end.
+/// Support of the rope's other end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum End {
     World,
@@ -113,7 +113,7 @@ pub(crate) struct Winch {
     pub(crate) range: Option<f64>,
 }
 
-/// What is below.
+/// Ground below the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ground {
     /// Between it and the lowest body \[m].
@@ -148,7 +148,7 @@ pub(crate) struct Steps {
 /// Something that a draw adds.
 type Feature = fn(&mut Choices, &mut Draw<'_>);
 
-/// What scenes begin with, and the features that go with it.
+/// Beginnings of scenes, and the features that go with each.
 const KINDS: [(Feature, &[&[Feature]]); 9] = [
     (hanging, &[&OF_ROPES, &OF_LOADS]),
     (hanging, &[&OF_ROPES, &OF_LOADS]),
@@ -276,14 +276,14 @@ impl Choices {
         }
     }
 
-    /// Those of a seed.
+    /// Choices of a seed.
     #[must_use]
     pub fn of_seed(seed: u64) -> Self {
         let mut random = Random::new(seed);
         Self::draw(&mut Draw(&mut || random.bits()))
     }
 
-    /// Those that bytes stand for, eight for each choice; zeros at their end.
+    /// Choices from bytes, eight for each; zeros at their end.
     #[must_use]
     pub fn of_bytes(data: &[u8]) -> Self {
         let mut words = data.chunks(8);
@@ -369,7 +369,7 @@ impl Choices {
         self
     }
 
-    /// Whether nothing drives the scene.
+    /// True if nothing drives the scene.
     pub(crate) fn is_passive(&self) -> bool {
         let turns = |w: &Winch| w.speeds.iter().any(|s| *s != 0.0);
         let rope = self.rope.as_ref();

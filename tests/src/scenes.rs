@@ -263,7 +263,7 @@ pub fn moved(scene: &Scene, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) ->
     scene
 }
 
-/// The same scene with its bodies and constraints listed in another order: entry k is the old `bodies[k]`.
+/// Lists the bodies and constraints of a scene in another order: entry k is the old `bodies[k]`.
 #[must_use]
 pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Scene {
     let mut other = Scene::new(scene.name.clone());

@@ -155,8 +155,8 @@ fn at_bounds(stepper: &Stepper) -> [bool; 3] {
     })
 }
 
-/// The same of the gantry, whose controls are set before every step: jerks that are too much for the trolley's motor
-/// and for the winches, and times in which they are not.
+/// A gantry whose controls are set before every step, with jerks beyond the trolley's motor and the
+/// winches, and times without.
 #[test]
 fn a_driven_gantry_allocates_nothing() {
     let params = GantryParams {

@@ -1,4 +1,4 @@
-//! What the README and the crates' front pages say of the workspace, against the workspace.
+//! Statements of the README and of the crates' front pages, compared with the workspace.
 
 use super::sources::{MAY_KNOW, read, root};
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +26,7 @@ fn table(text: &str, heading: &str) -> Vec<Vec<String>> {
     rows
 }
 
-/// What stands between backticks.
+/// Words between backticks.
 fn code(cell: &str) -> BTreeSet<String> {
     cell.split('`')
         .skip(1)

@@ -19,7 +19,7 @@ fn rust_files(folder: &str) -> Vec<(String, String)> {
         for entry in fs::read_dir(folder).expect("a folder").flatten() {
             let path = entry.path();
             if path.is_dir() {
-                // What the fuzzer's own workspace leaves.
+                // Build output of the fuzzer's own workspace.
                 if path.ends_with("target") {
                     continue;
                 }
@@ -365,7 +365,7 @@ fn the_top_level_holds_what_was_agreed() {
     assert_eq!(found, agreed);
 }
 
-/// What is published says all that a registry shows, and brings its licences.
+/// Published packages have all fields that a registry shows, and their licences.
 #[test]
 fn published_packages_are_complete() {
     for (folder, _) in MAY_KNOW {

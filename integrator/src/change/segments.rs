@@ -36,7 +36,8 @@ pub(super) struct Closed {
 }
 
 impl Edit {
-    /// Splits and merges the first segments of cables at their winches where that is due.
+    /// Splits and merges the first segments of cables at their winches where due, at most [`MOST`]
+    /// times a cable.
     pub(crate) fn wind(&mut self) -> Result<Resolved, StepError> {
         let mut done = Resolved::default();
         let leads: Vec<_> = self
@@ -45,7 +46,6 @@ impl Edit {
             .map(|i| self.ids.of_constraint(i))
             .collect();
         for lead in leads {
-            // What is due beyond that waits for the next step.
             for _ in 0..MOST {
                 let i = self.ids.constraint(lead)?;
                 let cable = self.scene.cable_at(i);
@@ -67,10 +67,12 @@ impl Edit {
     /// Splits and merges segments of cables, by their numbers, as their rules ask for.
     pub(crate) fn resolve(&mut self, all: &[(usize, Vec<Due>)]) -> Result<Resolved, StepError> {
         let mut done = Resolved::default();
-        // What merges goes at once, at the end: a removal takes as long as the scene is large. The cable is without it before.
+        // Merged segments and their joints are removed together at the end, since each removal
+        // costs as much as the scene is large. The cable drops them at once.
         let (mut bodies, mut joints) = (Vec::new(), Vec::new());
         for (cable, due) in all {
-            // Segments that there are more where changes come nearer to the end, and none where they come nearer to the start.
+            // Net gain of segments by the changes so far, which shifts the numbers of those nearer
+            // to the end. Changes that run towards the start shift nothing.
             let (mut more, mut last) = (0, 0);
             for due in due {
                 if due.segment < last {

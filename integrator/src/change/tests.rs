@@ -166,7 +166,7 @@ fn handles_are_of_one_body_and_one_stepper() {
     assert_eq!(stepper.body_index(leaked.unwrap()), gone);
     let trolley = gantry().body("trolley").unwrap();
     assert_eq!(stepper.body_index(trolley), gone);
-    // What is added in place of what was removed is new.
+    // A constraint added in place of a removed one has a handle of its own.
     let rail = stepper.constraint("rail").unwrap();
     let again = stepper.scene().constraints[stepper.constraint_index(rail).unwrap()].clone();
     let new = stepper.change(|edit| {

@@ -71,7 +71,8 @@ fn rebound(height: f64, compliance: f64, options: StepOptions) -> f64 {
 #[test]
 fn a_load_that_falls_into_its_rope_is_thrown_no_higher() {
     const HEIGHTS: usize = 10;
-    // What the scheme's damping leaves of half an oscillation at 1/60 s: |z|^(2π/arg z) for the root z of its polynomial.
+    // Part of an oscillation's amplitude that the scheme's damping leaves after half a period at
+    // 1/60 s: |z|^(2π/arg z) for the root z of its polynomial.
     let damped = [(0.5, 0.968), (1.0, 0.839)];
     for options in [options(DT, 1), options(DT, 4), options(DT / 4.0, 1)] {
         for omega in [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 10.0, 100.0, f64::INFINITY] {

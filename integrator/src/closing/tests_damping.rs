@@ -79,7 +79,7 @@ fn a_damped_rope_catches_a_load_where_it_is_taut() {
                 let errors = [DT, DT / 4.0, DT / 16.0].map(error);
                 let what = format!("{law:?}, {speed} m/s: {errors:?} of {exact}");
                 assert!(errors[2] < 1e-3 * (1.0 + exact), "{what}");
-                // Of first order, from the way of a step on.
+                // First order, as soon as the stretch exceeds the path of one step.
                 for (error, dt) in errors.into_iter().zip([DT, DT / 4.0, DT / 16.0]) {
                     assert!(error < 0.3 * speed * dt + 1e-5, "{what}");
                 }

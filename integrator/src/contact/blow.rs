@@ -35,12 +35,13 @@ impl Touch {
         self.row(0).map(of).sum()
     }
 
-    /// Whether its shapes touch and it carried a force in the last step.
+    /// True if the shapes touch and the contact carried a force in the last step.
     fn carries(&self) -> bool {
         self.impulse[0] > 0.0 && self.found.gap <= 0.0
     }
 
-    /// Takes whether it is hit, after it got the impulse of the last step: whether the shapes close faster than `slowest`.
+    /// Decides whether the contact is hit, from the impulse of the last step: its shapes have to
+    /// close faster than `slowest` (m/s).
     pub(super) fn meet(&mut self, scene: &Scene, slowest: f64) {
         let rate = self.normal_rate(|i| scene.bodies.rates(i));
         if rate >= -slowest {
@@ -55,14 +56,14 @@ impl Touch {
         (self.hit, self.arrives) = (rate < -least, !self.carries());
     }
 
-    /// Whether one of its bodies moves as it is told to.
+    /// True if one of the bodies is driven and moves.
     fn is_driven(&self, scene: &Scene) -> bool {
         let carriers = self.carriers().iter();
         let mut moves = carriers.map(|of| (of.body, scene.bodies.rates(of.body)));
         moves.any(|(i, rates)| !scene.bodies.is_dynamic(i) && rates != [0.0; 6])
     }
 
-    /// Becomes rigid for this step; whether it was not.
+    /// Makes the contact rigid for this step; false if it was rigid before.
     fn harden(&mut self) -> bool {
         let soft = self.softness != 0.0;
         if soft {

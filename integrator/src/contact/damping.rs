@@ -11,8 +11,8 @@
 //! with 1/W the mass of both bodies as seen along the normal, and with what the force f of the last step weighs: a light body
 //! between heavy ones carries them. At 10⁻¹⁰ m/N a surface with 1 ms has its own up to a tonne a contact.
 //!
-//! That is for contacts that are soft for want of better knowledge. One softer than [`STIFF`] is a spring by intent, and damps
-//! as its surfaces say.
+//! This floor is for contacts that are soft for want of better knowledge. A contact softer than
+//! [`STIFF`] is a spring by intent, with the damping of its surfaces.
 
 use super::Touch;
 use taut_model::Scene;

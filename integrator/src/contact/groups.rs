@@ -1,4 +1,4 @@
-//! Which contacts make a dense problem together.
+//! Groups of contacts, each of which makes one dense problem.
 //!
 //! Contacts that share neither a body nor a tree of joints do not couple: each such island is a problem of its own. One of
 //! more than [`MOST`] contacts is split. Its bodies are numbered from the ground up, breadth first over contacts and joints;

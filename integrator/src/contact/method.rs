@@ -1,4 +1,4 @@
-//! How a step finds the impulses of its contacts, and the texts for it.
+//! Methods for the impulses of a step's contacts, and their names.
 //!
 //! [`ContactMethod::Condensed`] solves contacts and joints together: see [`crate::contact`].
 //!
@@ -16,8 +16,9 @@
 //! penetration; the conditions hold where no joint acts on what touches and the sweeps converge. A solve that breaks them by
 //! more than 10⁻¹⁰ counts as undecided, which nearly all do.
 //!
-//! What goes wrong, over three seconds of `taut run SCENE --set mass_ratio=R --time 3`, with ten sweeps and with contacts and
-//! joints together: deepest penetration and largest violation of the conditions, over the largest rate.
+//! Errors over three seconds of `taut run SCENE --set mass_ratio=R --time 3`, with ten staggered
+//! sweeps and with contacts and joints together: deepest penetration, and largest violation of the
+//! conditions over the largest rate.
 //!
 //! | scene | ratio | staggered: deepest | violation | together: deepest | violation |
 //! |---|---:|---:|---:|---:|---:|
@@ -57,7 +58,7 @@ const SWEEPS: usize = 10;
 const MOST_SWEEPS: usize = 100_000;
 
 impl ContactMethod {
-    /// How it solves a dense problem of contacts.
+    /// Method for a dense problem of contacts.
     #[must_use]
     pub fn of_dense_problems(self) -> ConeMethod {
         match self {
@@ -69,7 +70,6 @@ impl ContactMethod {
         }
     }
 
-    /// Whether the joints are left out.
     pub(crate) fn is_staggered(self) -> bool {
         matches!(self, Self::Staggered { .. })
     }

@@ -28,7 +28,7 @@ const WORK: f64 = 5e9;
 /// softer contacts.
 const CLOSE: f64 = 1e-4;
 
-/// By how much an island is softened at a time, and how often at most.
+/// Factor by which an island is softened at a time, and number of times at most.
 const SOFTER: (f64, usize) = (100.0, 3);
 
 /// The factor of the joints' system, for right-hand sides of rows.
@@ -105,12 +105,12 @@ pub(crate) struct Operator {
     /// Regularisation, and mean of W of each contact's own rows, in the order of the contacts.
     floor: Vec<f64>,
     own: Vec<f64>,
-    /// What joints are passed through in.
+    /// Workspace of − G S⁻¹ Gᵀ.
     pub(super) through: Through,
     /// −W p of all contacts.
     pub(super) moved_rates: Vec<f64>,
     solver: ConeSolver,
-    /// What split islands work in.
+    /// Workspace of islands of several groups.
     pub(super) split: Split,
 }
 
@@ -272,7 +272,7 @@ impl Operator {
         self.own.get(i).copied().unwrap_or(1.0)
     }
 
-    /// Where W of group `k` is.
+    /// Range of W that belongs to group `k`.
     fn block(&self, k: usize) -> Range<usize> {
         let first = self.blocks[k];
         first..first + 9 * self.groups.members(k).len().pow(2)
@@ -333,8 +333,8 @@ impl Operator {
         Ok(found)
     }
 
-    /// The same of one group, with `rates` of all contacts. It is softened where no impulses are found; q does not depend on
-    /// σ.
+    /// Impulses of one group, with `rates` of all contacts, as [`solve`](Self::solve). The group is
+    /// softened where no impulses are found; q does not depend on σ.
     fn solve_group(
         &mut self,
         k: usize,

@@ -39,8 +39,8 @@ pub(crate) fn slowest(scene: &Scene, dt: f64) -> f64 {
 }
 
 impl Touch {
-    /// Whether the shapes touch and do not arrive, neither faster than `slowest` nor over a gap that takes more than that in
-    /// a step `dt`.
+    /// True if the shapes rest on each other: they close no faster than `slowest` (m/s), and this
+    /// speed closes their gap within the step `dt` (s).
     pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
         let rate = self.normal_rate(|i| scene.bodies.rates(i));
         rate >= -slowest && self.found.gap <= slowest * dt
@@ -140,7 +140,7 @@ impl Contacts {
         self.resting.clear();
         let resting = self.touches.iter().map(|t| t.impulse);
         self.resting.extend(resting);
-        // Of the step: p₀·u and p₀·W p₀.
+        // p₀·u of the step's impulses; p₀·W p₀ below.
         let along = |touches: &[Touch], rates: &[f64], stage: usize| -> f64 {
             let impulses = touches.iter().flat_map(|t| t.impulse);
             let shifts = touches.iter().flat_map(|t| t.shift[stage]);
@@ -218,12 +218,12 @@ fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What a blow may use.
+/// Energy that a blow may use.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Budget {
     /// Energy that the step's impulses have added, ≤ 0 where they have not \[J].
     spent: f64,
-    /// What of the blow's work belongs to the time between its instant and that of the velocities \[J].
+    /// Part of the blow's work between its own instant and that of the velocities \[J].
     shifted: f64,
 }
 

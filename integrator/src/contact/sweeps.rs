@@ -26,18 +26,18 @@ const WORK: usize = 200;
 /// Violation of the conditions, over the size of the rates, that needs no further sweep.
 const TOLERANCE: f64 = 3e-11;
 
-/// What split islands work in.
+/// Workspace of an island of several groups.
 #[derive(Default)]
 pub(crate) struct Split {
-    /// u of all contacts.
+    /// u of all contacts \[m/s].
     rates: Vec<f64>,
-    /// u of them without the impulses of a group, and these impulses before their solution.
+    /// u without the impulses of the present group, and these impulses before its solution.
     q: Vec<f64>,
     before: Vec<[f64; 3]>,
-    /// M̃⁻¹ Hᵀ Δp by bodies, and those of them that are not zero.
+    /// M̃⁻¹ Hᵀ Δp by bodies, and the numbers of the bodies where it is not zero.
     change: Vec<[f64; 6]>,
     changed: Vec<usize>,
-    /// Gᵀ Δp, and what the joints make of it.
+    /// Gᵀ Δp, then S⁻¹ Gᵀ Δp, one a row of the joints.
     column: Vec<f64>,
 }
 

@@ -485,7 +485,7 @@ fn rows_of_balls_gain_no_energy_whichever_of_them_touch() {
                 let velocity = &stepper.scene().bodies.velocity;
                 let energy: f64 = velocity.iter().map(|v| 0.5 * v.norm_squared()).sum();
                 let momentum: f64 = velocity.iter().map(|v| v.x).sum();
-                // What the surfaces' springs give back.
+                // The tolerance covers the energy that the springs of the surfaces give back.
                 assert!(
                     energy <= before * (1.0 + 1e-5),
                     "{e} {balls} {gap}: {before} to {energy}"

@@ -79,13 +79,13 @@ impl<'a, C: Iterator<Item = &'a [(usize, f64)]>> Kernel for Meet<'_, C> {
 /// A row of H on the touched body of that number.
 type Row = Option<(usize, [f64; 6])>;
 
-/// The workspace.
+/// Workspace of the products.
 #[derive(Default)]
 pub(super) struct Through {
-    /// S⁻¹ of some columns, one after the other and abreast.
+    /// S⁻¹ times [`TOGETHER`] columns, one after the other and interleaved.
     columns: Vec<f64>,
     abreast: Vec<[f64; TOGETHER]>,
-    /// Of each column before them its products with those abreast.
+    /// Products of each column so far with the interleaved ones.
     sums: Vec<[f64; TOGETHER]>,
     /// Touched bodies with joints, C, and Cᵀ S⁻¹ C, row-major.
     bodies: Vec<usize>,

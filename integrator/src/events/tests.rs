@@ -49,7 +49,8 @@ fn run(stepper: &mut Stepper, steps: usize) -> Vec<(f64, String)> {
     log
 }
 
-/// Of two equal ropes one breaks: the other carries the whole weight W after W/2, and swings up to 3/2 W.
+/// After one of two equal ropes breaks, the other, which carried W/2, swings between W/2 and 3/2 W
+/// about the whole weight W.
 #[test]
 fn the_rope_that_is_left_takes_one_and_a_half_weights() {
     let options = StepOptions {

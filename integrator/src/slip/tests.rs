@@ -229,7 +229,7 @@ fn tackles_over_locked_sheaves_carry_what_friction_leaves() {
             let error = carried / found[falls] / sum - 1.0;
             assert!(step > 0 || error.abs() < 1e-12, "{falls}: {found:?}");
         }
-        // What it holds without moving.
+        // A load just below the limit of friction hangs still; one just above it moves.
         for (part, holds) in [(0.95, true), (1.0 / 0.95, false)] {
             let scene = tackle(falls, 100.0, 100.0 / sum * part, 0.1, 1e7);
             let mut stepper = Stepper::new(scene, options()).unwrap();
@@ -452,7 +452,7 @@ fn stick_and_slip_are_of_second_order() {
     }
 }
 
-/// What reviewers broke: runs taken up while the guard holds, wheels that are far from the cable, whole turns.
+/// A restored run keeps its friction while the guard redoes every step.
 #[test]
 fn a_run_that_is_taken_up_while_the_guard_holds_keeps_its_friction() {
     let mut tight = options();

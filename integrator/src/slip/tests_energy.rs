@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 use taut_model::body_vectors::unpacked;
 use taut_model::{Controls, GantryParams};
 
-/// What is left of the energy of one unguarded step \[J]. With φ̂ the predicted φ, d the drives and slips ∂φ/∂t, and G the
-/// work of what the geometric stiffness adds to M and to Δt f,
+/// Energy of one unguarded step that is not accounted for \[J]. φ̂ is the predicted φ, d the drives
+/// and slips ∂φ/∂t, and G the work of the geometric stiffness through M and Δt f:
 ///
 /// ```text
 /// ΔKE = Δt f·v⁺ + Σ μ ((φ̂ − φ)/Δt − d) − ½ |Δv|²_M + G
@@ -62,7 +62,8 @@ fn the_energy_of_each_step_is_accounted_for() {
             let compliance = stepper.linearized().compliance.clone();
             let left = residual_of_the_step(&mut stepper);
             assert!(left.abs() < 1e-12 * size, "{seed}, {step}: {left:e}");
-            // Of taut cables the work is what e = φ²/2ε changes by, and ½ (φ̂ − φ)²/ε that is lost.
+            // Each taut cable ends the step with ε μ/Δt = −φ̂: it takes up the change of φ²/2ε and
+            // the loss ½ (φ̂ − φ)²/ε.
             for bound in &stepper.linearized().bounds {
                 let r = bound.row;
                 let (mu, predicted) = (stepper.multipliers()[r], stepper.pieces.predicted[r]);

@@ -42,11 +42,12 @@ pub struct EnergyBalance {
     pub work: f64,
     /// Work of contacts that undo the penetrations of the start, ≥ 0.
     pub recovery: f64,
-    /// What a gain is measured by: the largest kinetic energy and the largest work so far, and at least 10⁻³ of the
-    /// elastic energy and of the scene's weight times its extent.
+    /// Scale of a gain: the larger of the largest kinetic energy and the largest work so far; at
+    /// least 10⁻³ of the elastic energy and of the scene's weight times its extent.
     pub scale: f64,
-    /// Energy from nowhere over the scale, (gained − work − recovery)/scale, that has lasted: the least of the last eight
-    /// steps, so that a blow that takes a few steps is none. 0 where there is none, NaN where the energy is no number.
+    /// Energy from nowhere over the scale, (gained − work − recovery)/scale, if it lasts: the least
+    /// of the last eight steps, so that a blow of a few steps does not count. 0 without a gain, NaN
+    /// if the energy is NaN.
     pub excess: f64,
 }
 
@@ -56,22 +57,24 @@ const LASTING: usize = 8;
 /// Least scale, over the elastic energy and the weight times the extent: motions of less are not judged.
 const LEAST: f64 = 1e-3;
 
-/// What a stepper keeps of it.
+/// Running sums of the balance.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Account {
     /// Energy before the first step, once there was one.
     start: Option<f64>,
-    /// Work up to the beginning of the last sub-step, and in it without what the next forces do.
+    /// Work up to the beginning of the last sub-step, and the work in it without that of the next
+    /// forces.
     work: f64,
     pending: f64,
-    /// The same of the work of recovery, and what is left of the deepest penetration of the start \[m].
+    /// Work of recovery, split likewise.
     #[cfg_attr(feature = "serde", serde(default))]
     recovery: [f64; 2],
+    /// Rest of the deepest penetration of the start \[m].
     #[cfg_attr(feature = "serde", serde(default))]
     overlap: f64,
-    /// Half the drives' rates in the last sub-step \[m/s, rad/s], which the next impulses act at, and the last forces λ, one a
-    /// row.
+    /// Half the drives' rates in the last sub-step \[m/s, rad/s], at which the next impulses act,
+    /// and the last forces λ, one a row.
     open: Vec<f64>,
     lambda: Vec<f64>,
     /// Excess in the last steps.
@@ -83,7 +86,8 @@ pub(crate) struct Account {
 }
 
 impl Account {
-    /// What is finite in a sound account, and the vectors with one number a row, which are empty before the first step.
+    /// Numbers that are finite in a sound account, and the vectors with one number a row, which are
+    /// empty before the first step.
     pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 2]) {
         let sums = [
             &self.work,
@@ -200,7 +204,7 @@ impl Stepper {
     /// with a jump do not tell it: they hold the damper's force and look ahead.
     pub(crate) fn opening(&mut self, given: Option<Energy>) -> Option<Energy> {
         let motion = given.or_else(|| self.motion_at_start())?;
-        // What earlier sub-steps did is in the motion.
+        // The motion already has the effect of earlier sub-steps.
         let account = &mut self.account;
         (account.work, account.pending, account.recovery) = (0.0, 0.0, [0.0; 2]);
         Some(Energy {
@@ -259,7 +263,7 @@ impl Stepper {
         let excess = gained - account.work - recovery;
         account.recent.rotate_left(1);
         account.recent[LASTING - 1] = if excess <= 0.0 { 0.0 } else { excess / scale };
-        // What is no number lasts.
+        // `f64::min` drops NaN: the balance reports such an excess at once.
         let lasting = account.recent.iter().copied().fold(f64::INFINITY, f64::min);
         let balance = EnergyBalance {
             gained,
@@ -308,7 +312,7 @@ impl Stepper {
         }
     }
 
-    /// Whether shapes arrived in the last sub-step.
+    /// True if shapes with an impulse closed faster than the slowest blow in the last sub-step.
     fn has_blow(&self) -> bool {
         let contacts = &self.contacts;
         let slowest = slowest(&self.scene, contacts.dt());

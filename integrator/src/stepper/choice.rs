@@ -1,5 +1,6 @@
-//! Which solver [`Backend::Auto`] stands for: of those compiled in the one that is predicted to take the least time for
-//! the scene's linear system, each in the order of the constraints that it would take.
+//! Choice of the solver that [`Backend::Auto`] stands for: among those compiled in, the one with
+//! the least predicted time for the scene's linear system, each in the order of the constraints
+//! that it would take.
 //!
 //! Joints, masses and whether there are shapes decide, not the state: a run that is saved and restored has the same solver.
 
@@ -243,7 +244,8 @@ mod tests {
         }
     }
 
-    /// Of large nets under loads as those that were measured, not under heavier ones or where they may touch something.
+    /// Large nets are iterated under loads like those of the measurements, not under heavier loads
+    /// or where they may touch something.
     #[test]
     fn nets_are_iterated_where_that_is_predicted_to_be_faster() {
         let net = |mass_ratio| {

@@ -49,14 +49,15 @@ pub struct ContactProblem {
     pub solution: Option<ContactSolution>,
 }
 
-/// What solves a [`ContactProblem`].
+/// Solution of a [`ContactProblem`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactSolution {
-    /// v, length n; of bodies that spin the angular ones before their free rotation in the step.
+    /// v, length n. The angular velocities of a spinning body are those before its free rotation in
+    /// the step.
     pub velocities: Vec<f64>,
     /// λ, length p.
     pub joints: Vec<f64>,
-    /// r, length m: where Σ_H is small, nearly one of many.
+    /// r, length m. Where Σ_H is small it is nearly one of many solutions.
     pub contacts: Vec<f64>,
 }
 

@@ -10,7 +10,8 @@
 //! has with all rows as they were and without blows of contacts, half a part back again, and after the last part forward to its
 //! end, with Δv of a part; from there the next step begins as one of a new run does.
 //!
-//! What rows are short of at the beginning, the parts take back in proportion to time ([`crate::closing`]).
+//! Drift of the rows at the beginning goes in proportion to time over the parts
+//! ([`crate::closing`]).
 //!
 //! The multipliers of a divided step are the sums of those of its parts: their forces are means over the step, so that a catch
 //! shows, wherever in the step it was.
@@ -28,22 +29,22 @@ const PARTS: u32 = 32;
 /// Least rate that divides a step, over the largest one without restitution: |g| Δt.
 pub(super) const LEAST: f64 = 10.0;
 
-/// What a divided step keeps.
+/// State of a divided step.
 #[derive(Debug, Clone)]
 pub(crate) struct Division {
-    /// Parts of the present step: 1 of one that is not divided.
+    /// Parts of the present step; 1 if it is not divided.
     pub(crate) parts: u32,
     /// Places of the bounded rows at the beginning of the step, and ∂φ/∂t of the step before.
     places: Vec<Place>,
     phi_t: Vec<f64>,
-    /// Whether the velocities of the beginning are those of its instant.
+    /// True if the velocities at the beginning belong to the same instant as the positions.
     on_time: bool,
     /// Sum of the parts' multipliers, one a row.
     sum: Aligned,
 }
 
 impl Division {
-    /// Of a scene with so many rows, of which so many have bounds.
+    /// Buffers for a scene with `rows` rows, `bounded` of them with bounds.
     pub(crate) fn new(rows: usize, bounded: usize) -> Self {
         Self {
             parts: 1,
@@ -71,7 +72,8 @@ impl Stepper {
             || matches!(self.stage, Stage::Advanced { implicit: true, .. });
     }
 
-    /// Whether the step that was just taken is to be divided.
+    /// True if a row with bounds was hit so fast in the step just taken that the step has to be
+    /// divided.
     pub(super) fn catches(&self) -> bool {
         if self.bounded.is_empty() || self.division.parts > 1 || !self.slip.is_empty() {
             return false;

@@ -7,10 +7,11 @@
 //! e(kΔt) = kᵖ e(Δt)        e(Δt) ≈ d/(kᵖ − 1)
 //! ```
 //!
-//! p is 2, and 1 with the linearly implicit scheme. It is 1, too, for what d grows by once shapes touch, cables slip or the guard
-//! redoes a step: the time of what happens within a step is known to the step alone. An oscillation that turns by more than half
-//! a radian in kΔt is soon out of phase in the companion, and d is as large as the error. Such oscillations dominate the second
-//! difference of d: half of it is an estimate, too, and no more than d/2. The larger of both counts.
+//! p is 2, and 1 with the linearly implicit scheme. It is also 1 for the growth of d once shapes
+//! touch, cables slip or the guard redoes a step, since an event inside a step is localised only to
+//! that step. An oscillation that turns by more than half a radian in kΔt is soon out of phase in
+//! the companion, and d is as large as the error. Such oscillations dominate the second difference
+//! of d. Half of it, at most d/2, is a second estimate; the larger one counts.
 //!
 //! The companion gets the mean of each control over its step. Whatever else is set starts it anew in the state of the run; what
 //! was estimated until then is added, and steps that were not compared are counted as [`ErrorEstimate::unseen`].
@@ -36,18 +37,19 @@ pub(crate) const SAMPLED: usize = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ErrorEstimate {
-    /// Of the time step.
+    /// Error of the time step.
     pub time: f64,
-    /// Of the linear algebra.
+    /// Error of the linear algebra.
     pub algebra: f64,
-    /// Of the segments.
+    /// Error of the segments' shape.
     pub segments: f64,
-    /// Steps that `time` is the estimate of; 0 where none was compared yet, and `time` says nothing.
+    /// Steps covered by `time`; 0 before the first comparison, where `time` says nothing.
     #[cfg_attr(feature = "serde", serde(default))]
     pub compared: usize,
-    /// Steps of which `time` knows nothing: the companion started anew right after them, for something was set.
+    /// Steps that `time` does not cover: a setting made the companion start anew right after them.
     pub unseen: usize,
-    /// Whether the companion run was lost, or there was none: `time` is the estimate of the steps before.
+    /// True if the companion run failed or could not start: `time` is the estimate of the steps
+    /// before.
     pub lost: bool,
 }
 
@@ -58,7 +60,7 @@ impl ErrorEstimate {
         self.time + self.algebra + self.segments
     }
 
-    /// The largest of its parts, which tells what lessens it.
+    /// The largest part, which tells how to reduce the error.
     #[must_use]
     pub fn largest(&self) -> ErrorPart {
         if self.segments >= self.time.max(self.algebra) {
@@ -75,11 +77,11 @@ impl ErrorEstimate {
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorPart {
-    /// That of the time step: smaller steps lessen it.
+    /// Time step: reduced by smaller steps.
     Time,
-    /// That of the linear algebra: a direct solver, refinement or more iterations lessen it.
+    /// Linear algebra: reduced by a direct solver, refinement or more iterations.
     Algebra,
-    /// That of the segments' shape: more segments lessen it, and no smaller step.
+    /// Shape of the segments: reduced by more segments only.
     Segments,
 }
 
@@ -88,9 +90,9 @@ pub enum ErrorPart {
 pub(crate) struct Companion {
     /// `None` before it starts, and where it was lost.
     run: Option<Box<Stepper>>,
-    /// Whether it has to start anew.
+    /// Set by a setting or a change: the companion has to start anew from the state of the run.
     pub(crate) stale: bool,
-    /// Whether the next linear system is a sample.
+    /// Set while the next linear solve is to be sampled.
     pub(crate) samples: bool,
     /// Steps so far, and those since both runs were at the same time.
     steps: usize,

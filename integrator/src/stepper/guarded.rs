@@ -320,8 +320,9 @@ pub(crate) fn turn_further(turn: &Vector3<f64>, change: &Vector3<f64>) -> Vector
     change - across * 0.5 + turn.cross(&across) * twice
 }
 
-/// The same of a body with the axis of symmetry a, which only the part of u across a moves ([`crate::gyroscopic`]): with
-/// e = u/θ of this part, b = e × a, and a₁ = cos θ a + sin θ b after it,
+/// Change of a swing, [`turn_further`] of a body with the axis of symmetry a, which only the part
+/// of u across a moves ([`crate::gyroscopic`]). With e = u/θ of this part, b = e × a, and a₁ = cos
+/// θ a + sin θ b after it,
 ///
 /// ```text
 /// δ' = (δ·e) e + θ/sin θ (δ·(e × a₁)) b + (δ·a₁) a

@@ -1,4 +1,4 @@
-//! What an implicit Euler step makes small, and the search along a Newton step for less of it.
+//! Incremental potential of an implicit Euler step, and the line search along its Newton steps.
 //!
 //! The guard's equations, M (v⁺ − v) = Δt f + Jᵀ μ and ε μ/Δt + g = 0 with g = φ(q⁺) + τ (J v⁺ + ∂φ/∂t), are those of a
 //! stationary
@@ -49,11 +49,11 @@ const SHORTEST: f64 = 0.1;
 pub(crate) struct Search {
     /// e, one a row.
     soft: Vec<f64>,
-    /// What a pass starts from: φ as it knows it, g and Δv.
+    /// Start of a pass: its φ, g and Δv.
     phi: Vec<f64>,
     gaps: Vec<f64>,
     from: BodyVectors,
-    /// The Δv of its solve, and g of a part of the way.
+    /// Δv of the pass's solve, and g at a part of the way there.
     to: BodyVectors,
     gaps_there: Vec<f64>,
     /// g₀, and the kinetic energy where the sub-step starts \[J].

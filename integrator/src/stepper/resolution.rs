@@ -9,7 +9,8 @@ use taut_model::Scene;
 use taut_model::scene::resolution::{Due, View};
 use taut_model::scene::segments::Jump;
 
-/// What winches and the rules of cables did after a step, and the changes of energy by it \[J].
+/// Changes of segments by winches and by the rules of cables after a step, and the energy that they
+/// change \[J].
 ///
 /// Each change plans the system anew and forgets the impulses of contacts: until the next step
 /// [`Stepper::contacts`] has none.
@@ -32,7 +33,7 @@ pub struct Resolved {
 /// Cables with rules.
 pub(crate) struct Resolving {
     cables: Vec<usize>,
-    /// Of each body whether rules leave it as it is, and whether it touches something.
+    /// Bodies that the rules leave as they are, and bodies in contact; one flag a body.
     stays: Vec<bool>,
     touching: Vec<bool>,
     joints: Vec<[Option<usize>; 2]>,

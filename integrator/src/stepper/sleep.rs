@@ -51,7 +51,7 @@ use taut_solver::SolveReport;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Sleep {
-    /// How far asleep and awake may be apart, > 0 \[m].
+    /// Largest distance between the scene asleep and awake, > 0 \[m].
     pub distance: f64,
     /// Time of rest before sleep, > 0 \[s]; `period`/2 where the rest of the motion is too large to foresee it.
     pub after: f64,
@@ -87,16 +87,16 @@ impl Sleep {
 /// Translation \[m] and turn \[rad, body frame] of a body.
 type Displacement = [Vector3<f64>; 2];
 
-/// What has been seen of a scene since it began to rest.
+/// Observations of a scene since it began to rest.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(crate) struct Watch {
-    /// Of a scene asleep, what its steps report.
+    /// Report of each step asleep; `None` while awake.
     asleep: Option<StepReport>,
-    /// Steps since then.
+    /// Steps since the beginning of rest.
     steps: usize,
-    /// Poses of the bodies then.
+    /// Poses of the bodies at the beginning of rest.
     position: Vec<Vector3<f64>>,
     orientation: Vec<UnitQuaternion<f64>>,
     /// Sums of the bodies' displacements in the thirds of the time that the rest is foreseen from.
@@ -147,11 +147,11 @@ impl Watch {
     }
 }
 
-/// What decides whether a scene sleeps.
+/// Limits and observations that decide whether a scene sleeps.
 #[derive(Debug, Clone)]
 pub(crate) struct Rest {
     pub(crate) watch: Watch,
-    /// δ/2 \[m], and the speed at which what gives way does move \[m/s].
+    /// δ/2 \[m], and the speed above which a force at its limit gives way \[m/s].
     most: f64,
     moves: f64,
     /// Steps in h and in P/2.
@@ -171,7 +171,7 @@ pub(crate) struct Rest {
 const MANY: f64 = 1e12;
 
 impl Rest {
-    /// Of a scene that may sleep.
+    /// `None` without [`StepOptions::sleep`].
     pub(crate) fn new(scene: &Scene, options: &StepOptions) -> Option<Self> {
         let sleep = options.sleep?;
         let steps = |time: f64| (time / options.dt).ceil().clamp(1.0, MANY);
@@ -194,7 +194,8 @@ impl Rest {
         })
     }
 
-    /// Whether anything drives the scene from one time to another \[s].
+    /// True if a motor, a winch, a moved point or a driven body moves the scene between two times
+    /// \[s].
     fn is_driven(&self, scene: &Scene, from: f64, to: f64) -> bool {
         let bodies = &scene.bodies;
         let mut constraints = self.drives.iter().map(|c| &scene.constraints[*c]);
@@ -205,7 +206,7 @@ impl Rest {
                 .any(|i| bodies.rates(*i).iter().any(|rate| *rate != 0.0))
     }
 
-    /// Whether the scene rests in the state that a step has led to.
+    /// Takes the state after a step; true if the scene rests in it.
     fn is_seen(&mut self, scene: &Scene) -> bool {
         let watch = &mut self.watch;
         let phase = watch.steps % (3 * self.third);
@@ -229,7 +230,7 @@ impl Rest {
         watch.steps >= self.half_period || (foreseeable && self.is_foreseen(scene))
     }
 
-    /// Whether the means of the thirds tell that the scene rests for the time P/2 to come.
+    /// True if the means of the thirds predict rest for the time P/2 to come.
     fn is_foreseen(&self, scene: &Scene) -> bool {
         let (h, ahead) = (self.mean_time, self.horizon);
         let [first, second, third] = &self.watch.sums;
@@ -248,7 +249,7 @@ impl Rest {
     }
 }
 
-/// Whether a motor, a winch or a moved point of the constraint may ever drive.
+/// True if the constraint has a motor, a winch or a moved point, which may drive it at some time.
 fn may_drive(constraint: &Constraint) -> bool {
     let winch = match constraint {
         Constraint::MasslessCable(cable) => cable.winch.is_some(),
@@ -260,7 +261,7 @@ fn may_drive(constraint: &Constraint) -> bool {
     winch || constraint.motor().is_some() || sides.any(moved)
 }
 
-/// Whether any does from one time to another \[s].
+/// True if the motor, winch or moved point of the constraint moves between two times \[s].
 fn drives(constraint: &Constraint, from: f64, to: f64) -> bool {
     let moved = |side: &Side| match side {
         Side::World(motion) => motion.displacement(from) != motion.displacement(to),
@@ -279,7 +280,7 @@ fn drives(constraint: &Constraint, from: f64, to: f64) -> bool {
 /// The farthest coordinates of the material points of each body \[m].
 fn reaches(scene: &Scene) -> Vec<Vector3<f64>> {
     let bodies = &scene.bodies;
-    // Of a solid box of edges s, ½ (I_x + I_y + I_z) − I_x = m s_x²/12.
+    // A solid box with edges s has ½ (I_x + I_y + I_z) − I_x = m s_x²/12.
     let of_inertia = |i: usize| {
         let inertia = &bodies.inertia[i];
         let of_axis = |k: usize| {
@@ -315,7 +316,7 @@ fn half(shape: &Shape) -> Vector3<f64> {
     }
 }
 
-/// How far a displacement moves the points within `reach` of a body's centre, at most \[m].
+/// Bound of the path of points within `reach` of a body's centre under a displacement \[m].
 fn way([translation, turn]: &Displacement, reach: &Vector3<f64>) -> f64 {
     let (t, r) = (turn.abs(), reach);
     let across = [
@@ -367,7 +368,7 @@ impl Stepper {
         }))
     }
 
-    /// Whether nothing gives way at the limit of its force.
+    /// True if no force at its limit gives way.
     fn stands(&self) -> bool {
         let gives_way = |rest: &Rest| self.gives_way(rest.moves, &rest.reach);
         !self.rest.as_ref().is_some_and(gives_way)
@@ -387,7 +388,7 @@ impl Stepper {
     }
 }
 
-/// What the steps asleep report, after one that reported this: forces and balance as they were, and nothing done.
+/// Report of a step asleep, from the last one awake: the same forces and balance, no work done.
 fn asleep(last: &StepReport) -> StepReport {
     let contacts = ContactReport {
         pivots: 0,

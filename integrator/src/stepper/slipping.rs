@@ -63,7 +63,7 @@ impl Stepper {
         self.slip.release(&mut self.pieces);
     }
 
-    /// Whether a pattern of sticking and slipping was found.
+    /// Searches a pattern of sticking and slipping; false if none was found.
     fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
         let speed = self
             .pieces

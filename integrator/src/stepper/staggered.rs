@@ -4,7 +4,7 @@ use super::Stepper;
 use crate::{Phase, StepError};
 
 impl Stepper {
-    /// Whether this solve takes contacts and joints apart.
+    /// True if this solve takes contacts before the joints.
     pub(crate) fn is_staggered(&self) -> bool {
         self.options.contacts.is_staggered() && !self.contacts.is_empty()
     }
@@ -19,7 +19,7 @@ impl Stepper {
         pieces.inertia.free_velocities(&mut pieces.dv);
         let mut rates = std::mem::take(&mut contacts.rates);
         contacts.rates(pieces, &mut rates);
-        // Those that only the impulses of others would close take part as well.
+        // Contacts that only the impulses of others would close take part as well.
         contacts.activate(&rates, f64::INFINITY);
         let done = self.build_operator().and_then(|hardened| {
             if hardened {

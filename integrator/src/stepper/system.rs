@@ -87,8 +87,8 @@ impl Stepper {
         Ok(())
     }
 
-    /// What is missing from the solution `x` by the residual and the factor: d of A d = r, whose multipliers go into `d`, one
-    /// a row. The pieces hold another Δv then.
+    /// Error d of the solution `x`, by its residual r and the factor: A d = r. The multipliers of d
+    /// go into `d`, one a row. Overwrites Δv of the pieces.
     pub(crate) fn correction(&mut self, d: &mut [f64]) -> Result<(), SolveError> {
         let Self {
             solver,
@@ -146,7 +146,7 @@ impl Stepper {
         self.plan
             .fill(rows, inertia, regularization, &mut self.matrix);
         if dt != self.mu_dt {
-            // The same forces over another time.
+            // The guess keeps the forces, over another time.
             let factor = dt / self.mu_dt;
             self.mu.iter_mut().for_each(|mu| *mu *= factor);
             self.mu_dt = dt;

@@ -68,7 +68,8 @@ impl Stepper {
         }
     }
 
-    /// What the drum of fairlead `i` has let go in the last sub-step \[m].
+    /// Rope that the slipping drum of fairlead `i` has paid out in the last sub-step \[m]; takes it
+    /// out of the drive ∂φ/∂t.
     fn paid_out(&mut self, i: usize) -> f64 {
         let bounds = &self.pieces.rows.bounds;
         let mut slipping = self.bounded.at_lower().map(|k| bounds[k]);

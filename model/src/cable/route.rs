@@ -7,7 +7,7 @@ use crate::error::{SceneError, check};
 use crate::frame::{hanging_axes, smallest_rotation};
 use crate::scene::Scene;
 
-/// How far the lengths given may be from the length of the route, relative.
+/// Tolerance of the given lengths' sum against the length of the route, relative.
 const SUM_TOLERANCE: f64 = 1e-9;
 
 /// Part of its arc that a chord is at least: a segment that cuts off more of its route is no picture of it.
@@ -220,7 +220,7 @@ impl Route {
     }
 }
 
-/// Where an end lies in the world \[m].
+/// Position of an end, world \[m].
 fn place(
     cable: &Cable,
     scene: &Scene,

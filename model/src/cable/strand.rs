@@ -1,5 +1,6 @@
-//! What all cables of segments share: the frames of a segment's ends, the law of a joint, and the list that says what
-//! belongs to a cable. The named scenes lay their segments by formulas of their own and join them here.
+//! Parts common to all cables of segments: the frames of a segment's ends, the law of a joint, and
+//! the list of a cable's bodies and joints. The named scenes lay their segments by formulas of
+//! their own and join them here.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -17,7 +18,7 @@ pub(crate) struct Strand {
     pub(crate) stiffness: Stiffness,
     /// Damping times of the stretch, bend and twist rows \[s].
     pub(crate) damping: [f64; 3],
-    /// Whether joints have bend rows, and a twist row.
+    /// Bend rows, and a twist row, in the joints.
     pub(crate) bend: bool,
     pub(crate) twist: bool,
     /// From a segment's centre towards the start of the cable, body frame: a unit vector.

@@ -38,10 +38,10 @@ use crate::frame::{Frame, Resolved};
 /// Below this sine the fold θ = π is taken to have the bend axis v_a: everything stays finite there.
 pub(super) const FOLD: f64 = 1e-14;
 
-/// Where [`over_sine`] ends: the sine squared of half the bend angle.
+/// Limit of [`over_sine`]: the sine squared of half the bend angle.
 const LARGEST_BEND: f64 = 0.25;
 
-/// Where [`atan`] ends: the tangent of half the twist.
+/// Limit of [`atan`]: the tangent of half the twist.
 const LARGEST_TWIST: f64 = 0.209;
 
 /// Cable joint that resists bending in both transverse directions, up to 6 rows: stretch, bend about v, bend about w,
@@ -51,9 +51,10 @@ const LARGEST_TWIST: f64 = 0.209;
 pub struct Cosserat {
     /// The two attachment frames.
     pub frames: [Frame; 2],
-    /// Which rows there are, and their laws.
+    /// Its rows, and their laws.
     pub law: JointLaw,
-    /// What the twist is unwrapped against \[rad]: within 0.01 rad of that of the last accepted step.
+    /// Reference that unwraps the twist \[rad], within 0.01 rad of the twist of the last accepted
+    /// step.
     pub twist_reference: f64,
 }
 
@@ -138,7 +139,7 @@ impl<V: Lanes> BendTwist<V> {
 }
 
 impl BendTwist<f64> {
-    /// Of one joint between two frames in the world.
+    /// Bends and twist of one joint, between two frames in the world.
     pub(super) fn of_frames(a: &Resolved, b: &Resolved, reference: f64) -> Self {
         Self::new(&quaternion(&(a.axes.transpose() * b.axes)), reference)
     }
@@ -224,7 +225,7 @@ impl<V: Lanes> Swing<V> {
     }
 }
 
-/// Whether joints bend by less than π/3, where the sine has its polynomial.
+/// True if the joints bend by less than π/3, where a polynomial gives the sine.
 #[inline(always)]
 pub(crate) fn bends_little<V: Lanes>(seen: &Quaternion<V>) -> bool {
     sine_squared(seen).all_below(V::splat(LARGEST_BEND))

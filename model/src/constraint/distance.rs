@@ -35,7 +35,7 @@ pub struct Distance {
     pub length: f64,
     /// Law of the length row, compliance in m/N.
     pub law: RowLaw,
-    /// Whether there are two transverse rows, for a stepper that sets their compliance
+    /// Adds two transverse rows, whose compliance a stepper sets
     /// ([`Linearized::transverse`](crate::Linearized::transverse)).
     pub transverse: bool,
 }

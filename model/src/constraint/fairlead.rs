@@ -34,13 +34,13 @@ const STOP: f64 = 0.125;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Fairlead {
-    /// What holds the winch, and the first segment.
+    /// Frame of the winch on its support, and frame of the first segment.
     pub frames: [Frame; 2],
     /// The winch. Its limits are those of the whole length; hauling in stops at half a segment at the latest.
     pub winch: Winch,
     /// Length of the cable off the drum at the time [`Winch::since`] \[m], > 0.
     pub length: f64,
-    /// That of its first segment \[m], > 0.
+    /// Length of the first segment at that time \[m], > 0.
     pub first: f64,
     /// Length of a whole segment \[m], > 0.
     pub segment: f64,
@@ -86,8 +86,8 @@ impl Fairlead {
         std::mem::replace(&mut self.winch.stalled, stalls) != stalls
     }
 
-    /// What a drum that slipped at time `t` (s) has let go, the first row's violation being `phi`: until the elastic law
-    /// gives the holding force, or the drum is empty \[m].
+    /// Rope paid out by a drum that slipped at time `t` (s), for the violation `phi` (m) of the
+    /// first row: until the elastic law gives the holding force, or the drum is empty \[m].
     #[must_use]
     pub fn paid_out(&self, phi: f64, t: f64) -> f64 {
         let compliance = self.law.stretch.unwrap_or_default().compliance;

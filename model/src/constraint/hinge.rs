@@ -39,7 +39,7 @@ impl Hinge {
         }
     }
 
-    /// The same hinge with a motor.
+    /// Adds a motor.
     #[must_use]
     pub fn driven(mut self, motor: Motor) -> Self {
         self.motor = Some(motor);

@@ -31,7 +31,7 @@ use super::{RowLaw, Rows, gap};
 use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
-/// How a [`LinkBend`] measures bending.
+/// Measure of bending in a [`LinkBend`].
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(
@@ -67,7 +67,7 @@ pub struct LinkBend {
     pub frames: [Frame; 3],
     /// Law of the rows, compliance in rad/(N m).
     pub law: RowLaw,
-    /// What the rows measure.
+    /// Angle or vector that the rows measure.
     pub definition: BendDefinition,
 }
 
@@ -276,7 +276,7 @@ mod tests {
                 let sum: Vector3<f64> = (0..3).map(g).sum();
                 assert!(sum.norm() < 1e-15);
                 if definition == BendDefinition::Angle {
-                    // Of the vector this is so for multipliers along it: below.
+                    // For the vector, this holds for multipliers along it: below.
                     let moment: Vector3<f64> = (0..3).map(|s| points[s].cross(&g(s))).sum();
                     assert!(moment.norm() < 1e-14);
                 }

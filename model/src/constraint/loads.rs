@@ -1,5 +1,5 @@
-//! What a constraint carries, from the multipliers λ of its rows: a force and a torque on each side, and its tension,
-//! bending, twist and drive.
+//! Loads of a constraint, from the multipliers λ of its rows: a force and a torque on each side,
+//! and its tension, bending, twist and drive.
 //!
 //! **Wrench.** The rows work on the sides with the power λ·J v, so that they act on a side with Jᵀ λ = \[F; M_c], a
 //! force and a torque about the centre x that its velocities v are of. F at the attachment point x + r alone would have
@@ -40,7 +40,7 @@ impl Wrench {
     }
 }
 
-/// What a constraint carries, in the terms of its kind; `None` for what the kind does not have.
+/// Loads of a constraint in the terms of its kind; `None` for a load that the kind does not have.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Loads {
@@ -75,8 +75,9 @@ impl Constraint {
         Some(Wrench { force, torque })
     }
 
-    /// What it carries with the multipliers `lambda` (one a row, N and N m) and the bodies where they are at time `t` (s),
-    /// as a constraint outside cables of segments: see [`Scene::loads`](crate::Scene::loads). Allocates: no.
+    /// Loads with the multipliers `lambda` (one a row, N and N m) and the bodies where they are at
+    /// time `t` (s), as of a constraint outside cables of segments: see
+    /// [`Scene::loads`](crate::Scene::loads). Does not allocate.
     ///
     /// # Panics
     /// As [`Constraint::tension`].
@@ -370,7 +371,6 @@ mod tests {
         }
     }
 
-    /// What turns b further about u than a is resisted by a twisting moment of that sign.
     #[test]
     fn a_positive_twist_carries_a_positive_moment() {
         let law = RowLaw::new(0.5, 0.0);

@@ -40,7 +40,7 @@ pub struct Winch {
     /// Largest tension that the winch holds while the brake is off \[N], ≥ 0; above it the drum slips.
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub force_limit: f64,
-    /// Whether the brake is on: the drum then stands still.
+    /// True while the brake is on: the drum then stands still.
     pub brake: bool,
     /// Largest tension that the brake holds \[N], ≥ 0; above it the drum slips.
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
@@ -54,8 +54,9 @@ pub struct Winch {
     /// it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub stalled: bool,
-    /// Time from which on `speed` holds \[s]: the cable had its `length` then. A winch of a time > 0 rests before; one of
-    /// 0, with which a run begins, was running already, so that a load that moves with its cable feels no start.
+    /// Time from which `speed` holds \[s]; the cable has its `length` then. A winch with a time > 0
+    /// rests before it. One with 0, at the start of a run, was running already, so that a load that
+    /// moves with its cable feels no start.
     pub since: f64,
 }
 
@@ -160,20 +161,20 @@ impl Default for Winch {
 pub struct MasslessCable {
     /// The attachment frames in the order of the cable, at least 2; their axes are not used.
     pub frames: Vec<Frame>,
-    /// The sheaves at these points, `None` at a point that is none: one for each frame, or empty where there are none. Those
-    /// at the ends are drums.
+    /// The sheaves at these points, one entry a frame with `None` at a plain point, or empty
+    /// without sheaves. Those at the ends are drums.
     #[cfg_attr(
         feature = "serde",
         serde(default, skip_serializing_if = "Vec::is_empty")
     )]
     pub sheaves: Vec<Option<Sheave>>,
-    /// Total length L at rest \[m], > 0; with a winch that at the time [`Winch::since`].
+    /// Total length L at rest \[m], > 0; with a winch, that at the time [`Winch::since`].
     pub length: f64,
     /// Law of the row, compliance in m/N of a cable with that length.
     pub law: RowLaw,
-    /// Whether it goes slack instead of pushing.
+    /// True for a cable that goes slack instead of pushing.
     pub tension_only: bool,
-    /// What changes its length.
+    /// Winch that changes its length.
     pub winch: Option<Winch>,
 }
 

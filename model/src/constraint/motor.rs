@@ -7,7 +7,7 @@
 use super::{Constraint, RowKind, RowLaw};
 use crate::error::{SceneError, check, limited};
 
-/// What a motor holds.
+/// Quantity that a motor holds, and its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -23,7 +23,7 @@ pub enum Target {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motor {
-    /// What it holds.
+    /// Coordinate or rate that it holds.
     pub target: Target,
     /// Largest force \[N] or torque \[N m] ≥ 0, in both directions; infinite is no limit, zero lets the joint run free.
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
@@ -95,7 +95,7 @@ impl Motor {
 }
 
 impl Constraint {
-    /// Whether a control can drive it: it has a motor that holds a speed, or a winch.
+    /// True if a control can drive it: it has a motor that holds a speed, or a winch.
     pub(crate) fn follows_speed(&self) -> bool {
         self.driven_speed().is_some()
     }

@@ -18,7 +18,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::{JointLaw, Rows, unwrap_angle};
 use crate::frame::{Frame, Resolved};
 
-/// Which vectors the paper's twist angle is taken between.
+/// Pair of vectors whose angle is the paper's twist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(
     any(feature = "serde", feature = "toml"),
@@ -43,13 +43,14 @@ pub enum TwistDefinition {
 pub struct Paper {
     /// The two attachment frames.
     pub frames: [Frame; 2],
-    /// Which rows there are, and their laws.
+    /// Its rows, and their laws.
     pub law: JointLaw,
-    /// Which vectors the twist angle is taken between.
+    /// Pair of vectors whose angle is the twist.
     pub twist_definition: TwistDefinition,
     /// Safeguard s₀ > 0 of the directions d/(s₀ + |d|), without unit.
     pub safeguard: f64,
-    /// What the twist is unwrapped against \[rad]: within 0.01 rad of that of the last accepted step.
+    /// Reference that unwraps the twist \[rad], within 0.01 rad of the twist of the last accepted
+    /// step.
     pub twist_reference: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Where constraints write their rows.
+//! Destination of the rows that constraints evaluate.
 
 use nalgebra::Vector3;
 
@@ -7,15 +7,16 @@ use super::gap::JointJacobian;
 use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
-/// Where a constraint writes: φ; the blocks of its moving sides one after the other (rows × 6, row-major, columns
-/// \[linear, angular]), or that of one side alone; their lever arms. Blocks and levers may be left out.
+/// Destination of one constraint: φ; the blocks of its moving sides one after the other (rows × 6,
+/// row-major, columns \[linear, angular]), or that of one side alone; their lever arms. Blocks and
+/// levers may be left out.
 pub(crate) struct Rows<'a> {
     pub(super) phi: &'a mut [f64],
     blocks: &'a mut [f64],
     levers: &'a mut [Vector3<f64>],
     /// The side whose block is written, moving or not, where it is one alone.
     only: Option<usize>,
-    /// Where the blocks of a joint's two sides start; `None` for a side that has none.
+    /// Starts of the blocks of a joint's two sides; `None` for a side without one.
     starts: [Option<usize>; 2],
     next: usize,
     /// J of a joint whose rows are a gap and up to three angles.

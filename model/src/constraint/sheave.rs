@@ -66,10 +66,11 @@ pub struct Sheave {
     /// cable; 0 lets it slide freely.
     #[cfg_attr(feature = "serde", serde(default))]
     pub friction: f64,
-    /// Of an end: whether the cable goes on as another constraint from where it is fastened, which is then no drum.
+    /// True at an end where the cable is fastened but goes on as another constraint: this end is no
+    /// drum.
     #[cfg_attr(feature = "serde", serde(default))]
     pub shared: bool,
-    /// Where the cable touches it.
+    /// Its contact with the cable.
     pub lay: Lay,
 }
 
@@ -84,36 +85,37 @@ impl Sheave {
     }
 }
 
-/// What a sheave of a cable is called in errors.
+/// Name of a cable's sheave in errors.
 pub(crate) fn called(cable: &str, side: usize) -> String {
     format!("{cable}: sheave {}", side + 1)
 }
 
-/// Where a cable touches a sheave.
+/// Contact of a cable with a sheave.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Lay {
-    /// As the path has it at first.
+    /// Not known yet: the path decides.
     #[default]
     New,
-    /// Not: the cable passes by.
+    /// No contact: the cable passes by.
     Off {
-        /// Whether it was on the groove's side when last seen: one on the far side cannot lie down.
+        /// True if the cable was last seen on the groove's side: from the far side it cannot lie
+        /// down.
         clear: bool,
     },
     /// From one angle to the other in the frame's v and w, unwrapped \[rad].
     On {
-        /// Where it arrives; of a drum at the beginning where it is fastened.
+        /// Angle of arrival; at a drum at the beginning, that of the fastening.
         arriving: f64,
-        /// Where it leaves; of a drum at the end where it is fastened.
+        /// Angle of departure; at a drum at the end, that of the fastening.
         leaving: f64,
     },
 }
 
 impl Lay {
-    /// Whether the cable passes by.
+    /// True if the cable passes by.
     #[must_use]
     pub fn is_off(self) -> bool {
         matches!(self, Self::Off { .. })
@@ -170,7 +172,8 @@ impl Wheel {
         self.radius == 0.0
     }
 
-    /// Angle of the tangent through a point, on which a cable leaves (`side` −1) or arrives (1); NaN where there is none.
+    /// Angle of the tangent through a point, on which a cable leaves (`side` −1) or arrives (1);
+    /// NaN for a point inside.
     fn tangent(&self, through: &Vector3<f64>, side: f64) -> f64 {
         let ([_, v, w], to) = (&self.axes, through - self.hub);
         let (x, y) = (v.dot(&to), w.dot(&to));
@@ -510,9 +513,10 @@ impl Sheave {
         }
     }
 
-    /// What becomes of a sheave that a cable passes by on its way from one wheel to another, and was on the groove's side
-    /// when last seen or not (`clear`): the cable lies down where it goes from the groove's side to the far one, near the
-    /// wheel's plane and with a fleet angle that a groove takes.
+    /// New state of a sheave that a cable passes by on its way between two wheels. `clear` is true
+    /// if it was last seen on the groove's side. The cable lies down where it goes from the
+    /// groove's side to the far one, near the wheel's plane and with a fleet angle that a groove
+    /// takes.
     pub(super) fn passed(clear: bool, [before, here, after]: [&Wheel; 3]) -> Lay {
         let [to, from] = [[before, here], [here, after]].map(|ends| Span::between(ends, [None; 2]));
         let [arriving, leaving] = [to.angles[1], from.angles[0]];

@@ -40,7 +40,7 @@ impl Slider {
         }
     }
 
-    /// The same slider with a motor.
+    /// Adds a motor.
     #[must_use]
     pub fn driven(mut self, motor: Motor) -> Self {
         self.motor = Some(motor);

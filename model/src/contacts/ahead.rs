@@ -1,4 +1,4 @@
-//! Where shapes that move come closest within a step.
+//! Closest approach of moving shapes within a step.
 //!
 //! A contact over a gap keeps the shapes apart along its normal for the whole step. Where they move far, the normal of the
 //! beginning is not that of the end: a ball that flies past an edge would be held back by the plane that was between
@@ -88,12 +88,12 @@ pub(super) struct Ahead {
     pub(super) motions: [Motion; 2],
 }
 
-/// What becomes of the contacts of the beginning.
+/// Instant whose contacts count in the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Meeting {
-    /// They are those of the step.
+    /// The beginning.
     AsNow,
-    /// They belong to the shapes at this time (s).
+    /// This later time (s), with the shapes where they are then.
     At(f64),
     Never,
 }
@@ -120,7 +120,7 @@ impl Ahead {
         (v - w).dot(&touch.normal)
     }
 
-    /// Where the points of contact were at the beginning but for the turn.
+    /// Points of contact at the beginning, had the shapes not turned.
     pub(super) fn before(&self, points: &[Vector3<f64>; 2], time: f64) -> [Vector3<f64>; 2] {
         [0, 1].map(|k| points[k] - self.motions[k].velocity * time)
     }
@@ -149,8 +149,9 @@ impl Ahead {
         }
     }
 
-    /// Where the shapes meet in a step `dt`: what stays apart by more than twice `near` (m) never does, what comes closer than
-    /// `near` does. `least` is the smallest dimension of the shapes (m). `faced`: whether they have contacts now.
+    /// Instant of the contacts in a step `dt` (s). Shapes that stay apart by more than twice `near`
+    /// (m) never meet; those closer than `near` do. `least` is the smallest dimension of the shapes
+    /// (m). `faced` is true if they have contacts now.
     pub(super) fn meeting(&self, dt: f64, near: f64, least: f64, faced: bool) -> Meeting {
         let [a, b] = &self.motions;
         let turning = a.turning(&self.solids[0]) + b.turning(&self.solids[1]);

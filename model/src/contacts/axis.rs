@@ -37,7 +37,8 @@ const DEEP: f64 = 1e-3;
 /// By how much another direction has to be better, over the size: rounding does not decide between a face and an edge.
 const BETTER: f64 = 1e-11;
 
-/// The same of two edges or rims, which touch in one point: bodies that rock on each other keep the corners of their faces.
+/// By how much a direction across two edges or rims, which touch in one point, has to be better,
+/// over the size: bodies that rock on each other keep the corners of their faces.
 const CLEARLY: f64 = 1e-3;
 /// Cosine between the normal of a face and another direction, above which the shapes stand on the face and do not pass beside it.
 const UPRIGHT: f64 = 0.9;
@@ -94,8 +95,8 @@ fn lying(a: &Solid, b: &Solid, n: Vector3<f64>) -> Vector3<f64> {
     normals.find(lies).unwrap_or(n)
 }
 
-/// Whether boxes or cylinders that have s(n) = `gap` along n just miss each other: another face across n passes over or under
-/// the other shape but for less than `flush` (m), and along n they do not overlap by more than that.
+/// True if boxes or cylinders with s(n) = `gap` along n just miss each other. Another face across n
+/// passes over or under the other shape up to `flush` (m), and the overlap along n is no larger.
 pub(super) fn pass(a: &Solid, b: &Solid, (n, gap): (&Vector3<f64>, f64), flush: f64) -> bool {
     let misses = |m: Vector3<f64>| {
         let apart = || separation(a, b, &m).max(separation(a, b, &-m));

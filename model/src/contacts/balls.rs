@@ -14,13 +14,13 @@ use crate::collide::{Collider, Shape};
 use crate::frame::Side;
 use crate::scene::Scene;
 
-/// What counts as the same place, over the size of the shapes.
+/// Distance of points in the same place, over the size of the shapes.
 const SAME: f64 = 1e-9;
 
 /// Distance of the ends, over the ball's radius, from which on each has its own contacts.
 const OPEN: f64 = 0.02;
 
-/// What touches: a ball, or a collider by itself.
+/// A ball of two capsules, or a collider by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     Ball(usize),
@@ -34,7 +34,8 @@ pub(super) struct Balls {
     of: Vec<[Option<usize>; 2]>,
     /// Radius of each ball \[m].
     radii: Vec<f64>,
-    /// The parts that touch in a contact, in order, its number, and whether they are those of its sides the other way round.
+    /// Parts of each contact in order, the number of the contact, and true if its sides are in the
+    /// reverse order.
     found: Vec<([Part; 2], usize, bool)>,
     repeated: Vec<bool>,
 }

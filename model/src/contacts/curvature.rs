@@ -1,4 +1,4 @@
-//! How shapes are curved where they touch, and how the gap changes to second order as a body turns.
+//! Curvature of shapes where they touch, and the second-order change of the gap as a body turns.
 //!
 //! Over the plane across the normal n through the contact the surfaces are at the heights ½ xᵀB₀x and −½ xᵀB₁x. A small
 //! motion of body i tilts its surface there by the slope g_i, moves its point of contact by d_i along the plane and by w_i
@@ -118,9 +118,9 @@ fn inverse(sum: &Matrix2<f64>, flat: f64) -> Matrix2<f64> {
 }
 
 impl Contact {
-    /// By how much faster than the surfaces there the point of contact moves along them, where body 0 turns with `turn`
-    /// (rad/s) against body 1, world \[m/s]: C (ω × n), r ω of a ball of radius r that rolls on a plane, 0 of corners, faces
-    /// and turns about n.
+    /// Velocity of the point of contact along the surfaces beyond their own, as body 0 turns with
+    /// `turn` (rad/s) against body 1, world \[m/s]: C (ω × n). It is r ω for a ball of radius r
+    /// that rolls on a plane, and 0 for corners, faces and turns about n.
     #[must_use]
     pub fn rolling(&self, turn: &Vector3<f64>) -> Vector3<f64> {
         let Some(axes) = axes_along(&self.normal) else {

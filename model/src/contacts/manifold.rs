@@ -21,11 +21,11 @@ use super::solid::{Core, Solid};
 const MOST: usize = 8;
 /// Sine of the angle below which capsules touch in two points.
 const NEARLY_PARALLEL: f64 = 0.1;
-/// The same of edges, which then share one normal.
+/// Sine of the angle below which two edges touch in two points, with one normal.
 const PARALLEL: f64 = 1e-3;
 /// Overlap, over half of the smallest dimension, by which boxes and cylinders miss each other.
 const FLUSH: f64 = 2e-3;
-/// What rounding makes of lengths, over the size of the shapes.
+/// Rounding of lengths, over the size of the shapes.
 const ROUNDING: f64 = 1e-11;
 
 /// A point of contact, relative to the point of reference of the pair.
@@ -67,7 +67,7 @@ pub(super) fn touch(a: &Solid, b: &Solid, reach: f64, found: &mut Vec<Touch>) {
     }
 }
 
-/// The same seen from the other shape.
+/// The contact with the two shapes exchanged.
 fn turned(touch: Touch) -> Touch {
     let Touch {
         points: [a, b],
@@ -178,7 +178,7 @@ fn solids(
     }
 }
 
-/// What lies on the face of `below` with the outward normal `normal`.
+/// Points of `above` on the face of `below` that has the outward normal `normal`.
 fn on_face(
     above: &Solid,
     below: &Solid,
@@ -197,7 +197,7 @@ fn on_face(
         let flat = p - outward * (p - face[0]).dot(&outward);
         (below.nearest(&flat) - flat).norm() <= 10.0 * rounding
     };
-    // What the outline of many corners has cut off of a round face.
+    // The polygon of a round face cuts off corners that lie on the face itself.
     if below.core == Core::Cylinder {
         for corner in lying.iter().filter(|p| inside(p)) {
             if kept.iter().all(|k| (k - corner).norm() > 10.0 * rounding) {

@@ -1,4 +1,4 @@
-//! Which pairs of colliders never meet, whatever their poses.
+//! Pairs of colliders that never meet, whatever their poses.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ pub(super) struct Pairs {
     joined: HashSet<[usize; 2]>,
     /// The cable of each body.
     cable: Vec<Option<usize>>,
-    /// Whether no pair meets.
+    /// True if no pair can meet.
     empty: bool,
 }
 
@@ -54,7 +54,9 @@ impl Pairs {
         self.cable.len()
     }
 
-    /// Whether two colliders can meet.
+    /// Two colliders can meet if they are of different bodies, of which one is dynamic, and their
+    /// groups agree. Bodies of one cable, and bodies held together by a constraint other than a
+    /// massless cable, never meet.
     pub(super) fn meet(&self, scene: &Scene, pair: [usize; 2]) -> bool {
         let [a, b] = pair.map(|i| &scene.colliders[i]);
         let dynamic = |body: Option<usize>| body.is_some_and(|i| scene.bodies.is_dynamic(i));

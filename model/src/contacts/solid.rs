@@ -13,8 +13,8 @@ use crate::collide::{Collider, Shape};
 
 /// Corners of the polygon that stands for the rim of a cylinder where it lies on something flat.
 const LYING: usize = 8;
-/// By how much the lowest point of a rim is lower than those corners, over its radius, where it is a point of contact: from a
-/// tilt of 1.3e-4 rad on.
+/// Depth of the lowest point of a rim below those corners, over its radius, from which it is a
+/// point of contact: tilts of 1.3e-4 rad and more.
 const LOWER: f64 = 1e-5;
 /// Corners of the polygon that stands for the end face of a cylinder on which something lies.
 const CARRYING: usize = 16;
@@ -23,7 +23,7 @@ const ACROSS: f64 = 1e-6;
 /// Cosine between a face's normal and a direction, above which it counts as that normal: 1.4e-6 rad.
 const ALONG: f64 = 1.0 - 1e-12;
 
-/// What a core is.
+/// Kind of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Core {
     /// A point or a segment along z, of a sphere or a capsule.
@@ -44,7 +44,7 @@ pub(super) struct Solid {
     pub(super) axes: Matrix3<f64>,
     /// Half of the core's extents along them.
     pub(super) half: Vector3<f64>,
-    /// By how much the shape is larger than its core, all around.
+    /// Thickness of the shape around its core \[m].
     pub(super) radius: f64,
 }
 
@@ -83,7 +83,7 @@ impl Solid {
         self.axes.column(k).into_owned()
     }
 
-    /// Whether it is no cylinder, or one with less radius than the other.
+    /// True but for a cylinder with a radius no less than the other's.
     pub(super) fn is_narrower(&self, other: &Self) -> bool {
         self.core != Core::Cylinder || self.half.x < other.half.x
     }
@@ -206,8 +206,8 @@ impl Solid {
         corners
     }
 
-    /// What of the core can lie on a plane that faces it from the direction `u`: the face that is most along `u`, or the
-    /// line of a round side, or the point.
+    /// Part of the core that can lie on a plane facing it from the direction `u`: the face that is
+    /// most along `u`, the line of a round side, or the point.
     pub(super) fn lying_along(&self, u: &Vector3<f64>) -> Polygon {
         let local = self.axes.tr_mul(u);
         let lies = self.core == Core::Cylinder && local.z.abs() < std::f64::consts::FRAC_1_SQRT_2;

@@ -391,7 +391,7 @@ fn rims_touch_edges_and_each_other_near_the_point_where_they_cross() {
         v(0.0, 0.0, -(0.5_f64.sqrt())),
         about(Vector3::x(), 0.5 * QUARTER),
     );
-    // The same barrel upside down under it, turned about z: rim to rim.
+    // A second barrel, upside down under the first and turned about z: rim to rim.
     let under = about(Vector3::z(), 1.2) * about(Vector3::x(), 2.0 * QUARTER);
     let other = turned(
         cylinder(1.0, 0.3),

@@ -14,7 +14,8 @@ use crate::constraint::{BendTwist, bends_little};
 use crate::frame::Frame;
 use crate::lanes::{Numbers, PACK, load_part, part, save_part};
 
-/// What does not change while a cable moves, of eight joints.
+/// Frames and twist references of eight joints. From step to step only references and points of
+/// moved world sides change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
 pub(super) struct Frames {
@@ -24,9 +25,9 @@ pub(super) struct Frames {
     axes: [[Numbers; 3]; 3],
     /// The rotation of side b's axes as side a's see them, where both bodies stand alike.
     between: [Numbers; 4],
-    /// What the twist is unwrapped against.
+    /// References that unwrap the twists \[rad].
     pub(super) twist: Numbers,
-    /// Whether `between` is none in all lanes.
+    /// True if `between` is the identity in all lanes.
     parallel: bool,
 }
 
@@ -159,7 +160,7 @@ impl WideKernel for Evaluation<'_> {
     }
 }
 
-/// Whether a reference of the joints has to follow its twist among the violations `phi`.
+/// Finds whether the reference of any joint has to follow its twist among the violations `phi`.
 pub(super) struct Lagging<'a> {
     pub(super) joints: &'a Packs,
     pub(super) phi: &'a [f64],

@@ -46,7 +46,7 @@ fn lanes_and_single_joints_agree() {
     }
 }
 
-/// What lanes found is what single joints find.
+/// Joints in lanes have the rows that they have one by one.
 fn assert_agree(lin: &Linearized, scene: &Scene, case: &str) {
     for (k, c) in scene.constraints.iter().enumerate() {
         let rows = lin.row_range(k);
@@ -265,8 +265,8 @@ fn packs_hold_what_the_blocks_hold() {
     }
 }
 
-/// References follow twists that are more than 0.01 rad off, and start anew after one that is no number: of joints in lanes
-/// and of others, in full packs and beside padding.
+/// References follow twists that are more than 0.01 rad off, and start anew after NaN: for joints
+/// in lanes and others, in full packs and beside padding.
 #[test]
 fn references_follow_their_twists() {
     let row = Some(RowLaw {

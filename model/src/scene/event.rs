@@ -15,7 +15,7 @@ pub struct Event {
     pub name: String,
     /// Its condition.
     pub when: When,
-    /// What happens, in this order. Of several events in one step those listed first go first.
+    /// Actions in their order. Of several events in one step, those listed first go first.
     pub then: Vec<Action>,
 }
 
@@ -27,8 +27,9 @@ pub struct Event {
 pub enum When {
     /// From this time on \[s].
     Time(f64),
-    /// The tension of constraint number `constraint` exceeds `above` \[N], or the size of its force if it has no
-    /// tension. Of a cable over sheaves with friction the largest of its parts counts.
+    /// The tension of constraint number `constraint` exceeds `above` \[N], or the size of its force
+    /// if it has no tension. In a cable over sheaves with friction the part with the largest
+    /// tension counts.
     Force {
         /// The constraint.
         constraint: usize,
@@ -44,7 +45,7 @@ pub enum When {
     },
 }
 
-/// What happens in an [`Event`].
+/// Action of an [`Event`].
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -72,7 +73,8 @@ pub enum Action {
 }
 
 impl Action {
-    /// What ties two points together that are `length` (m) apart: a rigid link, or a ball joint where that is 0.
+    /// Tie between two points that are `length` (m) apart: a rigid link, or a ball joint where that
+    /// is 0.
     #[must_use]
     pub fn tie(frames: [Frame; 2], length: f64) -> Constraint {
         let law = RowLaw::RIGID;
@@ -88,7 +90,7 @@ impl Action {
         })
     }
 
-    /// Whether a constraint is such a tie, which an event may replace.
+    /// True if the constraint is such a tie, which an event may replace.
     fn is_tie(constraint: &Constraint) -> bool {
         match constraint {
             Constraint::Spherical(joint) => joint.stretch == RowLaw::RIGID,
@@ -125,14 +127,15 @@ impl Scene {
         });
     }
 
-    /// Whether something is called `name`, or an event that is to come attaches it.
+    /// True if a constraint is called `name`, or a pending event attaches one of that name.
     pub(crate) fn may_be_there(&self, name: &str) -> bool {
         let mut attached = self.events.iter().flat_map(Event::attached);
         self.constraint_names.iter().any(|known| known == name)
             || attached.any(|attached| attached == name)
     }
 
-    /// Drops what events would let go that is not there and is not attached any more, and events that do nothing then.
+    /// Drops detachments of constraints that neither exist nor are still to be attached, and events
+    /// that are left without an action.
     pub(super) fn forget_detached(&mut self) {
         let mut events = std::mem::take(&mut self.events);
         let attached: Vec<String> = events.iter().flat_map(Event::attached).cloned().collect();

@@ -1,12 +1,12 @@
-//! What a constraint of a scene carries: in a cable of segments along the cable.
+//! Loads of a scene's constraints; those of a cable of segments are taken along the cable.
 
 use super::Scene;
 use crate::constraint::Loads;
 
 impl Scene {
-    /// What constraint number `constraint` carries with the multipliers `lambda` (one a row, N and N m) and the bodies where
-    /// they are at time `t` (s); its tension is [`tension`](Self::tension). `None` where there is no such constraint.
-    /// Allocates: no.
+    /// Loads of constraint number `constraint` with the multipliers `lambda` (one a row, N and N m)
+    /// and the bodies where they are at time `t` (s); their tension is [`tension`](Self::tension).
+    /// `None` where there is no such constraint. Does not allocate.
     ///
     /// # Panics
     /// When `lambda` is shorter than the rows or a frame names a body that is not there.
@@ -17,14 +17,17 @@ impl Scene {
         Some(constraint.loads_in(segments, &self.bodies, t, lambda))
     }
 
-    /// Tension of constraint number `constraint` \[N] with the multipliers `lambda` (one a row, N and N m) and the bodies
-    /// where they are at time `t` (s): positive where it pulls, negative where it pushes. `None` where there is no such
-    /// constraint, or one without tension. Allocates: no.
+    /// Tension of constraint number `constraint` \[N] with the multipliers `lambda` (one a row, N
+    /// and N m) and the bodies where they are at time `t` (s): positive where it pulls, negative
+    /// where it pushes. `None` where there is no such constraint, or one without tension. Does not
+    /// allocate.
     ///
-    /// Of a joint of a cable of segments ([`CableParts::joints`](super::CableParts::joints)) it is the part of its force along
-    /// the cable: along the segment that it holds at an end, along the mean of the two within, whatever the kinds of joints,
-    /// the order of their sides and the direction in which the cable was laid. Elsewhere it is that of
-    /// [`Constraint::tension`](crate::Constraint::tension): of a ball joint, which has no axis, the size of its force.
+    /// A joint of a cable of segments ([`CableParts::joints`](super::CableParts::joints)) has the
+    /// part of its force along the cable as its tension: along the segment that it holds at an end,
+    /// along the mean of the two within. Kinds of joints, the order of their sides and the
+    /// direction in which the cable was laid do not matter. Other constraints have that of
+    /// [`Constraint::tension`](crate::Constraint::tension): a ball joint, which has no axis, the
+    /// size of its force.
     ///
     /// # Panics
     /// As [`loads`](Self::loads).

@@ -22,7 +22,7 @@ use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, Winch, call
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 
-/// Largest μθ: beyond it e^(μθ) is no number.
+/// Largest μθ: beyond it e^(μθ) overflows.
 const LARGEST: f64 = 700.0;
 
 /// A sheave that grips a cable: the one that the first part ends at and the second begins with.
@@ -36,7 +36,7 @@ pub struct Capstan {
     pub friction: f64,
 }
 
-/// What a part is laid with: all that slip and a cut that moves change of it.
+/// Rest state of a part at a capstan: everything of it that slip and a moving cut change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Laid {
     length: f64,
@@ -65,7 +65,8 @@ impl Scene {
     /// alike; a winch pays out at the first point.
     ///
     /// # Errors
-    /// A path that the cable cannot take, friction that is no number ≥ 0 or at an end, a cable that can push.
+    /// A path that the cable cannot take, friction that is not ≥ 0 or stands at an end, a cable
+    /// that can push.
     pub fn reeve(
         &mut self,
         name: &str,
@@ -104,7 +105,7 @@ impl Scene {
         Ok(numbers)
     }
 
-    /// Whether a cable has sheaves with friction, on which it lies or not.
+    /// True if a cable has sheaves with friction, whether it lies on them or not.
     #[must_use]
     pub fn has_rough_sheaves(&self) -> bool {
         let rough = |c: &Constraint| match c {
@@ -185,14 +186,15 @@ impl Scene {
         let (last, made) = (numbers[numbers.len() - 1], numbers.len() - 1);
         let known = self.capstans.len() - made;
         for capstan in &mut self.capstans[..known] {
-            // What went on from the whole goes on from its last part.
+            // A part that followed the whole follows its last part now.
             let [before, _] = &mut capstan.parts;
             *before = if *before == c { last } else { *before };
         }
         Ok(numbers.split_off(1))
     }
 
-    /// The parts of the cable that constraint number `c` is a part of, from its first one; `c` alone where it is none.
+    /// The parts of the cable that constraint number `c` is a part of, from its first one; `c`
+    /// alone if it is not a part.
     pub fn parts_of(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
         // A chain has no more links than there are capstans.
         let count = self.capstans.len();
@@ -240,7 +242,7 @@ impl Scene {
         Some([before?, after?])
     }
 
-    /// The part with that number; nothing where a capstan names what is none.
+    /// Massless cable number `i`; `None` for any other constraint.
     fn part_mut(&mut self, i: usize) -> Option<&mut MasslessCable> {
         match self.constraints.get_mut(i) {
             Some(Constraint::MasslessCable(cable)) => Some(cable),
@@ -248,7 +250,7 @@ impl Scene {
         }
     }
 
-    /// Wrap of capstan number `i` \[rad]; NaN where there is none.
+    /// Wrap of capstan number `i` \[rad]; NaN if there is no such capstan.
     #[must_use]
     pub fn wrap(&self, i: usize) -> f64 {
         let parts = self.capstans.get(i).and_then(|c| self.parts(c));
@@ -288,7 +290,7 @@ impl Scene {
         }
     }
 
-    /// What the parts at capstan number `i` are laid with, for [`put_back`](Self::put_back).
+    /// Rest state of the parts at capstan number `i`, for [`put_back`](Self::put_back).
     #[must_use]
     pub fn laid_at(&self, i: usize) -> [Laid; 2] {
         let parts = self.capstans.get(i).and_then(|c| self.parts(c));
@@ -304,7 +306,7 @@ impl Scene {
         })
     }
 
-    /// Puts back what [`laid_at`](Self::laid_at) told. Allocates: no.
+    /// Restores the state that [`laid_at`](Self::laid_at) returned. Does not allocate.
     pub fn put_back(&mut self, i: usize, laid: &[Laid; 2]) {
         let Some(capstan) = self.capstans.get(i).copied() else {
             return;
@@ -426,7 +428,7 @@ impl MasslessCable {
         (0..self.sheaves.len()).filter(move |&side| rough(&self.sheaves[side]))
     }
 
-    /// Whether it lies on a sheave with friction, as no part does within.
+    /// True if it lies on an inner sheave with friction; a part never does.
     fn grips(&self) -> bool {
         let on = |side: usize| self.sheaves[side].is_some_and(|s| !s.lay.is_off());
         self.rough_sheaves().any(on)

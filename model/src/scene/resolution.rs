@@ -144,7 +144,7 @@ impl Resolution {
     }
 }
 
-/// What a rule sees of the present state.
+/// Present state as the rules need it.
 pub struct View<'a> {
     /// Time \[s], and length of a step \[s].
     pub time: f64,
@@ -158,11 +158,13 @@ pub struct View<'a> {
     pub impulses: &'a [f64],
     /// See `impulses`.
     pub impulse_time: f64,
-    /// Of each body whether it touches something, and whether it stays as it is: [`Scene::unresolved`].
+    /// Bodies that touch something, and bodies that rules leave as they are
+    /// ([`Scene::unresolved`]); one flag a body.
     pub touching: &'a [bool],
     /// See `touching`.
     pub stays: &'a [bool],
-    /// Of each body the joints towards the start and the end of its cable: [`Scene::joints_of_segments`].
+    /// Joints of each body towards the start and the end of its cable:
+    /// [`Scene::joints_of_segments`].
     pub joints: &'a [[Option<usize>; 2]],
 }
 
@@ -172,7 +174,7 @@ pub struct View<'a> {
 pub struct Due {
     /// Number of the segment that splits in halves, or merges with the next.
     pub segment: usize,
-    /// Whether it splits.
+    /// True for a split, false for a merge.
     pub splits: bool,
     /// Length over ℓ* of one that splits.
     excess: f64,
@@ -195,7 +197,7 @@ fn keep_largest(due: &mut Vec<Due>, room: usize) {
 }
 
 impl Scene {
-    /// Of each body the joints towards the start and the end of the cable that it is a segment of.
+    /// Joints of each body towards the start and the end of the cable that it is a segment of.
     #[must_use]
     pub fn joints_of_segments(&self) -> Vec<[Option<usize>; 2]> {
         let mut joints = vec![[None; 2]; self.bodies.len()];
@@ -215,8 +217,8 @@ impl Scene {
         joints
     }
 
-    /// Of each body whether rules leave it as it is: all but segments that hold nothing but their neighbours; `joints` are
-    /// [those of the segments](Self::joints_of_segments).
+    /// Bodies that rules leave as they are, one flag a body: all but segments that hold nothing but
+    /// their neighbours. `joints` are [those of the segments](Self::joints_of_segments).
     #[must_use]
     pub fn unresolved(&self, joints: &[[Option<usize>; 2]]) -> Vec<bool> {
         let mut holds = vec![0_usize; self.bodies.len()];
@@ -295,9 +297,10 @@ impl Scene {
         }
     }
 
-    /// What the rule of cable number `cable` asks for, by the numbers of its segments, into `due`, in the order in which it is
-    /// to be done: the same changes one after the other where the cable's ends are exchanged. `wanted` is a buffer.
-    /// Allocates nothing in vectors that are large enough.
+    /// Writes the changes that the rule of cable number `cable` asks for into `due`, by the numbers
+    /// of its segments and in the order of their execution. Exchanging the cable's ends keeps the
+    /// changes and their order. `wanted` is a buffer. Does not allocate if the vectors are large
+    /// enough.
     pub fn resolution_due(
         &self,
         cable: usize,
@@ -355,8 +358,9 @@ impl Scene {
         }
     }
 
-    /// Whether a rule sees the cable from its end on. That is the higher one, or the farther one along an axis of the world
-    /// where they are as high, whichever is called the start: one order of changes for both names.
+    /// True if a rule takes the cable from its end on, which is then the higher one, or the farther
+    /// one along an axis of the world where both are as high. Which end is called the start does
+    /// not change the order of changes.
     fn is_turned(&self, parts: &CableParts) -> bool {
         let up = (-self.gravity).try_normalize(0.0);
         let axes = [Vector3::z(), Vector3::x(), Vector3::y()];
@@ -369,7 +373,7 @@ impl Scene {
                 axes.clone()
                     .map(move |axis| (apart.dot(&axis), apart.norm()))
             });
-        // What is as high to rounding is as high.
+        // Differences within rounding do not count.
         let decides = |(along, norm): &(f64, f64)| along.abs() > SAME * norm;
         apart.find(decides).is_some_and(|(along, _)| along < 0.0)
     }

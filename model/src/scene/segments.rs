@@ -33,7 +33,7 @@ use crate::frame::{Frame, Side, smallest_rotation};
 /// Largest number in the name of a segment.
 const MOST_NAMED: usize = 1_000_000_000;
 
-/// What the segments of a cable are cut from: what it takes to make more of them.
+/// Material of a cable whose segments split and merge: density, radius, laws of a metre.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -99,13 +99,13 @@ pub struct Split {
     pub joint: usize,
     /// Numbers of the joints at the outer ends; `None` where one is free.
     pub around: [Option<usize>; 2],
-    /// Part of the difference between the outer joints that the new one is away from the first.
+    /// Position of the new joint between the outer ones, 0 … 1.
     pub share: f64,
-    /// What it changed.
+    /// Change of energy by the split.
     pub jump: Jump,
 }
 
-/// A segment that another one has taken in: what is to be removed.
+/// A segment merged into another: the body and the joint to be removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Merged {
@@ -115,7 +115,7 @@ pub struct Merged {
     pub joint: usize,
     /// Numbers of the joints at the outer ends, which stay; `None` where one is free.
     pub around: [Option<usize>; 2],
-    /// What it changed.
+    /// Change of energy by the merge.
     pub jump: Jump,
 }
 
@@ -390,7 +390,8 @@ impl Scene {
         [body, joint]
     }
 
-    /// Whether something is called as segment `number` of a cable, its capsule, its joint or the joint's event would be.
+    /// True if a name of segment `number` of a cable is taken: that of its body, capsule or joint,
+    /// or of the joint's event.
     fn has_names_of(&self, cable: &str, number: usize) -> bool {
         let segment = format!("{cable}-{number}");
         let joint = format!("{cable}-joint-{number}");
@@ -618,7 +619,7 @@ fn growth([first, second]: &[Place; 2]) -> ([f64; 2], f64) {
 }
 
 impl Constraint {
-    /// Whether it is a joint between segments that split and merge.
+    /// True for the joints that segments can split and merge at.
     pub(super) fn joins_cable(&self) -> bool {
         match self {
             Self::Spherical(_) => true,

@@ -24,7 +24,7 @@ fn check_winch(joint: &str, winch: &Winch, length: f64, is_part: bool) -> Result
     check(format!("joint `{joint}`: length"), length, within, needs).map(|_| ())
 }
 
-/// What an angular velocity or a torque of a point mass has to be.
+/// Requirement on an angular velocity or a torque of a point mass.
 const NEVER_TURNS: &str = "0 for a point mass: give the body a shape or an inertia";
 
 /// Largest deviation of AᵀA from the identity that a frame's axes may have.

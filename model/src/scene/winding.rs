@@ -53,7 +53,8 @@ impl Scene {
         true
     }
 
-    /// Whether the first segment of the cable that leaves its winch at constraint `i` is to be split (`Some(true)`) or merged.
+    /// `Some(true)` if the first segment of the cable that leaves its winch at constraint `i` has
+    /// to split, `Some(false)` if it has to merge with the next, else `None`.
     #[must_use]
     pub fn winding_due(&self, i: usize) -> Option<bool> {
         let lead = self.lead(i)?;

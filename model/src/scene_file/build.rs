@@ -93,7 +93,7 @@ impl<'a> Entry<'a> {
 }
 
 impl Fault {
-    /// The same fault, which may stand at `path` too.
+    /// Adds `path` as another place of the fault.
     pub(super) fn or_at(mut self, path: &str) -> Self {
         self.paths.push(path.to_owned());
         self

@@ -52,9 +52,9 @@ pub struct CableEntry {
     /// Kind of its joints: `cosserat` (default), `paper` or `spherical`.
     #[serde(default)]
     pub joint: JointKind,
-    /// Whether its joints have bend rows; default `true`.
+    /// Bend rows in its joints; default `true`.
     pub bend: Option<bool>,
-    /// Whether its joints have a twist row; default `true`.
+    /// Twist row in its joints; default `true`.
     pub twist: Option<bool>,
     /// Shape without strain: `straight` (default) or `as-routed`.
     #[serde(default)]
@@ -68,8 +68,9 @@ pub struct CableEntry {
     pub resolution: Option<ResolutionEntry>,
     /// Group of its joints for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
-    /// Whether its segments touch others, as capsules of its radius: `true`, or `{ friction, restitution, compliance,
-    /// damping, groups, meets }`; default `false`. A cable never touches itself.
+    /// Contact of its segments with others, as capsules of its radius: `true`, or `{ friction,
+    /// restitution, compliance, damping, groups, meets }`; default `false`. A cable never touches
+    /// itself.
     pub collide: Option<CollideEntry>,
 }
 

@@ -16,7 +16,7 @@ use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 use crate::error::SceneError;
 use crate::scene::Scene;
 
-/// Whether a body or a cable touches others, and with what surface.
+/// Contact of a body or a cable with others, and the surface for it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 #[non_exhaustive]

@@ -13,8 +13,9 @@ use crate::scene::{Control, Drive, Scene, first_names};
 pub struct ControlEntry {
     /// Its name, the heading of its column in a table of inputs.
     pub name: String,
-    /// What follows it, each `{ joint = "…", gain = … }`: a joint whose motor holds a speed, or a cable with a winch,
-    /// and its speed over the value of the control (default 1).
+    /// Motors and winches that follow it, each `{ joint = "…", gain = … }`: a joint whose motor
+    /// holds a speed, or a cable with a winch, and its speed over the value of the control (default
+    /// 1).
     pub drives: Vec<DriveEntry>,
 }
 
@@ -71,7 +72,7 @@ impl DriveEntry {
     /// Drive number `i` of the control `of`.
     fn build(&self, of: &Entry<'_>, i: usize, scene: &Scene) -> Result<Drive, Fault> {
         let names = &scene.constraint_names;
-        // That of a cable of segments stands for its winch.
+        // The name of a cable of segments stands for the winch at its first joint.
         let of_cable = scene.cables.iter().find(|cable| cable.name == self.joint);
         let at_winch = || of_cable.and_then(|cable| cable.joints.first().copied());
         let named = names.iter().position(|name| *name == self.joint);

@@ -22,7 +22,7 @@ pub struct SceneText {
     pub name: String,
     /// Acceleration of gravity, world \[m/s²].
     pub gravity: [f64; 3],
-    /// Whether to start from the static equilibrium near the pose given.
+    /// `true` starts from the static equilibrium near the pose given.
     pub equilibrium: bool,
     /// Name of the body that reports follow.
     pub load: Option<String>,
@@ -49,7 +49,7 @@ pub struct SceneText {
     pub collider: Vec<ColliderEntry>,
     /// The inputs.
     pub control: Vec<ControlEntry>,
-    /// What happens by itself.
+    /// The events.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub event: Vec<EventEntry>,
     /// Where all this was read from.
@@ -58,7 +58,7 @@ pub struct SceneText {
 }
 
 impl Default for SceneText {
-    /// What an empty text is: no bodies, gravity of 9.81 m/s² along −z.
+    /// An empty text: no bodies, gravity of 9.81 m/s² along −z.
     fn default() -> Self {
         Self {
             name: "scene".into(),
@@ -87,7 +87,8 @@ impl Default for SceneText {
 pub struct BodyEntry {
     /// Its name; `world` is taken.
     pub name: String,
-    /// What moves it: `dynamic`, forces (the default); `static`, nothing; `driven`, its velocities whatever the forces.
+    /// Cause of its motion: `dynamic`, forces (the default); `static`, none; `driven`, its
+    /// velocities whatever the forces.
     #[serde(default, skip_serializing_if = "is_dynamic")]
     pub mobility: Mobility,
     /// Mass \[kg]; a static or driven body needs none.
@@ -98,8 +99,8 @@ pub struct BodyEntry {
     pub inertia: Option<[f64; 3]>,
     /// Inertia matrix in the body frame, by rows \[kg m²].
     pub inertia_matrix: Option<[[f64; 3]; 3]>,
-    /// Whether its shape touches others: `true`, or `{ friction, restitution, compliance, damping, groups, meets }`;
-    /// default `false`.
+    /// Contact of its shape with others: `true`, or `{ friction, restitution, compliance, damping,
+    /// groups, meets }`; default `false`.
     pub collide: Option<CollideEntry>,
     /// Centre of mass, world \[m].
     #[serde(default)]
@@ -159,7 +160,7 @@ fn is_dynamic(mobility: &Mobility) -> bool {
     *mobility == Mobility::Dynamic
 }
 
-/// Whether all numbers are +0, bit for bit.
+/// True if all numbers are +0, bit for bit.
 pub(super) fn is_zero(vector: &[f64; 3]) -> bool {
     vector.iter().all(|x| x.to_bits() == 0)
 }
@@ -257,7 +258,7 @@ pub(super) fn written(orientation: &UnitQuaternion<f64>) -> Option<[f64; 4]> {
 }
 
 impl Shape {
-    /// The same shape as it touches others; a point mass has none.
+    /// Its shape in contacts; a point mass has none.
     pub(super) fn collides(&self) -> Option<collide::Shape> {
         Some(match *self {
             Self::Particle => return None,

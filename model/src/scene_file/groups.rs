@@ -20,7 +20,7 @@ const MOST: usize = 32;
 pub(super) struct Groups(HashMap<String, u32>);
 
 impl Groups {
-    /// Of all names in the text.
+    /// Bits of all group names in the text.
     ///
     /// # Errors
     /// More than 32 names, or a name to be met that nothing has.
@@ -67,7 +67,7 @@ impl Groups {
         Ok(Self(bits))
     }
 
-    /// What a surface is in, and what it meets.
+    /// Groups of a surface, and groups that it meets, a bit each.
     pub(super) fn masks(&self, surface: &SurfaceEntry) -> (u32, u32) {
         let bit = |name: &String| self.0.get(name).copied().unwrap_or_default();
         let mask = |names: &Vec<String>| names.iter().map(bit).fold(0, |all, bit| all | bit);

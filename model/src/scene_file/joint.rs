@@ -103,7 +103,7 @@ pub struct JointEntry {
     pub motor: Option<MotorEntry>,
     /// Group for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
-    /// Whether a distance has transverse rows, for time steppers that know them; default `false`.
+    /// Transverse rows of a distance, for time steppers that know them; default `false`.
     pub transverse: Option<bool>,
     /// `ordinary` or `alternative`, for the paper's joint.
     pub twist_definition: Option<TwistDefinition>,
@@ -122,7 +122,7 @@ pub struct JointEntry {
     pub breaks_at: Option<f64>,
 }
 
-/// Whether a number is +0, bit for bit.
+/// True if the number is +0, bit for bit.
 pub(super) fn is_zero(number: &f64) -> bool {
     number.to_bits() == 0
 }

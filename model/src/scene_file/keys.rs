@@ -1,4 +1,5 @@
-//! What the keys of a scene mean, from the one place that says it: the doc comments of the structs that hold them.
+//! Meanings of the keys of a scene, from the one place that states them: the doc comments of the
+//! structs that hold them.
 
 use super::{ChainModel, SceneSource};
 
@@ -25,7 +26,7 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
     }
 }
 
-/// What a named scene is, as its own documentation says it.
+/// Description of a named scene: the first paragraph of its own documentation.
 pub(super) fn about(source: &SceneSource) -> String {
     match source {
         SceneSource::Hoist(_) => first_paragraph(include_str!("../hoist.rs")),
@@ -55,8 +56,8 @@ fn first_paragraph(source: &str) -> String {
     clean(&paragraph.join(" "))
 }
 
-/// Whether the named scene has a use for a key. Scenes that share their parameters say so in a key's meaning, by the words
-/// "Only in" or "Not in" with their names.
+/// True if the named scene uses the key. Scenes that share their parameters say so in a key's
+/// meaning, by the words "Only in" or "Not in" with their names.
 pub(super) fn has_use(scene: &str, key: &Key) -> bool {
     let named = |words: &str| {
         let (_, scenes) = key.meaning.split_once(words)?;

@@ -51,7 +51,8 @@ impl SceneSource {
     /// The scene without `part`; `None` where it has none.
     ///
     /// # Errors
-    /// What [`SceneSource::build`] says of this scene or of the one without, such as of events that need what is left out.
+    /// As [`SceneSource::build`] of this scene and of the one without the part, such as of events
+    /// that need it.
     pub fn without(&self, part: Part) -> Result<Option<Self>, SceneError> {
         let scene = self.build()?;
         let lean = match (self, part) {
@@ -207,7 +208,7 @@ fn resampled(lengths: &[f64], count: usize) -> Vec<f64> {
 }
 
 impl SceneText {
-    /// Whether anything but the cables themselves names a segment or an inner joint of one.
+    /// True if anything but the cables themselves names a segment or an inner joint of one.
     fn names_segments(&self) -> Result<bool, SceneError> {
         let mut others = self.clone();
         others.cable.clear();
@@ -326,7 +327,7 @@ impl SceneText {
         any
     }
 
-    /// Whether others than a cable's `joints` hold its segments.
+    /// True if anything but a cable's `joints` holds its segments.
     fn hold_between(&self, joints: &[usize], is_own: &dyn Fn(&str) -> bool) -> bool {
         let others = (self.joint.iter().enumerate()).filter(|(j, _)| !joints.contains(j));
         let joints = others.flat_map(|(_, joint)| [&joint.a, &joint.b]);

@@ -1,4 +1,4 @@
-//! Motors of joints and winches of cables, as they are written. A limit that is left out is none.
+//! Motors of joints and winches of cables, as they are written. A limit left out is infinite.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,7 @@ pub struct WinchEntry {
     pub speed: f64,
     /// Largest tension that it holds while the brake is off \[N]; default no limit, as `inf`.
     pub force_limit: Option<f64>,
-    /// Whether the brake is on; default `false`.
+    /// Brake: `true` is on; default `false`.
     pub brake: Option<bool>,
     /// Largest tension that the brake holds \[N]; default no limit, as `inf`.
     pub brake_limit: Option<f64>,
@@ -137,7 +137,7 @@ impl WinchEntry {
             shortest: of.check(
                 "winch.shortest",
                 shortest,
-                // That of a part is less by what lies in the others.
+                // The limit of a part is less by the rope in the others.
                 shortest > 0.0 || is_part,
                 "> 0 m: where hauling in stops",
             )?,

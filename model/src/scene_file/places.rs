@@ -21,7 +21,7 @@ impl Fault {
         Self { paths, error }
     }
 
-    /// The same fault of the entry at `path`.
+    /// Puts the fault into the entry at `path`.
     pub(super) fn within(mut self, path: &str) -> Self {
         for inner in &mut self.paths {
             *inner = format!("{path}.{inner}");

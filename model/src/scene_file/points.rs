@@ -46,13 +46,15 @@ pub struct SheaveEntry {
     /// slides freely.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub friction: f64,
-    /// Whether the next part begins here, or this one goes on from the one before: see `after`. Written back only.
+    /// `true` where two parts of the cable meet: the next part begins here, or this one goes on
+    /// from the one before (`after`). Written back only.
     pub shared: Option<bool>,
     /// The angles in v and w between which it lies on it \[rad]; default by the path. Written back only.
     pub on: Option<[f64; 2]>,
-    /// Whether the cable passes by.
+    /// `true` where the cable passes by.
     pub off: Option<bool>,
-    /// Whether a cable that passes by was on the groove's side when last seen; default `false`. Written back only.
+    /// `true` if a cable that passes by was last seen on the groove's side; default `false`.
+    /// Written back only.
     pub clear: Option<bool>,
 }
 
@@ -117,8 +119,8 @@ pub struct MasslessCableEntry {
     pub slack: Option<f64>,
     /// Its tension at first \[N], instead of `length`; needs `ea`, or a `stretch` that is not 0.
     pub tension: Option<f64>,
-    /// Whether it may begin strained by more than 5 % with a pull of more than the scene's weight; default `false`: that is
-    /// refused as a mistake.
+    /// `true` lets it begin strained by more than 5 % with a pull of more than the scene's weight;
+    /// default `false`: that is refused as a mistake.
     pub strained: Option<bool>,
     /// Axial stiffness \[N].
     pub ea: Option<f64>,
@@ -127,10 +129,10 @@ pub struct MasslessCableEntry {
     /// Damping time \[s].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub damping: f64,
-    /// Whether it goes slack where it is too long (default), or pushes: `false`.
+    /// `true` (default) lets it go slack where it is too long, `false` lets it push.
     pub tension_only: Option<bool>,
-    /// What pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit, brake, brake_limit, shortest,
-    /// longest }`.
+    /// Winch that pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit,
+    /// brake, brake_limit, shortest, longest }`.
     pub winch: Option<WinchEntry>,
     /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
     /// never.
@@ -147,7 +149,7 @@ pub struct BendEntry {
     pub name: String,
     /// The three points, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
     pub through: Vec<PointEntry>,
-    /// What is measured: `vector`, in both directions (the default), or `angle`, the paper's.
+    /// Measured quantity: `vector`, in both directions (the default), or `angle`, the paper's.
     #[serde(default)]
     pub definition: BendDefinition,
     /// Compliance \[rad/(N m)]; 0 is rigid.
@@ -276,7 +278,7 @@ impl BendEntry {
     }
 }
 
-/// What a sheave elsewhere is told.
+/// Error for a sheave anywhere else.
 pub(super) const ONLY_CABLES: &str = "is for massless cables: remove it";
 
 fn law(of: &Entry<'_>, key: &str, compliance: f64, damping: f64) -> Result<RowLaw, Fault> {
@@ -325,7 +327,7 @@ fn through(
 }
 
 impl PointEntry {
-    /// Whether two parts of a cable meet there.
+    /// True if two parts of a cable meet there.
     fn is_shared(&self) -> bool {
         let sheave = self.sheave.as_ref();
         sheave.is_some_and(|sheave| sheave.shared == Some(true))

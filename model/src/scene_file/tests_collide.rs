@@ -177,7 +177,7 @@ fn a_scene_without_shapes_that_touch_is_written_without_them() {
     }
 }
 
-/// What stands in the text, what replaces it, and what is said of it.
+/// Text to be replaced, replacement, part of the error.
 const FAULTS: &[(&str, &str, &str)] = &[
     (
         "friction = 0.3",

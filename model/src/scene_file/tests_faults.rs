@@ -353,7 +353,7 @@ fn faults_name_line_key_and_cure() {
     check_faults(CRANE, FAULTS);
 }
 
-/// What is replaced, by what; where the message starts, and words of it: the key and the cure.
+/// Text to be replaced, replacement, start of the message, and words of it: the key and the cure.
 pub(super) type FaultCase = (
     &'static str,
     &'static str,

@@ -102,7 +102,7 @@ impl LinearSolver for Skyline {
                     rest / self.row(c)[c - self.first[c]]
                 } else {
                     let block = a.pattern().block_of_row(r);
-                    // What roundoff leaves of a pivot is none.
+                    // A pivot that cancels to roundoff of its diagonal entry is zero.
                     let noise = self.noise * f64::EPSILON * self.l[at].abs();
                     if rest.abs() <= noise {
                         return Err(SolveError::Singular { block });

@@ -1,8 +1,9 @@
-//! What holds in every run, as a table of named functions.
+//! Invariants of every run, as a table of named functions.
 //!
-//! Tolerances are those that the documentation states: [`EnergyBalance`](taut_integrator::EnergyBalance) is off by less
-//! than 4·10⁻² of the motion's own energy in shocks and 10⁻³ elsewhere; sleep moves nothing by more than its distance;
-//! friction is regularised by 10⁻⁹ of a contact's own response. What rounding leaves is allowed ten thousandfold.
+//! Tolerances are those of the documentation. [`EnergyBalance`](taut_integrator::EnergyBalance) is
+//! off by less than 4·10⁻² of the motion's own energy in shocks and 10⁻³ elsewhere; sleep moves
+//! nothing by more than its distance; friction is regularised by 10⁻⁹ of a contact's own response.
+//! Ten thousand times rounding is allowed.
 
 use super::run::{Case, Moment, Part};
 use super::{Choices, End, Form, G, Other, RATE, paired, ropes};
@@ -10,14 +11,14 @@ use nalgebra::Vector3;
 use taut_integrator::{ContactForce, StepError};
 use taut_model::SceneError;
 
-/// What was violated: in which step, from 0, and with which numbers.
+/// A violated invariant.
 #[derive(Debug, Clone)]
 pub struct Violation {
     /// Its name in the table.
     pub invariant: &'static str,
-    /// The step.
+    /// Step of the violation, from 0.
     pub step: usize,
-    /// The numbers.
+    /// Numbers that violate it.
     pub numbers: String,
 }
 
@@ -75,14 +76,14 @@ pub(crate) const ALL: [Invariant; 20] = [
     ),
 ];
 
-/// What came of choices.
+/// Outcome of choices.
 #[derive(Debug)]
 pub enum Outcome {
     /// All invariants hold.
     Sound(Box<Case>),
-    /// With a typed error.
+    /// The scene is refused with a typed error.
     Refused(String),
-    /// One does not.
+    /// An invariant is violated.
     Violated(Violation),
 }
 
@@ -165,7 +166,8 @@ fn is_finite(case: &Case) -> Fault {
     })
 }
 
-/// Whether a rope closed or opened, a drum slipped, shapes met, an event fired or the guard stepped in up to step `n`.
+/// True if a rope closed or opened, a drum slipped, shapes met, an event fired or the guard stepped
+/// in up to step `n`.
 fn shocked(case: &Case, n: usize) -> bool {
     let steps = &case.run.steps[..=n];
     let place = |p: &Part| (p.tension > 0.0, p.tension >= p.holds * (1.0 - 1e-9));
@@ -349,7 +351,7 @@ fn energy(case: &Case, n: usize) -> (f64, f64) {
     )
 }
 
-/// Whether shapes press on each other in the step, or did in one of its neighbours, so that velocities jump there.
+/// True if shapes press on each other in step `n` or one of its neighbours: velocities jump there.
 fn touches(case: &Case, n: usize) -> bool {
     let near = case.run.steps[n.saturating_sub(1)..].iter().take(3);
     near.flat_map(|m| &m.contacts).any(|c| c.force.norm() > 0.0)
@@ -401,7 +403,7 @@ fn is_single(c: &Choices) -> bool {
     c.rope.is_none() && c.other.is_none() && c.attach.is_none() && c.ground.is_some()
 }
 
-/// Whether the load flies freely through step `n`: gravity alone changes its velocity.
+/// True if the load flies freely through step `n`: gravity alone changes its velocity.
 fn flies(case: &Case, n: usize) -> bool {
     let (load, after) = (case.load(), &case.run.steps[n].bodies);
     let change = after.velocity[load] - case.before(n).velocity[load];
@@ -445,7 +447,8 @@ fn lowest(case: &Case) -> f64 {
     heights.fold(f64::INFINITY, f64::min)
 }
 
-/// Of its first bounce: within a hundredth, and what the surface gives way by.
+/// Height of the first bounce: within a hundredth of the drop, with the yielding of the surface and
+/// the time of the blow besides.
 fn rebound(case: &Case) -> Fault {
     let c = &case.choices;
     let ground = c.ground.filter(|g| g.slope == 0.0)?;
@@ -467,7 +470,7 @@ fn rebound(case: &Case) -> Fault {
     });
     let apex = apex.fold(0.0, f64::max);
     let expected = c.restitution * c.restitution * drop;
-    // What the step moves in the time of a blow: it knows the time of the blow to a step of free fall.
+    // The step knows the time of the blow to a step of free fall.
     let fall = G / (RATE * RATE);
     let allowed = 0.01 * drop + 1e-10 * c.weight() + fall * half * RATE;
     let off = (apex - expected).abs();

@@ -110,9 +110,9 @@ fn refinements(choices: &Choices) -> Option<[f64; 2]> {
     (chaos < 10.0).then(|| [(coarse - middle).norm(), (middle - fine).norm()])
 }
 
-/// Of motions that do not amplify a change: what halving the steps once more changes is no more than twice what it changed
-/// at first, and as far as things go in half a step where shapes meet or ropes close within one, and what falls from there on
-/// half a step earlier or later.
+/// Convergence of motions that do not amplify a change. Halving the steps once more changes the end
+/// by at most twice as much as the first halving. Where shapes meet or ropes close within a step,
+/// half a step of the fastest motion and of its fall are allowed besides.
 pub(super) fn refined(case: &Case) -> Fault {
     // Times of bounces are known to a step, a rope at its breaking force breaks or not, one that rings is let go in any phase, and
     // friction wedges what a link holds or does not. Ten runs more of faces on faces would take seconds.
@@ -133,7 +133,7 @@ pub(super) fn refined(case: &Case) -> Fault {
         .steps
         .iter()
         .map(|m| m.bodies.velocity[load].norm());
-    // What rings faster than a step is not resolved.
+    // Oscillations faster than a step are not resolved.
     let rings = case
         .choices
         .rope

@@ -200,7 +200,8 @@ pub(super) fn cone_of_sheaves(case: &Case) -> Fault {
     })
 }
 
-/// What slips forwards is pulled forwards: the part after the sheave is strained more, by all that friction can hold.
+/// Slip follows the pull: the part behind the sheave is strained more, by all that friction can
+/// hold.
 pub(super) fn work_of_sheaves(case: &Case) -> Fault {
     let weight = case.choices.weight();
     first(case, |_, m| {

@@ -33,7 +33,7 @@ pub(crate) struct Wheel {
     pub(crate) grip: f64,
 }
 
-/// What one step showed.
+/// Observations of one step.
 #[derive(Debug, Clone)]
 pub(crate) struct Moment {
     pub(crate) report: StepReport,
@@ -42,11 +42,12 @@ pub(crate) struct Moment {
     pub(crate) parts: Vec<Part>,
     pub(crate) wheels: Vec<Wheel>,
     pub(crate) contacts: Vec<ContactForce>,
-    /// Of constraints and contacts on each body in the last sub-step \[N].
+    /// Force of constraints and contacts on each body in the last sub-step \[N].
     pub(crate) forces: Vec<Vector3<f64>>,
     /// The sizes of those forces, added up \[N].
     pub(crate) sizes: Vec<f64>,
-    /// Of a cable of segments: the tension that its last joint tells, that in its last segment, the largest in any \[N].
+    /// Tensions of a cable of segments \[N]: as its last joint reports it, in its last segment, and
+    /// the largest in any.
     pub(crate) column: Option<[f64; 3]>,
     pub(crate) fired: Vec<String>,
     pub(crate) bits: Vec<u64>,
@@ -64,7 +65,7 @@ pub(crate) struct Run {
 pub struct Case {
     pub(crate) choices: Choices,
     pub(crate) scene: Scene,
-    /// What its ropes without mass store at the start \[J].
+    /// Energy of its massless ropes at the start \[J].
     pub(crate) stretched: f64,
     pub(crate) run: Run,
     /// Distances of the load's ends \[m] with Δt, Δt/2 and Δt/4, once they are known.

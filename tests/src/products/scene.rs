@@ -32,10 +32,10 @@ const WHEEL: f64 = 0.2;
 struct Places {
     load: [f64; 3],
     under: Option<[f64; 3]>,
-    /// Of the ground, and its normal.
+    /// A point of the ground, and its normal.
     ground: [f64; 3],
     normal: [f64; 3],
-    /// Where the rope holds the load, and where it hangs from.
+    /// Points where the rope holds the load, and from which it hangs.
     held: [f64; 3],
     hub: [f64; 3],
 }

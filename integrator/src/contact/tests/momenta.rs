@@ -6,7 +6,7 @@ use crate::contact::RECOVERY;
 /// Step of [`StepOptions::default`] \[s].
 const DT: f64 = 1.0 / 60.0;
 
-/// What a box and a ball that collide freely gain of momentum and of angular momentum in a second.
+/// Change of momentum and of angular momentum in a second, of a box and a ball that collide freely.
 fn collided(restitution: f64, dt: f64) -> [Vector3<f64>; 2] {
     let surface = Surface {
         restitution,

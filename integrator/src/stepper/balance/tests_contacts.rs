@@ -168,7 +168,7 @@ fn a_balance_begins_before_a_blow_in_its_first_step() {
             (begun - (12.5 + 0.14 * G)).abs() < 1e-9,
             "{scheme}: {begun}"
         );
-        // The same of a balance that is begun anew.
+        // A balance that begins anew after a change of state starts before the blow, too.
         let mut bodies = stepper.scene().bodies.clone();
         (bodies.position[0].z, bodies.velocity[0].z) = (0.14, -5.0);
         stepper.set_state(&bodies, 0.0).expect("a state");

@@ -177,7 +177,7 @@ fn changes_turn_further() {
     }
 }
 
-/// The same of a body of any shape, whose turn is that of its angular velocity.
+/// A body without an axis of symmetry turns by the whole of its angular velocity.
 #[test]
 fn turns_follow_each_other() {
     let turn = |u: Vector3<f64>| nalgebra::UnitQuaternion::from_scaled_axis(u);

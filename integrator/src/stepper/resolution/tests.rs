@@ -166,7 +166,7 @@ fn a_winch_takes_from_long_segments() {
     assert!(apart < 1e-4 && worst < 1e-3, "{apart} {worst}");
 }
 
-/// What is cut below a winch splits by its rule, and the winch goes on.
+/// The piece cut off below a winch splits by its rule, and the winch goes on.
 #[test]
 fn a_cable_that_is_cut_below_its_winch_goes_on() {
     let fine = Resolution {

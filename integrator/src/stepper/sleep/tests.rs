@@ -170,7 +170,7 @@ fn asleep_and_awake_are_no_farther_apart_than_the_distance() {
     }
 }
 
-/// What tells of a run, but for its time.
+/// State, multipliers and energies of a run: everything but its time.
 fn told(stepper: &Stepper) -> (Scene, Vec<f64>, [f64; 3]) {
     let energy = stepper.energy();
     let energies = [energy.kinetic, energy.gravity, energy.elastic];

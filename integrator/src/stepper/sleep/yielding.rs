@@ -1,10 +1,11 @@
-//! What gives way at a limit of its force, and so keeps a scene awake.
+//! Forces at a limit that give way, and so keep a scene awake.
 //!
-//! A brake, winch or motor that slips at its limit, a cable that slips over a sheave and a contact that slides at its cone carry
-//! a force that no longer answers to the motion: what is missing of it accelerates the scene for ever, however little that
-//! is and however small the way that rest is seen in. Those that stand at their limit hold what presses on them, and may sleep:
-//! a motor that stalls against a stop, or a heap whose friction is used up but which does not move. Slack cables and contacts
-//! without friction carry nothing that could be missing.
+//! A slipping brake, winch or motor, a cable that slips over a sheave and a contact that slides at
+//! its cone carry a force that no longer answers to the motion. The missing part accelerates the
+//! scene for ever, however small it is and however short the path by which rest is judged. A force
+//! that stands at its limit holds its load and may sleep: a motor that stalls against a stop, or a
+//! heap whose friction is used up but which does not move. Slack cables and contacts without
+//! friction carry no force that could fall short.
 
 use crate::bounded::Place;
 use crate::stepper::Stepper;
@@ -12,18 +13,20 @@ use nalgebra::Vector3;
 use taut_model::RowBounds;
 use taut_model::linearized::dot;
 
-/// Part of the slowest creep that is taken for motion, δ/P, beyond which what gives way does move: rounding is slower.
+/// Speed above which a force at its limit gives way, over the slowest creep δ/P that counts as
+/// motion: rounding is slower.
 pub(super) const MOVES: f64 = 1e-6;
 
-/// The same of contacts: heaps at rest shuffle at their cones by what their solver leaves, more than rounding.
+/// Speed of contacts over that of [`MOVES`]: heaps at rest shuffle at their cones by the residual
+/// of their solver, which exceeds rounding.
 const SHUFFLES: f64 = 1e4;
 
 /// Part of the friction that is used up at the cone.
 const AT_CONE: f64 = 1.0 - 1e-9;
 
 impl Stepper {
-    /// Whether a force at its limit gives way, so that material points move faster than `speed` (m/s) by it; `reach` is as
-    /// far as those of each body are \[m].
+    /// True if a force at its limit gives way faster than `speed` (m/s). `reach` is the extent of
+    /// the material points of each body \[m].
     pub(super) fn gives_way(&self, speed: f64, reach: &[Vector3<f64>]) -> bool {
         let mut bounds = self.pieces.rows.bounds.iter().zip(self.bounded.places());
         bounds.any(|(bound, place)| place != Place::Inside && self.yields(bound, speed, reach))
@@ -31,7 +34,7 @@ impl Stepper {
             || self.slides(SHUFFLES * speed)
     }
 
-    /// Whether a row at a limit of force moves.
+    /// True if a row that carries a force at its limit moves.
     fn yields(&self, bound: &RowBounds, speed: f64, reach: &[Vector3<f64>]) -> bool {
         let rows = &self.pieces.rows;
         if self.mu[bound.row] == 0.0 {
@@ -43,7 +46,7 @@ impl Stepper {
             let body = rows.slots[s].body;
             let j = rows.block(s).rows()[bound.row - first];
             rate += dot(&j, &self.scene.bodies.rates(body));
-            // What a point at the body's reach makes of the row at that speed.
+            // Rate of the row if a point at the body's reach moved at `speed`.
             let [x, y, z, p, q, r] = j;
             let turns = Vector3::new(p, q, r).norm() / reach[body].norm().max(f64::MIN_POSITIVE);
             fast += speed * Vector3::new(x, y, z).norm().max(turns);
@@ -51,7 +54,7 @@ impl Stepper {
         rate.abs() > fast
     }
 
-    /// Whether a contact slides whose friction is used up.
+    /// True if a contact slides with its friction used up.
     fn slides(&self, speed: f64) -> bool {
         let bodies = &self.scene.bodies;
         self.contacts.touches.iter().any(|touch| {

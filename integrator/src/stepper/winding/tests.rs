@@ -84,7 +84,7 @@ fn a_steady_hoist_has_no_kicks() {
     assert!(worst < 1e-4, "{worst}");
 }
 
-/// Of a cable so light, the load must not tell segments from none.
+/// The cable is so light that the load must move as on a massless one.
 #[test]
 fn a_heavy_load_rises_and_sinks_as_on_a_massless_cable() {
     let mass = 1e4;

@@ -1,4 +1,5 @@
-//! What a [`MasslessCable`] does over its sheaves: its length, where it touches them, when it leaves and meets them.
+//! Path of a [`MasslessCable`] over its sheaves: its length, where it touches them, when it leaves
+//! and meets them.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
@@ -12,7 +13,7 @@ use crate::constraint::sheave::{self, Lay, Pull, Sheave, Wheel};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 
-/// What a sheave that the cable does not bend around is told.
+/// Error for a sheave that the cable does not bend around.
 const PASSED_BY: &str = "does not touch the cable, which would bend the other way there: reverse its axis, move it, or let the \
                          cable pass by (`off = true`)";
 
@@ -51,25 +52,25 @@ impl MasslessCable {
         rates.fold(0.0, f64::max)
     }
 
-    /// Whether the frame, one of its own, is that of a sheave.
+    /// True if `frame`, one of its own, is that of a sheave.
     pub(crate) fn has_sheave(&self, frame: &Frame) -> bool {
         let mut sides = self.frames.iter().zip(&self.sheaves);
         sides.any(|(own, sheave)| sheave.is_some() && std::ptr::eq(own, frame))
     }
 
-    /// Whether it does not lie on some sheave yet.
+    /// True if its place on some sheave is not known yet.
     pub(crate) fn is_new(&self) -> bool {
         self.sheaves.iter().flatten().any(|s| s.lay == Lay::New)
     }
 
-    /// Whether it is a part of a cable that goes on as another one.
+    /// True if it is a part of a cable that goes on as another constraint.
     #[must_use]
     pub fn is_part(&self) -> bool {
         let ends = [self.sheaves.first(), self.sheaves.last()];
         ends.into_iter().flatten().flatten().any(|s| s.shared)
     }
 
-    /// Where it leaves its first sheave and arrives at its last \[rad]; NaN where that is not known.
+    /// Angle at which it leaves its first sheave \[rad]; NaN where not known.
     pub(crate) fn first_leaving(&self) -> f64 {
         angle(self.sheaves.first(), Lay::leaving)
     }
@@ -244,13 +245,14 @@ impl MasslessCable {
         rows.phi[0] = total - self.length_at(t);
     }
 
-    /// Takes the angles at which the cable touches its sheaves, and whether it does, from the state at time `t` (s).
-    /// Whether its row is evaluated otherwise after that: angles alone change nothing, for each state has its own.
+    /// Takes the angles at which the cable touches its sheaves, and which of them it touches, from
+    /// the state at time `t` (s). Returns true if its row changes by that; angles alone change
+    /// nothing, since each state has its own.
     pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         if self.sheaves.is_empty() {
             return false;
         }
-        // The compliance is that of what is off the ends' drums, the cuts of parts move.
+        // The compliance is that of the rope off the drums at the ends; the cuts of parts move.
         let ends = [self.sheaves.first(), self.sheaves.last()];
         let changed = Cell::new(ends.into_iter().flatten().any(Option::is_some));
         let inner = 1..self.sheaves.len() - 1;
@@ -265,7 +267,7 @@ impl MasslessCable {
         let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
         let on = |side, _: &Wheel, _, [arriving, leaving]: [f64; 2]| {
             let has_left = inner.contains(&side) && leaving < arriving;
-            // What a state that is not finite left counts for nothing.
+            // Angles of a state that is not finite count for nothing.
             if (leaving - arriving).is_finite() {
                 let on = Lay::On { arriving, leaving };
                 let off = Lay::Off { clear: true };

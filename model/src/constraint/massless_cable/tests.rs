@@ -110,7 +110,7 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
     assert!((cable.length - 1.5 - paid).abs() < 1e-15);
     let excess = 2.4 - cable.length;
     assert!((excess / cable.law.compliance - 300.0).abs() < 1e-10);
-    // What the brake holds does not slip.
+    // The brake holds half the excess.
     assert_eq!(cable.settle(0.5 * excess, 3.0), 0.0);
     // The drum is empty at 4 m, and holds any tension then.
     assert!(cable.settle(50.0, 3.0) > 0.0);

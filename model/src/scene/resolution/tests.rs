@@ -1,4 +1,4 @@
-//! What the rule asks for.
+//! Splits and merges that the rule asks for.
 
 use super::*;
 use crate::{Body, Cable, CableEnd, Collider, Material, Segments};
@@ -192,7 +192,7 @@ fn what_is_too_short_waits_for_splits() {
     assert_eq!(due(&scene, 100.0, 1.0, None), [vec![], vec![2]]);
 }
 
-/// What an event releases stays; what breaks by itself does not hold.
+/// A joint that an event releases stays; one that only breaks by itself may go.
 #[test]
 fn joints_of_events_stay() {
     let mut scene = arc(0.0, rule());

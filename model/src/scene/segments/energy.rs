@@ -1,4 +1,4 @@
-//! What splits and merges of segments do to the energy of their cable.
+//! Effect of splits and merges of segments on the energy of their cable.
 //!
 //! With u the rate of the second segment against the first at their joint (velocity and angular velocity) and K = J M⁻¹ Jᵀ the
 //! inverse of their reduced inertia there, the blow of a merge takes ½ uᵀ K⁻¹ u. Then the two move as one, and come into one
@@ -64,9 +64,10 @@ impl Scene {
         (centre, inertia.sum())
     }
 
-    /// What the kinetic energy of two segments, moving as one about their centre, changes by when they become a rod of their
-    /// masses in the pose of `rod`, with the same angular momentum across it and their own spins about it: ½ Lᵀ I⁻¹ L there less
-    /// that as they are \[J]; and the angular momentum about the rod that goes \[N m s].
+    /// Change of the rotational energy ½ Lᵀ I⁻¹ L \[J] when two segments that move as one about
+    /// their centre become a rod of their masses in the pose of `rod`; and the angular momentum
+    /// about the rod that is lost \[N m s]. The rod keeps their angular momentum across it, and
+    /// their own spins about it.
     pub(super) fn straightened(&self, pair: &[Place; 2], rod: &Body) -> [f64; 2] {
         let bodies = &self.bodies;
         let (centre, inertia) = self.as_one(&pair.map(|p| p.body));

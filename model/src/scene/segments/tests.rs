@@ -1,4 +1,4 @@
-//! What splitting and merging keep, anywhere in a cable.
+//! Invariants of splitting and merging, anywhere in a cable.
 
 use super::*;
 use crate::{Cable, CableEnd, Collider, Linearized, Material, Segments, Surface};
@@ -203,7 +203,7 @@ fn a_merge_loses_the_energy_of_a_blow() {
         let split = scene.split_segment((0, 3), 0.6, 0.0).expect("splits");
         assert!((scene.kinetic_energy() - energy).abs() < 1e-12 * energy);
         assert!(split.jump.kinetic.abs() < 1e-12 * energy);
-        // What has split merges without loss.
+        // The halves of a split merge without loss.
         let whole = merge(&mut scene, 3).jump;
         assert!(whole.kinetic.abs() < 1e-12 * energy && whole.blow.abs() < 1e-12 * energy);
         let lost = merge(&mut scene, 2).jump;
@@ -319,7 +319,7 @@ fn what_cannot_split_or_merge_is_left() {
     assert!(scene.unresolved(&scene.joints_of_segments())[1]);
 }
 
-/// What is shared are the twists, whatever their references lag by.
+/// Splits and merges share the twists themselves, by whatever the references lag.
 #[test]
 fn references_that_lag_share_the_same_twists() {
     let edited = |lag: f64, splits: bool| {

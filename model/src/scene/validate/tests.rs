@@ -1,11 +1,11 @@
-//! What validation refuses, in which words.
+//! Refusals of validation, and their words.
 
 use super::*;
 use crate::constraint::{Cosserat, JointLaw, RowLaw};
 use crate::{HoistParams, JointKind};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// What validation says of a small hoist after a change.
+/// Error of validation for a small hoist after a change.
 fn after(change: impl FnOnce(&mut Scene)) -> String {
     let params = HoistParams {
         segments: 2,

@@ -1,4 +1,4 @@
-//! What splitting and merging keep.
+//! Invariants of splitting and merging at a winch.
 
 use super::*;
 use crate::constraint::{JointLaw, RowLaw, Spherical, Winch};
