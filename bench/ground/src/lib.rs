@@ -38,6 +38,9 @@
 //! | `pace` | how fast simulations go, for progress bars |
 //! | `allocations` | an allocator that counts its calls |
 
+// Unpublished: a comment says why, a unit or an error, not a name again.
+#![allow(missing_docs)]
+
 pub mod allocations;
 pub mod cache;
 pub mod choice;
