@@ -97,7 +97,7 @@ impl Part {
         raw.skip(first).take(count).map(Contact::of)
     }
 
-    /// Whether all bodies of a frame are somewhere.
+    /// True if the time and all positions of a frame are finite.
     fn is_finite(&self, frame: usize) -> bool {
         let bodies = 0..self.layout.bodies.len();
         self.times[frame].is_finite()
@@ -130,7 +130,6 @@ pub enum Ending {
 /// A recording that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Of the run as a whole.
     pub header: Header,
     /// Frames, from one change of the scene to the next; those of each layout that has some.
     pub parts: Vec<Part>,

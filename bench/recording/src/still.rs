@@ -133,7 +133,7 @@ struct View {
 }
 
 impl View {
-    /// Of all that a frame has in sight.
+    /// View that holds everything of a frame.
     fn of(part: &Part, frame: usize) -> Self {
         let layout = &part.layout;
         let (mut low, mut high) = (
