@@ -35,7 +35,7 @@ pub struct Inputs {
 pub struct InputError {
     /// Line of the text.
     pub line: Option<u64>,
-    /// What is wrong, and what to do.
+    /// Fault and remedy.
     pub message: String,
 }
 

@@ -16,9 +16,10 @@
 //! ```
 //!
 //! # Mathematics
-//! Of a solution μ of A μ = b and the exact μ*: forward error ‖μ − μ*‖∞ / ‖μ*‖∞, normwise backward error
-//! ‖b − A μ‖∞ / (‖A‖∞ ‖μ‖∞ + ‖b‖∞), componentwise maxᵢ |b − A μ|ᵢ / (|A| |μ| + |b|)ᵢ, none with a unit. Motions are
-//! compared with finely stepped ones, in metres; times are medians and minima of repeats, in nanoseconds.
+//! For a solution μ of A μ = b and the exact μ*: forward error ‖μ − μ*‖∞ / ‖μ*‖∞, normwise backward
+//! error ‖b − A μ‖∞ / (‖A‖∞ ‖μ‖∞ + ‖b‖∞), componentwise maxᵢ |b − A μ|ᵢ / (|A| |μ| + |b|)ᵢ. None
+//! has a unit. Motions are compared with finely stepped ones, in metres; times are medians and
+//! minima of repeats, in nanoseconds.
 //!
 //! # Map
 //! | module | holds |

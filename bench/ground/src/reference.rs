@@ -28,9 +28,8 @@ pub struct Reference {
 /// A scene, what drives it, and the step that goes through its motion finely.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// The scene.
     pub scene: Scene,
-    /// What drives it.
+    /// Drive of the scene over time.
     pub inputs: Inputs,
     /// The step, but for its Δt.
     pub options: StepOptions,

@@ -73,7 +73,7 @@ enum View<'a> {
 /// A backend that has analysed a matrix.
 pub struct Prepared<'a> {
     work: Work<'a>,
-    /// What the analysis found.
+    /// Report of the analysis.
     pub report: AnalyzeReport,
 }
 

@@ -26,10 +26,9 @@ pub const INFO: &str = "info.toml";
 /// Most rows of contacts: W holds their square, half a gigabyte.
 pub const MOST_ROWS: usize = 8190;
 
-/// What the numbers mean: the first three as FCLIB has them.
+/// Description of the numbers. The first three fields are FCLIB's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Info {
-    /// What it is.
     pub title: String,
     /// Where it comes from.
     #[serde(default)]
@@ -45,7 +44,7 @@ pub struct Info {
     pub step: Option<Step>,
 }
 
-/// The step that a problem is of.
+/// Step in which the problem arose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// The scene, with what was set.
@@ -56,7 +55,7 @@ pub struct Step {
     pub time: f64,
     /// Its length \[s].
     pub dt: f64,
-    /// What found r, λ and v: method and backend.
+    /// Solver of r, λ and v: method and backend.
     pub solver: String,
 }
 
@@ -81,7 +80,7 @@ Contacts that stay open are left out.
 ";
 
 impl Info {
-    /// Of a problem, with its step.
+    /// Description of a problem in its step.
     #[must_use]
     pub fn new(problem: &ContactProblem, step: Step) -> Self {
         Self {
@@ -109,9 +108,7 @@ pub enum ProblemError {
     File(FileError),
     /// A description that is none.
     Info {
-        /// The file.
         path: PathBuf,
-        /// What is wrong with it.
         fault: String,
     },
     /// A file that is missing, damaged or does not fit the others.
@@ -162,7 +159,8 @@ pub fn write(
     let title = [info.title.clone()];
     let mut written = Vec::new();
     let mut put = |name: &str, text: &str| {
-        // What an earlier problem left with the other ending would be read with these.
+        // Removes a file of an earlier problem with the other ending: the reader would take it for
+        // one of these.
         for ending in ["mtx", "mtx.gz"] {
             remove(&folder.join(format!("{name}.{ending}")))?;
         }

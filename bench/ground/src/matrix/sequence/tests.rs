@@ -85,7 +85,7 @@ fn a_sequence_comes_back_as_it_was() {
                 for (systems, (a, b)) in stretch.systems.iter().zip(both) {
                     let mut matrix = systems.first();
                     systems.put(step, &mut matrix);
-                    // Of diagonal blocks the lower triangle, which is all that counts and all that a file has.
+                    // Files hold, and solvers read, the lower triangle of a diagonal block only.
                     assert_eq!(matrix.pattern(), a.pattern());
                     assert_eq!(lower(&matrix), lower(&a));
                     assert_eq!(systems.rhs[step], b);
