@@ -107,10 +107,7 @@ pub enum ProblemError {
     /// A file that cannot be read.
     File(FileError),
     /// A description that is none.
-    Info {
-        path: PathBuf,
-        fault: String,
-    },
+    Info { path: PathBuf, fault: String },
     /// A file that is missing, damaged or does not fit the others.
     Member(MarketError),
 }
