@@ -1,4 +1,4 @@
-//! What machine the figures were measured on.
+//! Description of the machine that figures were measured on.
 
 use serde::Serialize;
 use std::process::{Command, Stdio};

@@ -21,7 +21,6 @@ use taut_integrator::{SavedRun, StepError, Stepper};
 pub struct RunFile {
     /// The run.
     pub run: SavedRun,
-    /// What it is judged by.
     pub yardstick: Yardstick,
     /// Names of the controls that a table of inputs has driven.
     pub driven: Vec<String>,
@@ -82,7 +81,8 @@ impl io::Write for Sum {
 }
 
 impl RunFile {
-    /// Of a run that a table of inputs drives by the controls of those names. The checksum is made where it is written.
+    /// File of a run that a table of inputs drives by the controls `driven`. Writing computes the
+    /// checksum.
     #[must_use]
     pub fn new(run: SavedRun, yardstick: Yardstick, driven: Vec<String>) -> Self {
         Self {
@@ -99,7 +99,7 @@ impl RunFile {
         Ok(sum.finalize())
     }
 
-    /// Whether its content is what was written.
+    /// True if the checksum is that of the content.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.sum().is_ok_and(|sum| sum == self.checksum)
@@ -136,10 +136,10 @@ impl RunFile {
         to.write(|out| self.put(out))
     }
 
-    /// What is written.
+    /// Content of the file.
     ///
     /// # Errors
-    /// Those of the writer of JSON.
+    /// Errors of the JSON writer.
     pub fn bytes(mut self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.put(&mut bytes)?;

@@ -122,7 +122,6 @@ pub(crate) struct Call<'a> {
     pub(crate) words: Vec<&'static str>,
     /// Whose options it has.
     pub(crate) options: &'static Study,
-    /// What it runs.
     pub(crate) study: &'static Study,
     /// Its options.
     pub(crate) matches: &'a ArgMatches,
@@ -186,7 +185,7 @@ impl Outputs {
         Ok(Self { json, csv })
     }
 
-    /// Whether standard output holds rows, and nothing else.
+    /// True if standard output carries rows and nothing else.
     fn are_rows_alone(&self) -> bool {
         self.json.iter().chain(&self.csv).any(Output::is_stdout)
     }

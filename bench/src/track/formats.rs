@@ -17,7 +17,7 @@ pub struct Entry {
     /// The spread of times.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
-    /// What the value holds for: the toolchain of instructions, the machine of times, the bar of errors.
+    /// Condition of the value: toolchain of instructions, machine of times, bar of errors.
     #[serde(default)]
     pub extra: String,
 }

@@ -13,13 +13,13 @@ use taut_output::plan::{self, Plan, linear, texts};
 use taut_output::plot::Mark;
 use taut_studies::study::{PLAIN, Study};
 
-/// Of the lines.
+/// Version of the line format.
 const SCHEMA: u32 = 1;
 
 /// Most runs on a page, the last ones.
 const MOST: usize = 60;
 
-/// What the page of a history shows.
+/// Page of a history.
 pub const HISTORY: Study = Study {
     name: "track-history",
     title: "figures of a step, run by run",
@@ -56,7 +56,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Of figures that were measured now and here.
+    /// Figures measured now on this machine.
     #[must_use]
     pub fn new(figures: Vec<Entry>) -> Self {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
@@ -78,11 +78,9 @@ pub enum HistoryError {
     File(FileError),
     /// A line that is no run.
     Line {
-        /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
         reason: String,
     },
 }
