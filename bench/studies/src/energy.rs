@@ -1,5 +1,5 @@
-//! What the schemes keep and what they lose: the swing of a load over a minute, the energy over a million steps, the
-//! angular momentum of a free cable.
+//! Conservation by the schemes: the swing of a load over a minute, the energy over a million steps,
+//! the angular momentum of a free cable.
 //!
 //! | module | holds |
 //! |---|---|
@@ -28,7 +28,6 @@ use taut_output::check::ExperimentError;
 /// A scheme with its geometric stiffness.
 pub type Setting = (Scheme, GeometricStiffness);
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Segments of the swinging cables.

@@ -27,7 +27,7 @@ pub const HOLD_STEPS: usize = 30;
 pub struct Held {
     /// |elongation/exact − 1| at the end, against the exact discrete value.
     pub error: f64,
-    /// The same against M g L/(YA).
+    /// |elongation/(M g L/(YA)) − 1| at the end, against the massless continuum.
     pub error_continuum: f64,
     /// Steps whose solve claimed convergence.
     pub claimed: usize,
@@ -153,7 +153,7 @@ pub struct Needed {
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Whether each step starts from the last one's multipliers (else from zero).
+    /// Each step starts from the last one's multipliers; otherwise from zero.
     pub warm_start: bool,
     /// Relative error of the elongation asked for.
     pub level: f64,
@@ -224,14 +224,12 @@ pub fn iterations_needed(
     Ok(needed)
 }
 
-/// What [`sweep`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
-    /// Solvers.
     pub choices: Vec<Choice>,
     /// Relative errors of the elongation that iterations are counted for, strictest last.
     pub levels: Vec<f64>,

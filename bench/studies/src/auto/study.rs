@@ -92,7 +92,6 @@ fn missed(records: &[Record]) -> Option<String> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     set([
         ("scenes", config.scenes.len().to_string()),

@@ -1,4 +1,4 @@
-//! What is wrong with a file of cases, or with several.
+//! Faults of one or several files of cases.
 
 use super::Shard;
 use super::journal::Key;
@@ -24,15 +24,13 @@ pub enum CasesError {
     InUse(PathBuf),
     /// A file of another version of the program, other options or other input files than another, or than this run.
     Differs {
-        /// The file.
         path: PathBuf,
-        /// In what they differ.
+        /// Name of the differing part.
         what: &'static str,
-        /// What is in the file.
         found: String,
-        /// What the other is, `this run` or a file.
+        /// Origin of the other: `this run` or a file.
         other: String,
-        /// What is there.
+        /// Content of the other.
         wanted: String,
     },
     /// Two files of the same shard.
@@ -66,7 +64,7 @@ pub enum CasesError {
 }
 
 impl CasesError {
-    /// Whether an error is [`Elsewhere`](Self::Elsewhere).
+    /// True for [`Elsewhere`](Self::Elsewhere).
     #[must_use]
     pub fn is_elsewhere(error: &ExperimentError) -> bool {
         matches!(error.downcast_ref(), Some(Self::Elsewhere))

@@ -60,7 +60,6 @@ fn read(path: &Path) -> Written {
     Written::read(path).expect("a file of cases")
 }
 
-/// What the files of these shards are joined to.
 fn joined(paths: &[PathBuf]) -> Result<Joined, CasesError> {
     Joined::of(paths.iter().map(|path| read(path)).collect())
 }

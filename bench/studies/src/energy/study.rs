@@ -45,7 +45,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn set_to(config: &Config) -> Vec<settings::Setting> {
     let setting = |(scheme, stiffness): &Setting| format!("{scheme} K {stiffness}");
     set([

@@ -29,7 +29,6 @@ struct Options {
     quick: bool,
 }
 
-/// What the columns of the checks are.
 const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends, and says so. Numbers at the end of a row:
 the notes below the table that it needs";

@@ -1,4 +1,4 @@
-//! What a ledger changes of a scene and its step.
+//! Changes of a scene and its step that a ledger tries.
 
 use super::Setup;
 use taut_ground::Choice;
@@ -9,7 +9,6 @@ use taut_model::{SceneError, SceneSource};
 /// A change.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
-    /// The scene without a thing that it models.
     Without(Part),
     /// So many times as many segments.
     Segments(f64),
@@ -51,7 +50,6 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
 }
 
 impl Change {
-    /// What is changed, in words.
     #[must_use]
     pub fn what(&self) -> String {
         match self {
@@ -105,7 +103,8 @@ impl Change {
         }
     }
 
-    /// Whether a motion used what is left out, in which shapes touched, cables gripped sheaves, the guard took a step back.
+    /// True if the motion exercised the omitted feature. The flags: shapes touched, cables gripped
+    /// sheaves, the guard took a step back.
     pub(super) fn used(&self, [touched, gripped, guarded]: [bool; 3]) -> bool {
         match self {
             Self::Without(Part::Contacts) => touched,
@@ -115,7 +114,7 @@ impl Change {
         }
     }
 
-    /// Whether it is told, but not taken.
+    /// True if the ledger lists the change but never takes it into the lean scene.
     pub(super) fn is_told_only(&self) -> bool {
         match self {
             Self::Solver(choice) => choice.backend.is_iterative(),
@@ -124,7 +123,7 @@ impl Change {
         }
     }
 
-    /// Whether it would undo another one.
+    /// True if the change would undo another one.
     pub(super) fn replaces(&self, other: &Self) -> bool {
         match self {
             Self::Solver(_) => matches!(other, Self::Solver(_)),

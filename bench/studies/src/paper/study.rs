@@ -35,12 +35,11 @@ struct Options {
     out: PathBuf,
 }
 
-/// What the columns of the checks are.
 const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends; holds, holds only if, does not hold: what
 the paper says, in our measurement. Numbers at the end of a row: the notes below the table that it needs";
 
-/// What `NAME.json` holds.
+/// Content of `NAME.json`.
 #[derive(Serialize)]
 struct Record<'a> {
     experiment: &'static str,

@@ -66,10 +66,8 @@ pub const ROWS: [Row; 12] = {
     ]
 };
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// The rows.
     pub rows: Vec<Row>,
     /// Simulated time \[s].
     pub time: f64,
@@ -125,7 +123,7 @@ pub struct Record {
     pub paper_log10: Option<f64>,
     /// log₁₀ of the largest ratio up to which all are stable.
     pub limit_log10: f64,
-    /// Whether the scan ended stable, so that the limit is at least that.
+    /// The scan ended stable: `limit_log10` is a lower bound.
     pub at_least: bool,
     /// Largest |φ_d|/d a little below the limit.
     pub below: f64,
@@ -145,7 +143,7 @@ pub(super) struct Fate {
     pub(super) violation: f64,
     /// When it ended \[s].
     pub(super) time: f64,
-    /// Whether it ended at its time, whole.
+    /// The run reached its end unbroken.
     pub(super) stable: bool,
 }
 
@@ -307,7 +305,7 @@ fn power(decade: f64) -> String {
     format!("10^{decade:.2}")
 }
 
-/// What the scan shows of a row's ratio.
+/// Ratio of a row as the scan shows it.
 fn printed(row: &Row) -> String {
     let readings: Vec<String> = row.paper.iter().map(|p| format!("10^{p}")).collect();
     match readings.len() {
@@ -382,7 +380,7 @@ pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
     );
     let space = records.iter().filter(|r| r.noise_m > 0.0);
     for record in space.filter(|r| ["e", "f"].contains(&r.model.as_str())) {
-        // What the paper's bending reaches in the plane with the same compliances.
+        // Limit of the paper's bending in the plane, with the same compliances.
         let planar = records.iter().find(|r| {
             r.model == "e"
                 && r.noise_m == 0.0

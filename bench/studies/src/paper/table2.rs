@@ -58,7 +58,7 @@ pub const LENGTH: f64 = 1.0;
 pub enum Setting {
     /// The paper's joint and step, nothing out of the plane.
     Planar(TwistDefinition),
-    /// The same with angular velocities of up to 10⁻⁶ rad/s in all directions.
+    /// The paper's joint and step with angular velocities of up to 10⁻⁶ rad/s in all directions.
     Seeded(TwistDefinition),
     /// The paper's step with the Cosserat joint, seeds of up to 10⁻³ rad/s.
     Cosserat,
@@ -158,7 +158,7 @@ pub enum Solver {
 }
 
 impl Solver {
-    /// Those of the tables.
+    /// Solvers of the tables.
     pub const ALL: [Self; 4] = [Self::Sweeps(3), Self::Sweeps(20), Self::Cg, Self::Direct];
 
     fn backend(self) -> Backend {
@@ -209,7 +209,6 @@ pub struct Case {
     pub solver: Solver,
 }
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// The cells.
@@ -306,7 +305,7 @@ pub(super) fn sweeps_only(rows: &[Row]) -> Config {
     }
 }
 
-/// What was found for a cell.
+/// Result for a cell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
     /// Young's modulus Y \[GN/m²].
@@ -315,7 +314,6 @@ pub struct Record {
     /// ζ = A/I_a \[1/m²].
     #[serde(rename = "zeta_per_m2")]
     pub zeta: f64,
-    /// Number of segments.
     pub segments: usize,
     /// The paper's ratio, as read.
     pub paper: f64,
@@ -326,11 +324,10 @@ pub struct Record {
     pub ends: String,
     /// Joint and seeds.
     pub setting: String,
-    /// Solver.
     pub solver: String,
     /// Largest stable ratio; `None` where 1 is unstable.
     pub stable: Option<f64>,
-    /// Whether that is the largest tried.
+    /// The largest ratio tried is stable.
     pub capped: bool,
     /// When the first unstable ratio of the search above it failed \[s].
     #[serde(rename = "failure_time_s")]

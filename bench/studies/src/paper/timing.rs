@@ -26,7 +26,6 @@ use taut_model::HoistParams;
 use taut_output::check::{ExperimentError, Outcome, csv};
 use taut_solver::{Backend, GaussSeidelOptions, Partition, Start};
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of elements, ascending.
@@ -219,7 +218,7 @@ pub fn line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |_| 1.0)
 }
 
-/// The same with weights.
+/// Weighted least-squares line: offset and slope.
 fn weighted_line(points: &[[f64; 2]], weight: impl Fn(&[f64; 2]) -> f64) -> [f64; 2] {
     let total: f64 = points.iter().map(&weight).sum();
     let mean = |i: usize| points.iter().map(|p| weight(p) * p[i]).sum::<f64>() / total;

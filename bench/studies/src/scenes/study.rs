@@ -94,7 +94,6 @@ pub fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     let sizes = |(network, sizes): &(Network, Vec<usize>)| {
         format!("{} of {}", network.name(), counts(sizes))

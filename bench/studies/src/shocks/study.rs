@@ -53,7 +53,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn set_to(config: &Config) -> Vec<settings::Setting> {
     set([
         ("shocks", list(&config.shocks, ToString::to_string)),

@@ -156,7 +156,7 @@ fn percent(part: f64) -> String {
     }
 }
 
-/// What each failed run misses.
+/// List of the failed runs with their faults.
 fn failures(runs: &[Outcome]) -> String {
     let mut out = String::new();
     for r in runs.iter().filter(|r| r.fails()) {

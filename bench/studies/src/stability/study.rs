@@ -49,7 +49,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     let segments = distinct(config.cases.iter().map(|c| c.segments));
     set([

@@ -12,7 +12,7 @@ use taut_integrator::{StepOptions, Stepper};
 use taut_model::Scene;
 use taut_output::check::ExperimentError;
 
-/// What `measure` (m or rad) is at the start and after each step over `time` (s).
+/// Values of `measure` (m or rad) at the start and after each step over `time` (s).
 pub(in crate::hard) fn record(
     scene: Scene,
     options: StepOptions,
@@ -23,7 +23,7 @@ pub(in crate::hard) fn record(
     samples(scene, options, steps, measure)
 }
 
-/// The same after as many steps.
+/// Values of `measure` (m or rad) at the start and after each of `steps` steps.
 pub(super) fn samples(
     scene: Scene,
     options: StepOptions,

@@ -30,7 +30,7 @@ use taut_output::table::{error, of_records};
 /// Elements of the chain and of the hoists.
 pub(super) const ELEMENTS: usize = 24;
 
-/// What KKT forms are to reach at every ratio.
+/// Largest error of KKT forms that passes at every ratio.
 pub(super) const KKT_BAR: f64 = 1e-13;
 
 /// Unit roundoff u.

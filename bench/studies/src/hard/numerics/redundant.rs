@@ -21,16 +21,15 @@ const DT: f64 = 1.0 / 60.0;
 const MASS: f64 = 3.0;
 const GRAVITY: f64 = 9.81;
 
-/// What came of a scene and a solver.
+/// Outcome of a scene with a solver.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Found {
-    /// An answer.
     Shares {
         /// The force of each joint, upwards, over its share m g/k of the weight, without unit.
         shares: Vec<f64>,
-        /// What of its force points sideways, over the same.
+        /// Sideways part of each joint's force, over the same share.
         across: Vec<f64>,
-        /// What the solver says of it.
+        /// Report of the solver.
         said: SolveReport,
     },
     /// A typed error.
@@ -89,7 +88,7 @@ pub fn scene(copies: usize, compliance: f64) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// What a solver makes of it in one step.
+/// One step of the scene with a solver.
 ///
 /// # Errors
 /// [`StepError::Scene`], and whatever is no failure of the solve.

@@ -1,5 +1,5 @@
-//! What the bucklings H09, H10, H11 have in common: whether a disturbed equilibrium stays, and the load where it
-//! leaves.
+//! Common ground of the bucklings H09, H10, H11: the stability of a disturbed equilibrium, and the
+//! load where it ends.
 //!
 //! The scene starts in an equilibrium that would exist for any load, with small velocities, and runs freely in
 //! linearly implicit steps without geometric stiffness, whose time step is a tenth or so of the critical mode's 1/ω:

@@ -69,7 +69,7 @@ pub(super) fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
 /// A way to rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Way {
-    /// What is other about it.
+    /// Distinction from the other ways, in words.
     pub(super) name: String,
     /// Step and solver.
     pub(super) options: StepOptions,

@@ -36,7 +36,7 @@ pub(super) struct Compliance {
 }
 
 impl Compliance {
-    /// Of the length `length` (m) of a cable with EI and GJ (N m²) that does not stretch.
+    /// Compliance of `length` (m) of an inextensible cable with EI and GJ (N m²).
     pub(super) fn of(length: f64, ei: f64, gj: f64) -> Self {
         Self {
             stretch: 0.0,
@@ -207,7 +207,8 @@ impl Rod {
         Ok(self.read(&settle(self.scene()?)?))
     }
 
-    /// The same with the force at the tip raised in `steps` steps, by passes of `dt` (s).
+    /// [`settled`](Self::settled) with the force at the tip raised in `steps` steps, by passes of
+    /// `dt` (s).
     pub(super) fn settled_in_steps(&self, steps: usize, dt: f64) -> Result<Shape, ExperimentError> {
         let mut scene = self.scene()?;
         for k in 1..=steps {

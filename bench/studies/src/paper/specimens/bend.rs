@@ -26,7 +26,6 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use taut_model::{Scene, Specimen, SpecimenParams};
 use taut_output::check::{ExperimentError, Outcome, csv};
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.

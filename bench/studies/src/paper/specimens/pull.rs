@@ -9,7 +9,6 @@ use taut_output::check::{Check, ExperimentError, Outcome, csv};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table::{error, table, text};
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.

@@ -1,4 +1,4 @@
-//! What an audit of claims comes to: rows of checks, by both readings, and the table of all solvers.
+//! Report of an audit of claims: rows of checks by both readings, and the table of all solvers.
 
 use super::{Audit, Finding, Solve};
 use crate::hard::{together, worse};

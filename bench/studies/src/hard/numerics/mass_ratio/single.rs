@@ -75,7 +75,7 @@ fn equilibration(a: &SymBlockMatrix) -> Vec<f64> {
 /// Rounds of [`equilibration`].
 const ROUNDS: usize = 10;
 
-/// What single precision is to reach on the KKT matrix at every ratio.
+/// Largest error of single precision on the KKT matrix that passes at every ratio.
 const SINGLE_BAR: f64 = 1e-6;
 
 /// u R from which on a factorisation in single precision may have no digit right: S is scaled, and its condition about

@@ -99,7 +99,7 @@ pub(in crate::paper) fn twisted(
     Ok((scene, twist))
 }
 
-/// What the twist row of a bent, untwisted joint reads.
+/// Twist angles read from a bent, untwisted joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Leak {
     /// Bend angle θ \[rad].
