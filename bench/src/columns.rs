@@ -128,16 +128,13 @@ fn force(stepper: &Stepper, c: usize) -> Option<Wrench> {
 pub enum ColumnError {
     /// A name without a dot is none of a quantity of the run or of a control.
     UnknownColumn {
-        /// The name.
         name: String,
         /// All columns without a dot.
         known: Vec<String>,
     },
     /// Nothing has the name before the dot.
     UnknownName {
-        /// The column.
         column: String,
-        /// The name.
         name: String,
         /// Names of bodies (the first few).
         bodies: Vec<String>,
@@ -146,20 +143,15 @@ pub enum ColumnError {
     },
     /// The named thing lacks the quantity.
     UnknownQuantity {
-        /// The name.
         name: String,
-        /// The quantity.
         quantity: String,
         /// Quantities that it has.
         known: Vec<&'static str>,
     },
     /// A cable has fewer segments.
     NoSegment {
-        /// The column.
         column: String,
-        /// The cable.
         cable: String,
-        /// Its segments.
         segments: usize,
     },
     Twice {

@@ -81,7 +81,6 @@ pub struct EnergySpan {
 /// State of all bodies.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FinalState {
-    /// Names.
     pub name: Vec<String>,
     /// Centres of mass \[m].
     pub position: Vec<[f64; 3]>,
@@ -111,7 +110,6 @@ pub struct Summary {
     pub factor_entries: Option<u64>,
     /// Floating-point operations of that factorisation.
     pub factor_flops: Option<u64>,
-    /// Scheme.
     pub scheme: String,
     /// Weight and form of the geometric stiffness.
     pub stiffness: String,
@@ -157,7 +155,6 @@ pub struct Summary {
     /// Time and position of the load at the end \[s, m].
     #[serde(skip)]
     pub load_at_end: Option<(f64, [f64; 3])>,
-    /// Energies.
     pub energy: EnergySpan,
     /// The balance of energy at the end, where the options ask for it.
     pub balance: Option<EnergyBalance>,

@@ -19,7 +19,6 @@ use taut_integrator::{SavedRun, StepError, Stepper};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunFile {
-    /// The run.
     pub run: SavedRun,
     pub yardstick: Yardstick,
     /// Names of the controls that a table of inputs has driven.

@@ -65,7 +65,6 @@ use taut_integrator::StepError;
 
 #[derive(Debug, Clone)]
 pub struct Config {
-    /// The cases.
     pub cases: Vec<Case>,
     /// `None` counts no instructions.
     pub counter: Option<Counter>,

@@ -115,7 +115,6 @@ pub struct Snapshot {
     pub scene: Scene,
     /// Multipliers of the step that led there, one a row; zeros at the beginning \[N, N m].
     pub tension: Vec<f64>,
-    /// Impulses of its contacts.
     pub contacts: ContactImpulses,
 }
 

@@ -111,7 +111,6 @@ impl Trajectory {
 /// Median and minimum of repeated measurements \[ns].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Timing {
-    /// Median.
     pub median: f64,
     /// Minimum.
     pub min: f64,

@@ -184,7 +184,6 @@ pub enum Verdict {
     Holds,
     /// It holds under the condition of the note.
     HoldsOnlyIf,
-    /// It does not hold.
     DoesNotHold,
 }
 

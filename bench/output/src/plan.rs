@@ -340,7 +340,6 @@ impl Quantity {
         Some(self.place(sum))
     }
 
-    /// The place of a value.
     fn place(&self, value: f64) -> f64 {
         let value = value * self.factor;
         if self.floor > 0.0 {

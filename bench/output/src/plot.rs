@@ -18,7 +18,6 @@ use std::fmt;
 use std::ops::Range;
 use ticks::Scale;
 
-/// An axis.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Axis {
     /// Quantity and unit.

@@ -10,7 +10,6 @@ use serde_json::{Map, Value};
 /// A row: columns in order.
 pub type Row = Map<String, Value>;
 
-/// A number of a row.
 #[must_use]
 pub fn number_of(row: &Row, key: &str) -> Option<f64> {
     row.get(key).and_then(Value::as_f64)

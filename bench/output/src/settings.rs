@@ -57,7 +57,6 @@ pub fn counts(values: &[usize]) -> String {
     list(values, ToString::to_string)
 }
 
-/// A time in seconds.
 #[must_use]
 pub fn seconds(time: f64) -> String {
     format!("{} s", number(time))

@@ -171,7 +171,6 @@ impl Asset {
         self.meshes.len() - 1
     }
 
-    /// A node in a pose, with a mesh.
     fn node(&mut self, pose: &Isometry3<f64>, mesh: usize) -> usize {
         let at: [f64; 3] = pose.translation.vector.into();
         self.nodes

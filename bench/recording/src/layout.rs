@@ -27,7 +27,6 @@ pub enum Shape {
         /// Radius \[m].
         radius: f32,
     },
-    /// A box.
     Box {
         /// Edge lengths \[m].
         size: [f32; 3],
@@ -69,7 +68,6 @@ impl Shape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Solid {
-    /// The shape.
     pub shape: Shape,
     /// Its centre, frame of its body or of the world \[m].
     pub at: [f32; 3],
@@ -79,7 +77,6 @@ pub struct Solid {
     pub length: Option<usize>,
 }
 
-/// A body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
@@ -98,7 +95,6 @@ pub struct Body {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cable {
-    /// Its name.
     pub name: String,
     /// Its segments, from its start: numbers of bodies.
     pub bodies: Vec<usize>,
@@ -136,7 +132,6 @@ pub struct Sheave {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Line {
-    /// Its name.
     pub name: String,
     /// The points that it runs through.
     pub points: Vec<Point>,

@@ -60,7 +60,6 @@ enum Source {
 /// The layout of a scene, and where its channels come from.
 #[derive(Debug, Default)]
 pub struct Observer {
-    /// The layout.
     pub layout: Layout,
     sources: Vec<Source>,
     /// Names of the scene's bodies and constraints, which change with it.

@@ -54,7 +54,6 @@ impl Contact {
 /// Frames of one layout.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Part {
-    /// The layout.
     pub layout: Layout,
     /// Times of the frames \[s].
     pub times: Vec<f64>,
@@ -89,7 +88,6 @@ impl Part {
         [0, 1, 2].map(|k| self.value(frame, pose + k))
     }
 
-    /// The contacts of a frame.
     pub fn contacts(&self, frame: usize) -> impl Iterator<Item = Contact> + '_ {
         let before: u32 = self.counts[..frame].iter().sum();
         let (first, count) = (before as usize, self.counts[frame] as usize);

@@ -88,7 +88,6 @@ pub(crate) fn described(command: Command, study: &Study, call: &str) -> Command 
     }
 }
 
-/// A command with the options of a study.
 pub(crate) fn with_options(command: Command, study: &Study) -> Command {
     let json = format!(
         "Writes {} to a file as well (`-` for standard output, which then holds nothing else)",

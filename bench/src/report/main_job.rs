@@ -239,7 +239,6 @@ fn claims(records: &[Record]) -> Option<Section> {
     })
 }
 
-/// All rows.
 fn rows(records: &[Record]) -> Option<Section> {
     let rows = Value::from(ladder::data_of(records));
     let body = html! {

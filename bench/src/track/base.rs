@@ -58,7 +58,6 @@ pub enum BaseError {
     },
     /// A command that cannot be started or does not end.
     Command {
-        /// The command.
         command: &'static str,
         /// Why.
         source: io::Error,

@@ -28,14 +28,12 @@ pub struct Counter {
 pub enum CountError {
     /// A program that cannot be started.
     Start {
-        /// The program.
         program: PathBuf,
         /// Why.
         source: std::io::Error,
     },
     /// A program that fails or does not end.
     Failed {
-        /// The program.
         program: PathBuf,
         /// How it ended, and what it said last.
         how: String,

@@ -302,7 +302,6 @@ pub fn named(name: &str) -> Result<Case, UnknownCase> {
 /// A name that no case has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCase {
-    /// The name.
     pub name: String,
 }
 

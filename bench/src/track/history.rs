@@ -39,7 +39,6 @@ pub const HISTORY: Study = Study {
     ..PLAIN
 };
 
-/// A run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     schema: u32,
@@ -51,7 +50,6 @@ pub struct Run {
     pub machine: String,
     /// Compiler and processor.
     pub toolchain: String,
-    /// The figures.
     pub figures: Vec<Entry>,
 }
 
@@ -74,7 +72,6 @@ impl Run {
 /// A history that cannot be read or continued.
 #[derive(Debug)]
 pub enum HistoryError {
-    /// The file.
     File(FileError),
     /// A line that is no run.
     Line {

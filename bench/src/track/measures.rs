@@ -66,7 +66,6 @@ impl Measure {
         }
     }
 
-    /// Its unit.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {

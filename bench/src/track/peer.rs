@@ -255,7 +255,6 @@ impl Peer {
 /// A program that cannot be compared.
 #[derive(Debug)]
 pub struct PeerError {
-    /// The program.
     pub program: PathBuf,
     /// Why.
     pub fault: Fault,

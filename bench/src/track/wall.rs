@@ -11,7 +11,6 @@ use taut_integrator::{StepError, Stepper};
 
 /// Fewest passes.
 const PASSES: usize = 30;
-/// Most.
 const MOST: usize = 600;
 
 /// Times of a step over the passes \[ns].

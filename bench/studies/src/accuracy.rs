@@ -74,7 +74,6 @@ impl Case {
 /// A way of stepping, with its name in the tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// Name.
     pub name: &'static str,
     /// Δt, sub-steps and backend of these are replaced by what is swept.
     pub options: StepOptions,

@@ -147,7 +147,6 @@ impl Config {
 /// The choice on a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The scene.
     pub scene: String,
     /// Rows of its constraints.
     pub rows: usize,

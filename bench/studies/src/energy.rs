@@ -124,7 +124,6 @@ impl Config {
 /// The rows of the three experiments.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
-    /// Swings.
     pub swings: Vec<Swing>,
     /// Energy bands.
     pub bands: Vec<Band>,

@@ -160,7 +160,6 @@ fn with(substeps: usize, estimate: Option<usize>) -> StepOptions {
     }
 }
 
-/// The rows of a case.
 fn rows(case: &Case, config: &Config) -> Result<Vec<Row>, ExperimentError> {
     let source = case.source()?;
     let time = config.time.min(case.longest);

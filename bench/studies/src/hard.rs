@@ -76,7 +76,6 @@ pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
 /// A name that no case has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCase {
-    /// The name.
     pub name: String,
 }
 

@@ -175,7 +175,6 @@ fn taking_part<'a>(rivals: &'a [Rival], case: &Case) -> (Vec<&'a Rival>, Vec<Omi
     (present, omissions)
 }
 
-/// The rows of a case.
 fn rows(case: &Case, rivals: &[&Rival], share: Duration) -> Vec<Record> {
     let prepare = |rival: &&Rival| Contestant::new(case, rival);
     let mut contestants: Vec<_> = rivals.iter().map(prepare).collect();

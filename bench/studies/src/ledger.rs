@@ -48,7 +48,6 @@ const PATIENCE: (f64, f64) = (20.0, 1.0);
 /// A scene, and how it is stepped.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// The scene.
     pub source: SceneSource,
     /// How it is stepped.
     pub options: StepOptions,

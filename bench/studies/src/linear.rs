@@ -59,7 +59,6 @@ pub struct Config {
     pub segments: Vec<usize>,
     /// Mass ratios load/segment, ascending.
     pub ratios: Vec<f64>,
-    /// Poses.
     pub poses: Vec<Pose>,
     /// Solvers with their limits of iterations; those that are not compiled in have no rows.
     pub choices: Vec<Choice>,

@@ -170,7 +170,6 @@ pub struct Record {
     pub refinements: usize,
     /// Claim of the solver: `direct`, `converged`, `limit`, `stalled`.
     pub status: String,
-    /// Report of the solve.
     #[serde(skip)]
     pub said: Option<SolveReport>,
     /// Whole step, median \[ns].
@@ -212,7 +211,6 @@ pub struct Growth {
     pub backend: String,
     /// Limit of iterations; 0 for direct solvers.
     pub iterations: usize,
-    /// The exponent.
     pub exponent: f64,
     /// Fewest and most rows of the sizes that it comes from.
     pub rows: [usize; 2],

@@ -82,7 +82,6 @@ pub struct Record {
     pub solve_ns_by_step: Vec<f64>,
     /// Iterations of each step; none of direct solvers.
     pub iterations_by_step: Option<Vec<usize>>,
-    /// Forward error of each step.
     pub forward_error_by_step: Option<Vec<f64>>,
     /// Why it ended before the last step.
     pub error: Option<String>,

@@ -92,7 +92,6 @@ impl Cable {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
     pub cable: Cable,
-    /// Its segments.
     pub segments: usize,
     pub joint: JointKind,
     pub scheme: Scheme,
@@ -245,7 +244,6 @@ fn planar(cable: Cable, segments: usize) -> Case {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
     pub cable: String,
-    /// Its segments.
     pub segments: usize,
     /// `spherical`, `cosserat`, `paper`.
     pub joint: String,

@@ -159,7 +159,6 @@ pub struct Needed {
     pub level: f64,
     /// Iterations needed; `None` where the limit was not enough.
     pub iterations: Option<usize>,
-    /// The limit.
     pub limit: usize,
 }
 

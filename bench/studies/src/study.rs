@@ -91,7 +91,6 @@ pub fn data(rows: &impl Serialize) -> Result<Value, ExperimentError> {
     Ok(serde_json::to_value(rows)?)
 }
 
-/// The tables of the data.
 pub(crate) fn tables(sheets: &[Sheet], data: &Value) -> String {
     sheets.iter().map(|sheet| sheet.text(data)).collect()
 }

@@ -15,9 +15,7 @@ use taut_model::SceneError;
 pub struct Violation {
     /// Its name in the table.
     pub invariant: &'static str,
-    /// The step.
     pub step: usize,
-    /// The numbers.
     pub numbers: String,
 }
 

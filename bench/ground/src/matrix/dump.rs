@@ -15,7 +15,6 @@ use taut_solver::{SolveError, SymBlockMatrix, forward_error, reference_solution}
 /// A system with what is known of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dumped {
-    /// The form.
     pub form: Form,
     /// A.
     pub matrix: SymBlockMatrix,

@@ -9,7 +9,6 @@ use taut_solver::{
 
 /// A matrix with what the backends share: its order of elimination, or why there is none.
 pub struct Problem<'a> {
-    /// The matrix.
     pub matrix: &'a Matrix,
     /// For those that factorise in the order of the pattern; none for a general matrix.
     pub ordered: Option<Result<Ordered, SolveError>>,

@@ -39,7 +39,6 @@ pub enum CasesError {
     Kept(PathBuf),
     /// Shards without a file.
     Absent {
-        /// Their numbers.
         numbers: Vec<usize>,
         /// How many shards there are.
         of: usize,

@@ -370,7 +370,6 @@ impl Journal {
         self.is_asked_for
     }
 
-    /// Appends a case.
     pub(super) fn append(&mut self, item: &Item) -> Result<(), CasesError> {
         self.write(&Entry::Case(item))
     }

@@ -135,7 +135,6 @@ fn or_blank(value: Option<impl Into<Value>>) -> Value {
     value.map_or_else(|| "".into(), Into::into)
 }
 
-/// The rows of a scene.
 fn rows(scene: &[Record]) -> Vec<Value> {
     let outcomes: Vec<Outcome<'_>> = LEVELS.iter().map(|l| (*l, places(scene, *l))).collect();
     let alike = |a: &Outcome<'_>, b: &Outcome<'_>| a.1.map(shown) == b.1.map(shown);

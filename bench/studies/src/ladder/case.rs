@@ -43,7 +43,6 @@ pub(super) enum Subject {
 
 /// A scene of the main job with what all its rows share.
 pub(super) struct Case {
-    /// Its name.
     pub(super) name: String,
     /// Parameters of a hoist, which give its exact elongation.
     pub(super) hoist: Option<HoistParams>,

@@ -64,7 +64,6 @@ pub struct Rung {
 /// A motion with some Δt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
-    /// The scheme.
     pub scheme: String,
     /// Backend and form where solvers are compared, with the default scheme and no guard; `None` where schemes are, with the
     /// default solver.
@@ -112,7 +111,6 @@ impl Trace {
 /// The energy of a swing with a scheme.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
-    /// The scheme.
     pub scheme: String,
     /// (time \[s], change of the total energy over the largest kinetic energy).
     pub points: Vec<[f64; 2]>,

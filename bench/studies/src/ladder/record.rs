@@ -132,7 +132,6 @@ pub(super) fn mark_fastest(records: &mut [Record]) {
 }
 
 impl Record {
-    /// Its scene.
     #[must_use]
     pub fn scene_key(&self) -> SceneKey<'_> {
         (&self.scene, self.segments, self.mass_ratio.to_bits())

@@ -6,7 +6,6 @@ use taut_integrator::{Form, GeometricStiffness, Scheme, StepOptions};
 use taut_model::scene_file::Part;
 use taut_model::{SceneError, SceneSource};
 
-/// A change.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
     Without(Part),
@@ -16,9 +15,7 @@ pub enum Change {
     Ruled,
     /// No geometric stiffness.
     NoStiffness,
-    /// No guard.
     NoGuard,
-    /// No refinement.
     NoRefinement,
     /// Another scheme.
     Scheme(Scheme),

@@ -110,7 +110,6 @@ pub struct Entry {
     pub topology: Topology,
     /// Segments, or nodes of the net.
     pub size: usize,
-    /// State.
     pub state: State,
     /// Mass of the load over that of a segment.
     pub mass_ratio: f64,

@@ -135,7 +135,6 @@ impl Config {
 /// Acceleration of gravity of the paper \[m/s²].
 const GRAVITY: f64 = 10.0;
 
-/// A run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// Name of the model and of the step.

@@ -29,7 +29,6 @@ const SAME_DECADE: f64 = 0.5;
 /// One row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// The model.
     pub model: ChainModel,
     /// Compliance of the links \[m/N].
     pub links: f64,
@@ -157,7 +156,6 @@ pub(super) fn options() -> StepOptions {
     }
 }
 
-/// The letter of a model.
 pub(super) fn letter(model: ChainModel) -> &'static str {
     model.scene_name().trim_start_matches("particles-")
 }

@@ -205,7 +205,6 @@ pub struct Case {
     pub ends: Ends,
     /// Joint, seeds, step.
     pub setting: Setting,
-    /// Solver.
     pub solver: Solver,
 }
 

@@ -77,7 +77,6 @@ impl Config {
 /// Time of the steps of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
-    /// Solver.
     pub solver: String,
     /// Sweeps; 0 for the direct solver.
     pub sweeps: usize,

@@ -146,7 +146,6 @@ fn millimetres(metres: f64) -> String {
     }
 }
 
-/// A part in percent.
 fn percent(part: f64) -> String {
     let percent = 100.0 * part;
     if percent.abs() < 1000.0 {

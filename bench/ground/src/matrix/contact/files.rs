@@ -40,7 +40,6 @@ pub struct Info {
     pub spacedim: usize,
     /// Components of velocity n, rows of joints p, and of contacts m.
     pub sizes: [usize; 3],
-    /// The step.
     pub step: Option<Step>,
 }
 

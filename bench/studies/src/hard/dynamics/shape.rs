@@ -33,7 +33,6 @@ impl Shape<'_> {
             .space_part((self.discrete / self.continuum - 1.0).abs())
     }
 
-    /// The eigenvalue.
     pub(super) fn eigenvalue(&self, case: impl Into<String>) -> Check {
         let found = self.modes.map_or(f64::NAN, |m| m.frequency(self.number));
         self.beside(case, found)

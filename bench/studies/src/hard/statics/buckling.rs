@@ -78,7 +78,6 @@ pub(super) struct Search {
     pub(super) bar: f64,
     /// Halvings of the bracket.
     pub(super) halvings: usize,
-    /// Each of its runs.
     pub(super) run: Run,
 }
 

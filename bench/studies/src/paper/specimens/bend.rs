@@ -58,11 +58,8 @@ impl Config {
 /// A specimen under one moment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Material.
     pub material: String,
-    /// Segments.
     pub segments: usize,
-    /// Joint.
     pub joint: String,
     /// Direction of the moment across the cable, from +z towards +y \[rad].
     pub direction_rad: f64,

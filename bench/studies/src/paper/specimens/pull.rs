@@ -41,11 +41,8 @@ impl Config {
 /// A specimen under one force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Material.
     pub material: String,
-    /// Segments.
     pub segments: usize,
-    /// Joint.
     pub joint: String,
     /// F/YA: the strain of the continuum.
     pub strain_theory: f64,

@@ -133,7 +133,6 @@ impl Config {
     }
 }
 
-/// All of it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Results {
     /// At rest.

@@ -53,7 +53,6 @@ const MOST_CG: usize = 400;
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
 
-/// A chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Chain {
     /// Particles N, the load among them.

@@ -15,11 +15,8 @@ const LARGEST_TURN: f64 = 2.5;
 /// A specimen at rest under one torque.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Material.
     pub material: String,
-    /// Segments.
     pub segments: usize,
-    /// Joint.
     pub joint: String,
     /// T \[N m].
     pub torque_nm: f64,
