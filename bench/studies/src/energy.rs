@@ -190,7 +190,7 @@ impl Task<'_> {
 /// Runs the three experiments, in parallel, each run a case.
 ///
 /// # Errors
-/// Scenes and options that are not sound; an unstable run is none.
+/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     // The longest runs come first.
     let mut tasks: Vec<Task<'_>> = config.bands.iter().map(Task::Band).collect();

@@ -143,8 +143,8 @@ pub struct Record {
     pub ns: Option<f64>,
     /// Least time of the direct solver that reaches the error \[ns]; none where it does not.
     pub direct_ns: Option<f64>,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub failure: Option<String>,
 }
 

@@ -110,8 +110,8 @@ pub struct Record {
     /// ‖μ − μ*‖∞ / ‖μ*‖∞ of the multipliers against the KKT system in extended precision; of several cables that of the
     /// first.
     pub forward_error: f64,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub error: Option<String>,
 }
 

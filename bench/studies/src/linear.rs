@@ -180,8 +180,8 @@ pub struct Record {
     pub backward_error: f64,
     /// Iterations of the solve with its refinements; 0 for direct solvers.
     pub iterations: usize,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub error: Option<String>,
 }
 
@@ -304,7 +304,8 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentErro
 pub struct Verdict {
     /// Backend and form.
     pub backend: String,
-    /// Largest ratio of the sweep up to which all errors are within the bar; `None` where there is none.
+    /// Largest ratio of the sweep up to which all errors are within the bar; `None` if the smallest
+    /// one exceeds it.
     pub limit: Option<f64>,
     /// The row with the largest error up to [`BAR_RATIO`], where NaN counts as the largest.
     pub worst: Record,

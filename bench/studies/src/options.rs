@@ -226,7 +226,7 @@ pub fn number(text: &str) -> Result<f64, String> {
 /// A whole number.
 ///
 /// # Errors
-/// A text that is none.
+/// Any other text.
 pub fn count(text: &str) -> Result<usize, String> {
     let number = text.trim().parse::<usize>();
     number.map_err(|_| format!("`{text}` is no whole number from 0 on"))

@@ -193,8 +193,8 @@ pub struct Record {
     pub factor_entries: Option<usize>,
     /// A direct solver keeps [`BAR`]; none for iterations, and where nothing is known.
     pub within_bar: Option<bool>,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub error: Option<String>,
 }
 

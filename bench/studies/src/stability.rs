@@ -297,7 +297,7 @@ pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f
 /// Runs every ratio of every cell, in parallel, each a case.
 ///
 /// # Errors
-/// Scenes and options that are not sound; an unstable run is none.
+/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
     let ratios = &config.ratios;
     let each = |case| ratios.iter().map(move |&ratio| (case, ratio));

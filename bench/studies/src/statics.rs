@@ -190,7 +190,7 @@ pub fn iterations_needed(
     let mut needed = Vec::new();
     let (mut low, mut high, mut reachable) = (0, 1, true);
     for &level in levels {
-        // Below a level that the limit does not reach there is none that it does.
+        // No level below an unreachable one is reachable.
         let mut met = reachable && error_with(high) <= level;
         while reachable && !met && high < limit {
             low = high;

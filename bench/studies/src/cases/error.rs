@@ -14,7 +14,7 @@ pub enum CasesError {
     Elsewhere,
     /// A file that cannot be read or written.
     File(FileError),
-    /// A file that is no file of cases, or one of another format.
+    /// A file without cases, or in another format.
     NotCases(PathBuf),
     /// A file that ends within its header.
     NoHeader(PathBuf),

@@ -262,7 +262,7 @@ fn error(path: &Path, doing: &'static str, source: io::Error) -> FileError {
     }
 }
 
-/// Refuses what is no file, such as a pipe, whose reading might never end.
+/// Refuses a path that is not a regular file: reading a pipe might never end.
 fn regular(path: &Path) -> Result<(), CasesError> {
     match fs::metadata(path) {
         Ok(there) if !there.is_file() => Err(CasesError::NotCases(path.to_owned())),
@@ -328,7 +328,7 @@ impl Journal {
         let file = options.open(path).map_err(failed)?;
         lock(path, file.try_lock())?;
         let mut written = match Written::of(path, &content(&file).map_err(failed)?) {
-            // Nothing that is no file of cases is overwritten.
+            // A file that does not hold cases is never overwritten.
             Err(e @ CasesError::NotCases(_)) => return Err(e),
             Ok(written) if resume => {
                 written.header.check(path, &header, "this run")?;
@@ -365,7 +365,7 @@ impl Journal {
         Ok((journal, written))
     }
 
-    /// True if the user asked for the file; failures to write another one are no error.
+    /// True if the user asked for the file. Otherwise failing to write it is harmless.
     pub(super) fn is_asked_for(&self) -> bool {
         self.is_asked_for
     }

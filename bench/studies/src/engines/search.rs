@@ -20,7 +20,7 @@ pub struct Outcome<E = Hung> {
     pub frame_ns: f64,
     /// Frame, minimum, likewise \[ns].
     pub frame_ns_min: f64,
-    /// Why a motion has no error: times are no numbers then, null in JSON.
+    /// Reason for a missing error; times are NaN then, null in JSON.
     pub failure: Option<String>,
 }
 

@@ -352,7 +352,7 @@ impl<'a> Contestant<'a> {
         self.samples.len()
     }
 
-    /// Its errors and times; why there are none.
+    /// Errors and times, or the error that ended it.
     pub(super) fn measured(&self) -> Result<(Errors, Time), &StepError> {
         let (_, errors) = self.ready.as_ref()?;
         Ok((*errors, summary(&self.samples)))

@@ -90,12 +90,12 @@ pub struct Record {
     pub frames: usize,
     /// Error levels at which this row is the fastest of its scene.
     pub fastest_at: Vec<Fastest>,
-    /// Why there are no numbers, where the solver failed on the common states: they are null in JSON then. Without it
-    /// null is what was not measured.
+    /// Reason for missing numbers if the solver failed on the common states: they are null in JSON.
+    /// Without it null means not measured.
     pub error: Option<String>,
 }
 
-/// A number, or NaN for the null that JSON has for what is none.
+/// A number; JSON's null is read as NaN.
 ///
 /// # Errors
 /// A value that is neither.
@@ -173,7 +173,7 @@ impl Record {
                 step_ns,
             });
         }
-        // An error that is no number is within nothing.
+        // NaN is within no level.
         let refined = self.forward_error_unrefined.is_nan() || self.forward_error_unrefined > level;
         let step_ns = if refined {
             self.step_ns

@@ -37,7 +37,7 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
     all.extend([0.5, 2.0].map(Change::Substeps));
     all.push(Change::Step(2));
     let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
-    // The reference is no solver to run with.
+    // The dense reference is too slow to run with.
     let fast = compiled.filter(|c| c.backend.name() != "dense");
     let own = |choice: &Choice| {
         choice.backend == whole.options.backend && choice.form == whole.options.form

@@ -171,11 +171,11 @@ pub(super) fn chain(row: &Row, decade: f64) -> ParticleChainParams {
     }
 }
 
-/// Runs a chain until `time` or until a link's violation over its length is no longer below `bar`; `each` sees every
-/// state before that.
+/// Runs a chain until `time`, or until a link's violation over its length reaches `bar`. `each`
+/// sees every state before that.
 ///
 /// # Errors
-/// Scenes that are not sound. A step that fails is an end of the run.
+/// Unsound scenes. A failing step ends the run without an error.
 pub(super) fn drop_chain(
     params: &ParticleChainParams,
     options: StepOptions,

@@ -436,7 +436,7 @@ fn record(case: &Case, found: Found) -> Result<Record, StepError> {
 /// Searches every cell, in parallel. `progress` advances once for each.
 ///
 /// # Errors
-/// Scenes and options that are not sound; an unstable run is none.
+/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
     progress.set_length(config.cases.len() as u64);
     config

@@ -176,7 +176,7 @@ fn checks(row: &Row, ours: &Run, finer: usize) -> Vec<Check> {
         Check::within(case(what), "16.7 ms a frame", ours, time, DT).by("seconds, wall clock")
     };
     let late = frame("all but the slowest 1 % of the steps", row.late_step_s);
-    // Interruptions by other processes count here; they are no fault of the step.
+    // Interruptions by other processes count here; the step is not to blame.
     let worst = frame("slowest step", row.worst_step_s).limited(
         row.worst_step_s <= WORST_BAR,
         "the system took the processor away: all but 1 % of the steps are judged above",

@@ -38,7 +38,7 @@ use verify::{Verified, verify};
 /// Rows of a scene beyond which it has no part in this.
 const MOST_ROWS: usize = 3000;
 
-/// Rows beyond which there is no reference in 32 digits, and no dense solver.
+/// Rows beyond which the reference in 32 digits and the dense solver are left out.
 const SMALL_ROWS: usize = 400;
 
 const DT: f64 = 1.0 / 60.0;

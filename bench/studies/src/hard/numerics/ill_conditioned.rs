@@ -109,8 +109,8 @@ pub fn rows(specimen: &Specimen) -> Vec<Row> {
     compiled.map(row).collect()
 }
 
-/// True if an error is no fault of the solver: the matrix is not symmetric but must be, or its
-/// condition lets rounding take the definiteness or a pivot.
+/// True if the solver is not to blame: the matrix is not symmetric but must be, or its condition
+/// lets rounding take the definiteness or a pivot.
 fn has_to_refuse(specimen: &Specimen, e: &SolveError) -> bool {
     match e {
         SolveError::NotSymmetric { .. } => !matches!(specimen.matrix, Matrix::Symmetric(_)),

@@ -271,7 +271,7 @@ fn without_compliance(choice: &Choice, seconds: f64, plain: bool) -> Result<Chec
             check.note = format!(
                 "claims {claimed} of its solves; {unconverged} sub-steps of the guard did not converge"
             );
-            // There is no solution to converge to.
+            // No solution exists to converge to.
             check.verdict = if finite && claimed == 0 && speed <= STILL {
                 Verdict::Limit
             } else {

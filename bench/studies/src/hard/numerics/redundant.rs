@@ -42,7 +42,7 @@ pub enum Found {
 }
 
 impl Found {
-    /// Largest distance of a share from 1 upwards and 0 sideways; ∞ where there are none.
+    /// Largest distance of a share from 1 upwards and 0 sideways; ∞ if the solver refused.
     #[must_use]
     pub fn uneven(&self) -> f64 {
         match self {
@@ -54,7 +54,7 @@ impl Found {
         }
     }
 
-    /// Deviation of the sum of the forces from the weight, relative; ∞ where there are none.
+    /// Deviation of the sum of the forces from the weight, relative; ∞ if the solver refused.
     #[must_use]
     pub fn unbalanced(&self) -> f64 {
         match self {
@@ -91,7 +91,7 @@ pub fn scene(copies: usize, compliance: f64) -> Result<Scene, SceneError> {
 /// One step of the scene with a solver.
 ///
 /// # Errors
-/// [`StepError::Scene`], and whatever is no failure of the solve.
+/// [`StepError::Scene`], and errors other than a failure of the solve.
 pub fn solve(copies: usize, compliance: f64, choice: &Choice) -> Result<Found, StepError> {
     let mut stepper = Stepper::new(scene(copies, compliance)?, choice.plain_options(DT))?;
     match stepper.step() {

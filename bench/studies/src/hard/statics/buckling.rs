@@ -42,7 +42,8 @@ pub(super) fn growth(
     for k in 0..steps {
         match stepper.step() {
             Ok(_) => {}
-            // Beyond all numbers is left for good; another error is none of the equilibrium's.
+            // A state beyond all numbers has left for good. Another error does not concern the
+            // equilibrium.
             Err(StepError::NonFinite { .. }) => return Ok(f64::INFINITY),
             Err(e) => return Err(e.into()),
         }

@@ -288,7 +288,8 @@ fn joint_turn(
     Some(Rotation3::from_scaled_axis(n * theta) * twist)
 }
 
-/// The root of three equations near `start`, by Newton's method with differences. `None` where there is none near.
+/// The root of three equations near `start`, by Newton's method with differences. `None` if it does
+/// not converge.
 pub(super) fn shoot(
     start: Vector3<f64>,
     f: impl Fn(Vector3<f64>) -> Option<Vector3<f64>>,

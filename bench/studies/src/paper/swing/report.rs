@@ -8,7 +8,7 @@ use taut_output::check::{Check, Verdict};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table::{error, of_records};
 
-/// Nothing where there is no number.
+/// Empty for NaN.
 fn percent(share: f64) -> String {
     if share.is_nan() {
         return String::new();

@@ -86,7 +86,8 @@ fn hilbert_inverse(n: usize, i: usize, j: usize) -> f64 {
     sign * (i + j + 1) as f64 * first * binomial(i + j, i).powi(2)
 }
 
-/// The smallest eigenvalue of a positive definite matrix, by inverse iteration in 32 digits; NaN where there are none.
+/// The smallest eigenvalue of a positive definite matrix, by inverse iteration in 32 digits; NaN if
+/// a solve fails.
 fn smallest_eigenvalue(a: &SymBlockMatrix) -> f64 {
     // Not orthogonal to any mode, and growing to one side.
     let mut v: Vec<f64> = (0..a.dim()).map(|i| 1.0 + 0.1 * (i as f64).sin()).collect();

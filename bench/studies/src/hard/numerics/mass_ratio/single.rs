@@ -102,7 +102,7 @@ pub(super) fn in_single_precision(singles: &[Single]) -> Vec<Check> {
         )
         .by("largest error of the solution over R, dense LU with partial pivoting, residual in double, relative, ∞-norm");
         check.note = format!("unrefined {unrefined:.1e}");
-        // One that is no number misses.
+        // NaN misses the bar.
         let misses = own().filter(|s| s.errors[1].is_nan() || s.errors[1] > SINGLE_BAR);
         let first = misses.map(|s| s.ratio).fold(f64::INFINITY, f64::min);
         // A refinement multiplies the error by what it begins with, where that is a part of the solution; where no digit is

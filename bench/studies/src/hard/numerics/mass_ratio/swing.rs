@@ -16,7 +16,7 @@ const SWING_BAR: f64 = 1e-5;
 /// Largest gain of energy of a free swing in a minute, over the largest kinetic energy.
 const GAIN_BAR: f64 = 1e-5;
 
-/// Most that waves of the cable may add to it: beyond it is no limit.
+/// Largest error of the amplitude that waves of the cable excuse.
 const MOST_WAVES: f64 = 1e-2;
 
 /// Seconds of the swing, and by how much the anchor moves in the first two \[s, m].

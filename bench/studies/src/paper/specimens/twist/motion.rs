@@ -59,7 +59,7 @@ pub struct Motion {
     pub step: Step,
     /// Δt \[s].
     pub dt: f64,
-    /// Tension over T²/(4YI) of the largest torque; 0 is none.
+    /// Tension over T²/(4YI) of the largest torque; 0 leaves the specimen untensioned.
     pub tension: f64,
     /// A small sideways force disturbs it; otherwise it stays exactly straight.
     pub disturbed: bool,
