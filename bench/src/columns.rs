@@ -126,7 +126,7 @@ fn force(stepper: &Stepper, c: usize) -> Option<Wrench> {
 /// A column that cannot be made.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ColumnError {
-    /// A name without a dot is none of a quantity of the run or of a control.
+    /// A name without a dot belongs neither to a quantity of the run nor to a control.
     UnknownColumn {
         name: String,
         /// All columns without a dot.
@@ -374,7 +374,7 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
     })
 }
 
-/// The source of the column `CABLE.SEGMENT.tension`; `None` where `name` is no such column.
+/// The source of the column `CABLE.SEGMENT.tension`; `None` for any other `name`.
 fn segment(name: &str, scene: &Scene) -> Option<Result<Source, ColumnError>> {
     let (cable, number) = name.strip_suffix(".tension")?.rsplit_once('.')?;
     let number: usize = number.parse().ok()?;

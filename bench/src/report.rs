@@ -132,7 +132,7 @@ impl Report {
     /// From the text of a file: a report as it was written beside its page, or the rows that a benchmark wrote.
     ///
     /// # Errors
-    /// [`ReportError::Read`] for text that is neither, [`ReportError::Empty`] where there is no row.
+    /// [`ReportError::Read`] for any other text, [`ReportError::Empty`] without rows.
     pub fn parse(path: &Path, text: &str) -> Result<Self, ReportError> {
         let failed = |reason: serde_json::Error| ReportError::Read {
             path: path.to_owned(),
@@ -166,7 +166,7 @@ impl Report {
 /// A report that could not be made.
 #[derive(Debug)]
 pub enum ReportError {
-    /// A file that is no report and holds no rows.
+    /// A file that is neither a report nor a list of rows.
     Read {
         /// The file.
         path: PathBuf,

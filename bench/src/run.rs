@@ -504,10 +504,10 @@ fn summary(
     stopped: Option<&'static str>,
 ) -> Summary {
     let (options, scene) = (stepper.options(), stepper.scene());
-    // The gaps of a lost run are no strain.
+    // The gaps of a lost run do not measure a strain.
     let strain = scene.strain_note(&simulation.gaps);
     let strain = strain.filter(|_| simulation.failure.is_none());
-    // The step that gains too much is no sample.
+    // The step that gains too much has no sample.
     let gained = match &simulation.error {
         Some(StepError::EnergyGain { excess, scale, .. }) => Some(excess / scale),
         _ => None,

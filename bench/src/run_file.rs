@@ -26,12 +26,12 @@ pub struct RunFile {
     checksum: u32,
 }
 
-/// Why a file is no run that can be taken up again.
+/// Reason why a saved run cannot be taken up again.
 #[derive(Debug)]
 pub enum RunFileError {
     /// It cannot be read.
     File(FileError),
-    /// It is no saved run, or one of another version.
+    /// It is not a saved run, or one of another version.
     Format(PathBuf, serde_json::Error),
     /// It is not what was written.
     Damaged(PathBuf),

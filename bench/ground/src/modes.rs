@@ -29,7 +29,7 @@ pub struct Natural {
 }
 
 impl Natural {
-    /// ω of mode `k` \[rad/s]; NaN where there is none.
+    /// ω of mode `k` \[rad/s]; NaN beyond the last mode and for an unstable one.
     #[must_use]
     pub fn frequency(&self, k: usize) -> f64 {
         self.squares.get(k).map_or(f64::NAN, |w| w.sqrt())

@@ -20,8 +20,9 @@ pub struct Check {
     /// `None` if either value is not a number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<Compared>,
-    /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as
-    /// well as what is not there, [`Check::reached`] stands beside it and tells them apart.
+    /// Distance of ours from the reference in the criterion's measure. JSON has null for a missing
+    /// error and for one that is not finite; [`Check::reached`] stands beside it and tells them
+    /// apart.
     #[serde(
         flatten,
         serialize_with = "with_reached",
@@ -111,8 +112,8 @@ pub enum Reached {
     Number,
     /// The computed value is infinite or NaN; `error` is null in JSON.
     NotFinite,
-    /// There is none: what is judged is a statement, or, where the verdict is `not-yet`, nothing was measured;
-    /// `error` is null.
+    /// The check judges a statement, or, with the verdict `not-yet`, nothing was measured; `error`
+    /// is null.
     Absent,
 }
 
@@ -250,7 +251,7 @@ impl Check {
         error: f64,
         bar: f64,
     ) -> Self {
-        // An error that is no number is none that is small.
+        // NaN fails: the comparison is false.
         Self {
             error: Some(error),
             bar: Some(bar),
@@ -497,7 +498,7 @@ pub type ExperimentError = Box<dyn Error + Send + Sync>;
 /// Records as CSV with a header.
 ///
 /// # Errors
-/// Records that are no flat rows.
+/// Records that are not flat rows.
 pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -509,7 +510,7 @@ pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The charts of an outcome as one picture; nothing where there are none.
+/// The charts of an outcome as one picture; `None` without charts.
 ///
 /// # Errors
 /// A chart that cannot be drawn.

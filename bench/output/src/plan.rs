@@ -406,7 +406,7 @@ mod tests {
                 ),
             ]
         );
-        // The name `new` is no solver, so its look follows from its place.
+        // The name `new` belongs to no solver, so its look follows from its place.
         let looks = plot.charts.iter().map(|c| c.series[1].look);
         let expected = [Look::of_solver("cg"), Some(Look::by_place(2))];
         assert!(looks.eq(expected));

@@ -51,7 +51,7 @@ impl Axis {
         }
     }
 
-    /// An axis of things that are no numbers, at the places 0, 1 …
+    /// An axis of names at the places 0, 1 …
     #[must_use]
     pub fn of_names(label: &str, names: Vec<String>) -> Self {
         Self {
@@ -111,7 +111,7 @@ pub enum Mark {
     Points,
     /// Bars from zero, as wide as the distance of the first two points.
     Bars,
-    /// A thin line that is no data, with its name at its end and not in the legend.
+    /// A thin guide line without data; its name stands at its end, not in the legend.
     Guide,
 }
 

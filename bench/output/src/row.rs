@@ -51,7 +51,7 @@ pub fn has_no_error(row: &Row) -> bool {
     row.get("error").is_none_or(Value::is_null)
 }
 
-/// The rows of the list with that name, wherever it is; those of the data itself where there is no name.
+/// The rows of the list with that name, wherever it is; an empty name means the data itself.
 #[must_use]
 pub fn rows_of(data: &Value, list: &str) -> Vec<Row> {
     match data {

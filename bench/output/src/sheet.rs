@@ -275,7 +275,7 @@ impl Sheet {
         heads.into_iter().chain(rows).collect()
     }
 
-    /// The tables of records that are no data of their own.
+    /// The tables of records that serialise.
     #[must_use]
     pub fn of(&self, records: &impl Serialize) -> String {
         // Records that do not serialise give no rows.
@@ -440,7 +440,7 @@ impl Cells {
     }
 }
 
-/// True if the column holds names or nothing but nulls; an empty text is no name.
+/// True if the column holds names or nothing but nulls; an empty text does not count as a name.
 fn is_text(column: &Column, rows: &[&Row]) -> bool {
     let values = rows.iter().filter_map(|row| row.get(column.key));
     let is_name = |value: &Value| value.as_str().is_some_and(|text| !text.is_empty());

@@ -94,7 +94,7 @@ pub fn nanoseconds(ns: f64) -> String {
     format!("{value:.digits$} {unit}")
 }
 
-/// An error in two digits, `-` where there is none.
+/// An error in two digits, `-` for `None`.
 #[must_use]
 pub fn error(e: Option<f64>) -> String {
     match e {

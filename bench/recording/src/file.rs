@@ -61,7 +61,7 @@ pub(crate) enum Chunk {
     End(End),
 }
 
-/// Why a file is no recording that can be read.
+/// Reason why a file cannot be read as a recording.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum RecordingError {
@@ -170,7 +170,7 @@ pub(crate) fn check_begin(from: &mut dyn Read) -> Result<(), RecordingError> {
     }
 }
 
-/// The bytes of the next chunk; `None` where there is no whole one.
+/// The bytes of the next chunk; `None` without a whole one.
 pub(crate) fn next(from: &mut dyn Read) -> Result<Option<Vec<u8>>, RecordingError> {
     let mut head = Vec::new();
     from.take(8)

@@ -411,8 +411,8 @@ fn solid(collider: &Collider) -> Solid {
     }
 }
 
-/// Shapes of a body that is no segment: its colliders, or else the ball or box of its mass and
-/// inertia.
+/// Shapes of a body that does not belong to a cable of segments: its colliders, or else the ball or
+/// box of its mass and inertia.
 fn solids(scene: &Scene, body: usize) -> Vec<Solid> {
     let own = scene.colliders.iter().filter(|c| c.body == Some(body));
     let own: Vec<Solid> = own.map(solid).collect();

@@ -241,7 +241,7 @@ impl Recording {
         self.parts.iter().map(|p| p.times.len()).sum()
     }
 
-    /// Times of the first and of the last frame \[s]; `None` where there is none.
+    /// Times of the first and of the last frame \[s]; `None` without frames.
     #[must_use]
     pub fn span(&self) -> Option<[f64; 2]> {
         let first = self.parts.first()?.times.first()?;

@@ -17,7 +17,7 @@ const LISTED: usize = 12;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ColumnError {
-    /// There is none of that name.
+    /// No column has that name.
     Unknown {
         name: String,
         /// Columns of the named thing, or else some of all.

@@ -36,7 +36,7 @@ impl Console {
         }
     }
 
-    /// A line about what was done, which is no data: on a terminal only.
+    /// Prints a remark, which is not data: on a terminal only.
     pub(crate) fn note(self, text: &str) -> Result<(), Failure> {
         if !self.quiet && std::io::stdout().is_terminal() {
             files::print(&format!("{text}\n"))?;

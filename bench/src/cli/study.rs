@@ -171,7 +171,8 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    /// Finds out whether these can be written, and are no files that are read: `read` and those of the call.
+    /// Checks that the outputs can be written and are not among the files read: `read` and those of
+    /// the call.
     pub(crate) fn open(
         call: &Call<'_>,
         json: Option<&Path>,

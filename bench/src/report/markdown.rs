@@ -93,7 +93,7 @@ fn named(row: &Row) -> String {
     format!("{}: {}", text_of(row, "experiment"), text_of(row, "case"))
 }
 
-/// An error or a bar; nothing where there is none.
+/// An error or a bar; empty if absent.
 fn small(row: &Row, key: &str) -> String {
     number_of(row, key).map_or_else(String::new, |x| format!("{x:.1e}"))
 }

@@ -86,7 +86,7 @@ pub(super) fn origin(report: &Report) -> Vec<Setting> {
     pairs.map(|(name, value)| (name.to_owned(), value)).to_vec()
 }
 
-/// Names with their values; nothing where there are none.
+/// Names with their values; empty without any.
 pub(super) fn settings(pairs: &[Setting]) -> Markup {
     html! {
         @if !pairs.is_empty() {
@@ -144,7 +144,7 @@ pub(super) struct Section {
 const ORDERS: &str = "Thin lines: what is parallel to slope 1 shrinks in proportion to Δt, an error of first order; to \
                       slope 2 in proportion to Δt², of second order. Only their slopes mean something.";
 
-/// A section of charts; none where there are none.
+/// A section of charts; `None` without any.
 pub(super) fn figures(
     id: &str,
     title: &str,

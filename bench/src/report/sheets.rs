@@ -54,7 +54,7 @@ fn collect(name: &str, value: &Value, lists: &mut Vec<List>) {
             let mut row = Row::new();
             let mut own = object.values().filter(|value| !is_list(value));
             match (own.next(), own.next()) {
-                // The only field that is no list describes the lists; it needs no name.
+                // The only field beside the lists describes them; it needs no name.
                 (Some(Value::Object(about)), None) => flatten("", about, &mut row),
                 _ => flatten("", object, &mut row),
             }

@@ -118,7 +118,7 @@ fn resolved(s: &Summary) -> Option<(&'static str, String)> {
     Some(("resolution", text))
 }
 
-/// Times of a step and of its phases. The first step, which may allocate, is none of them.
+/// Times of a step and of its phases, without the first step, which may allocate.
 fn times(s: &Summary) -> [String; 2] {
     let ns = taut_output::table::nanoseconds;
     if s.steps < 2 {

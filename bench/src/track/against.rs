@@ -97,7 +97,7 @@ pub struct Compared {
     pub base: Option<f64>,
     /// The head's.
     pub head: Option<f64>,
-    /// The head's over the base's, which is no ratio of medians.
+    /// The head's over the base's, as the median of the rounds' ratios.
     pub ratio: Option<Ratio>,
     pub verdict: Verdict,
     /// Reason or remark beside the verdict.
@@ -314,7 +314,7 @@ impl Compared {
 /// The verdict on a ratio that may be 1 + `bar`.
 fn judge(ratio: Ratio, bar: f64) -> Verdict {
     match ratio {
-        // Also what is no number.
+        // Written so that NaN fails too.
         r if !(r.value <= 1.0 + bar || r.low <= 1.0) => Verdict::Fail,
         r if r.low > 1.0 => Verdict::Slower,
         r if r.high < 1.0 => Verdict::Better,

@@ -46,7 +46,7 @@ impl Program {
     }
 }
 
-/// Why there is no program to compare with.
+/// Reason why the base cannot be found or built.
 #[derive(Debug)]
 pub enum BaseError {
     /// A name of nothing.

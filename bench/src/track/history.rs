@@ -73,7 +73,7 @@ impl Run {
 #[derive(Debug)]
 pub enum HistoryError {
     File(FileError),
-    /// A line that is no run.
+    /// A malformed line.
     Line {
         path: PathBuf,
         /// The line, from 1.
@@ -103,7 +103,7 @@ impl From<FileError> for HistoryError {
     }
 }
 
-/// The runs of a file, the oldest first; none where there is no file yet.
+/// The runs of a file, the oldest first; empty before the file exists.
 ///
 /// # Errors
 /// [`HistoryError`].
@@ -217,7 +217,7 @@ mod tests {
             of("time-min"),
             [("a", Some(1.0)), ("b", Some(1.05)), ("b #2", Some(0.95))]
         );
-        // Nothing over nothing is no line.
+        // 0/0 draws no line.
         assert_eq!(of("allocations")[0], ("a", None));
         let plot = HISTORY.plots[0].plot(&data);
         assert_eq!(plot.charts[0].x.names, ["a", "b", "b #2"]);

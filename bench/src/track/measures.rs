@@ -95,13 +95,13 @@ impl Measure {
 /// Largest errors of a case that pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bars {
-    /// Bar of [`Measure::ForwardError`]; infinite, here as below, if there is none.
+    /// Bar of [`Measure::ForwardError`]; infinite, here as below, without a bar.
     pub forward: f64,
     /// Bar of [`Measure::BackwardError`].
     pub backward: f64,
     /// Bar of [`Measure::LoadError`] \[m].
     pub load: f64,
-    /// Bar of [`Measure::ElongationError`]; unused for a scene that is no hoist.
+    /// Bar of [`Measure::ElongationError`]; unused except for a hoist.
     pub elongation: f64,
 }
 
@@ -111,7 +111,7 @@ pub struct Figure {
     /// The case's name.
     pub case: String,
     pub measure: Measure,
-    /// The value, or why there is none.
+    /// The value, or the reason why it is missing.
     pub value: Result<f64, Missing>,
     /// Half the range between the quartiles, for medians.
     pub spread: Option<f64>,
@@ -121,7 +121,7 @@ pub struct Figure {
     pub bar: Option<f64>,
 }
 
-/// Why there is no value.
+/// Reason for a missing value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Missing {
     /// It was not asked for or cannot be had here: no fault.

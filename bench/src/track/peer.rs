@@ -55,7 +55,7 @@ struct Question {
 enum Answer {
     /// The time of all that was measured of it so far \[ns].
     Ns(f64),
-    /// Why it has none, which is no fault.
+    /// Reason for a missing time; not a fault.
     Missing(String),
     /// The measurement failed.
     Failed(String),
@@ -212,7 +212,7 @@ impl Peer {
         }
     }
 
-    /// A time of a case \[ns], or why there is none.
+    /// A time of a case \[ns], or the reason why it is missing.
     pub(super) fn time(
         &mut self,
         case: &str,
@@ -280,7 +280,7 @@ pub enum Fault {
     },
     /// It does not answer in that time.
     Late(Duration),
-    /// Its answer is no time.
+    /// Its answer does not hold a time.
     Answer(String),
 }
 

@@ -21,7 +21,8 @@ pub struct SelfTest {
     pub same: usize,
     /// Comparisons with the slower copy in which every figure fails.
     pub slowed: usize,
-    /// The least and the greatest ratio of the first kind; the other way round where there are none.
+    /// The least and the greatest ratio of the comparisons with itself; greatest before least
+    /// without any.
     pub same_ratios: [f64; 2],
     /// The least and the greatest ratio of the slower copy.
     pub slowed_ratios: [f64; 2],

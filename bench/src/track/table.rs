@@ -112,7 +112,7 @@ fn noted<'a>(verdict: Verdict, note: &'a str, notes: &mut Vec<&'a str>) -> Strin
     format!("{verdict} ({})", index + 1)
 }
 
-/// The notes with their numbers; nothing where there are none.
+/// The notes with their numbers; empty without any.
 fn listed(notes: &[&str]) -> String {
     if notes.is_empty() {
         return String::new();

@@ -17,7 +17,7 @@ fn script(at: &Path, name: &str, does: &str) {
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("a script of ours");
 }
 
-/// A comparison with a program that is none is refused with all the words.
+/// A base that cannot be compared with is refused with all the words.
 fn refused_base(at: &PathBuf, base: &str, words: &[&str]) {
     refused(at, &format!("{CASE} --against {base} --limit 20"), words);
 }

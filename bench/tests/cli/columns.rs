@@ -1,7 +1,7 @@
 use crate::{folder, good, json, refused, taut, text};
 use std::fs;
 
-/// Headings and rows of a table; a cell is empty where there is no number.
+/// Headings and rows of a table; `None` for a cell without a number.
 fn table(text: &str) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headings = reader.headers().expect("a heading").iter();

@@ -13,7 +13,7 @@ fn parsed(at: &Path, name: &str) -> Value {
     serde_json::from_str(&read(at, name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The files of a folder that are no results.
+/// Partial files left in a folder.
 fn left_over(at: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(at).expect("a folder");
     let paths = entries.map(|e| e.expect("an entry").path());

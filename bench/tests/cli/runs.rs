@@ -28,7 +28,7 @@ fn an_unstable_run_has_code_1_and_still_its_summary() {
     assert_eq!(summary["steps"].as_u64(), Some((end * 60.0).round() as u64));
 }
 
-/// The step that gains too much is no sample, and its excess counts.
+/// The step that gains too much has no sample, but its excess counts.
 #[test]
 fn a_run_lost_by_its_energy_says_by_how_much() {
     let at = folder("from_nowhere");

@@ -20,7 +20,7 @@ pub struct Dumped {
     pub matrix: SymBlockMatrix,
     /// b.
     pub b: Vec<f64>,
-    /// The solution of A x = b in extended precision, rounded, or why there is none.
+    /// The solution of A x = b in extended precision, rounded, or the error of finding it.
     pub x: Result<Vec<f64>, SolveError>,
     /// For S only: multipliers of the pieces in extended precision, rounded \[N s, N m s].
     pub multipliers: Option<Vec<f64>>,
@@ -34,7 +34,7 @@ pub struct Dumped {
 /// geometric stiffness of the next step is made of the tension found here.
 ///
 /// # Errors
-/// As [`Stepper::solve`]; that there is no exact solution is none.
+/// As [`Stepper::solve`]. A missing exact solution is not an error.
 pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
     let [(matrix, b), (kkt, kkt_b)] = assembled(stepper)?;
     let x = reference_solution(&kkt, &kkt_b);

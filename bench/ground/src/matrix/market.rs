@@ -19,7 +19,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a line: no number is as long, and a file without line ends is none of these.
+/// Most bytes of a line. Every number is shorter; a file without line ends is longer.
 const LONGEST_LINE: usize = 1 << 20;
 
 /// Most block rows that comments may tell of: a few bytes of gzip say a million.
@@ -38,11 +38,11 @@ pub enum Fault {
     Banner,
     /// A matrix of a kind that is not solved here.
     Unsupported,
-    /// Sizes that are none, or that no machine can hold.
+    /// Malformed sizes, or sizes beyond any machine.
     Sizes,
-    /// An index that is none or out of its range.
+    /// A malformed index, or one out of its range.
     Index,
-    /// A value that is no finite number.
+    /// A value that is not a finite number.
     Value,
     /// Fewer or more numbers in a line, or lines, than there should be.
     Count,

@@ -7,7 +7,7 @@ use taut_solver::{
     LinearSolver, SolveError, SolveReport, SymBlockMatrix,
 };
 
-/// A matrix with what the backends share: its order of elimination, or why there is none.
+/// A matrix with the common data of the backends: its order of elimination, or the obstacle to one.
 pub struct Problem<'a> {
     pub matrix: &'a Matrix,
     /// For those that factorise in the order of the pattern; none for a general matrix.

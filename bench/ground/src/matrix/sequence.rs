@@ -161,7 +161,7 @@ pub enum SequenceError {
     None(PathBuf),
     /// A file that cannot be read or written.
     File(FileError),
-    /// A line of the index that is none.
+    /// A malformed line of the index.
     Index {
         path: PathBuf,
         /// The line, from 1.

@@ -36,7 +36,7 @@ pub struct Config {
     pub backends: Vec<Backend>,
     /// The backends were asked for by name.
     pub named: bool,
-    /// Limits of iterations for the iterative backends; their own where there is none.
+    /// Limits of iterations for the iterative backends; empty keeps their own.
     pub iterations: Vec<usize>,
     /// Time that the repeats of one row aim at.
     pub budget: Duration,

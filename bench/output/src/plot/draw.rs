@@ -222,7 +222,8 @@ struct Place {
     of: usize,
 }
 
-/// A line that is no data, its name at its end: below that of the first such line, above others, which rise from it.
+/// Draws a guide line with its name at its end: below the first such line, above the others, which
+/// rise from it.
 fn draw_guide(
     plane: &mut Plane<'_, '_>,
     name: &str,

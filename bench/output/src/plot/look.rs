@@ -77,7 +77,7 @@ pub struct Look {
     pub dash: Dash,
 }
 
-/// Colours of what is no solver: a violet, an olive, a crimson.
+/// Colours of series that are not solvers: a violet, an olive, a crimson.
 const COLOURS: [[u8; 3]; 3] = [[112, 100, 190], [140, 140, 30], [190, 70, 100]];
 
 /// Forms in turn. Their number has no factor in common with that of the colours: all pairs come before one comes again.
@@ -90,7 +90,7 @@ const FORMS: [(Shape, Dash); 5] = [
 ];
 
 impl Look {
-    /// Look of the series at `place` among others that are no solvers. Colours and forms rotate;
+    /// Look of the series at `place` among those that are not solvers. Colours and forms rotate;
     /// every second round has hollow markers.
     #[must_use]
     pub fn by_place(place: usize) -> Self {

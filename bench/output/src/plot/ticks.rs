@@ -61,8 +61,8 @@ fn round(ends: &Range<f64>) -> Vec<f64> {
     ticks.take_while(|t| *t <= ends.end).collect()
 }
 
-/// Places of powers of ten; with 2 and 5 times them where there are no more than two, round numbers where there are
-/// none of these.
+/// Places of powers of ten. Where these are two or fewer, also 2 and 5 times them. Where all are
+/// two or fewer, round numbers.
 fn decades(ends: &Range<f64>) -> Vec<f64> {
     let span = ends.end - ends.start;
     let every = (span / 8.0).ceil().max(1.0);

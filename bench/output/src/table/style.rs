@@ -7,8 +7,8 @@ use comfy_table::{Attribute, Cell, Color, Row, Table};
 pub const MARK: &str =
     "*: the least of its column, apart from what failed, became unstable or ran out of iterations";
 
-/// Which rows have the least value of their group, in which they have a rival. `rows` holds the group and the value of
-/// each row; none, and what is no finite number, is never the least.
+/// Rows with the least value of their group, if they have a rival in it. `rows` holds the group and
+/// the value of each row; a missing or infinite value or NaN is never the least.
 pub(crate) fn least<G: PartialEq>(rows: &[(G, Option<f64>)]) -> Vec<bool> {
     let is_least = |row: &(G, Option<f64>)| {
         let rivals = || rows.iter().filter(|(group, _)| *group == row.0);

@@ -105,7 +105,7 @@ pub enum ProblemError {
     None(PathBuf),
     /// A file that cannot be read.
     File(FileError),
-    /// A description that is none.
+    /// A malformed description.
     Info { path: PathBuf, fault: String },
     /// A file that is missing, damaged or does not fit the others.
     Member(MarketError),

@@ -171,7 +171,7 @@ fn a_sequence_takes_the_place_of_another() {
         ..Wanted::default()
     };
     let mut recorder = Recorder::new(wanted).expect("a folder");
-    // Until it is finished there is none.
+    // An unfinished sequence cannot be read.
     assert!(matches!(read(&folder), Err(SequenceError::None(_))));
     recorder.take(0, &stepper()).expect("taken");
     recorder.finish().expect("written");
