@@ -288,7 +288,7 @@ pub struct ContactSummary {
     pub residual_gap_m: f64,
     /// The largest of them as a force \[N].
     pub residual_force_n: f64,
-    /// Most factorisations of dense problems in a step, and problems left to fall-backs in all of them.
+    /// Most factorisations of dense problems in a step.
     pub most_pivots: usize,
     /// Dense problems that Newton's method left to its fall-backs.
     pub fallbacks: usize,

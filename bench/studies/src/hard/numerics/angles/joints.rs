@@ -71,8 +71,8 @@ impl Kind {
         }
     }
 
-    /// True if the direction of the row is lost at the singularity, as that of an unsigned angle at
-    /// 0. The Jacobian then has no limit.
+    /// True if the row loses its direction at the singularity, as an unsigned angle does at zero.
+    /// The Jacobian then has no limit.
     #[must_use]
     pub fn loses_direction(self) -> bool {
         matches!(
