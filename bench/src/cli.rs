@@ -48,14 +48,14 @@ struct Cli {
     // The last, whatever others there are.
     #[arg(long, short, global = true, display_order = 998)]
     quiet: bool,
-    /// What it was read from, with the options of experiments.
+    /// Arguments as parsed, with the options of the experiments.
     #[arg(skip)]
     matches: ArgMatches,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    // What has no text here is an experiment: `parse` adds what its study says.
+    // An experiment has no text here: `parse` adds that of its study.
     Bench,
     /// The experiments beside the main job, each with options of its own; without a name, their list
     #[command(after_help = "Examples:\n  taut study\n  taut study kernels --segments 100")]
@@ -159,7 +159,7 @@ struct StepArgs {
 /// Most refinement sweeps that a run may ask for.
 const MAX_REFINEMENTS: usize = 100;
 
-/// What ends the program with an exit code other than 0.
+/// Reason for an exit code other than 0.
 enum Failure {
     /// Bad input: code 2.
     Input(String),

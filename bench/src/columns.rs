@@ -21,7 +21,6 @@ type OfRun = fn(&Sample) -> Option<f64>;
 type OfBody = fn(&Stepper, usize) -> f64;
 type OfConstraint = fn(&Stepper, usize) -> Option<f64>;
 
-/// Those of the run; all but the last are the columns of a table without `--columns`.
 const OF_RUN: [Quantity<OfRun>; 18] = [
     ("time", "s", |s| Some(s.time)),
     ("load_x", "m", |s| Some(s.load.x)),
@@ -43,7 +42,6 @@ const OF_RUN: [Quantity<OfRun>; 18] = [
     ("asleep", "", |s| Some(f64::from(u8::from(s.asleep)))),
 ];
 
-/// Those of a body.
 const OF_BODY: [Quantity<OfBody>; 14] = [
     ("x", "m", |s, i| s.scene().bodies.position[i].x),
     ("y", "m", |s, i| s.scene().bodies.position[i].y),
@@ -66,7 +64,7 @@ fn contact(stepper: &Stepper, body: usize) -> Vector3<f64> {
     stepper.contacts().map(|contact| contact.on(body)).sum()
 }
 
-/// Those of a joint, link or cable, where it has them.
+/// Quantities of a joint, link or cable; `None` where it has no such quantity.
 const OF_CONSTRAINT: [Quantity<OfConstraint>; 11] = [
     (TENSION, "N", |s, c| loads(s, c).tension),
     ("fx", "N", |s, c| Some(force(s, c)?.force.x)),
@@ -128,45 +126,35 @@ fn force(stepper: &Stepper, c: usize) -> Option<Wrench> {
 /// A column that cannot be made.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ColumnError {
-    /// A name without a dot is none of a quantity of the run or of a control.
+    /// A name without a dot belongs neither to a quantity of the run nor to a control.
     UnknownColumn {
-        /// The name.
         name: String,
-        /// Those that there are.
+        /// All columns without a dot.
         known: Vec<String>,
     },
     /// Nothing has the name before the dot.
     UnknownName {
-        /// The column.
         column: String,
-        /// The name.
         name: String,
         /// Names of bodies (the first few).
         bodies: Vec<String>,
         /// Names of joints and cables (the first few).
         constraints: Vec<String>,
     },
-    /// What has the name does not have the quantity.
+    /// The named thing lacks the quantity.
     UnknownQuantity {
-        /// The name.
         name: String,
-        /// The quantity.
         quantity: String,
-        /// Those that it has.
+        /// Quantities that it has.
         known: Vec<&'static str>,
     },
     /// A cable has fewer segments.
     NoSegment {
-        /// The column.
         column: String,
-        /// The cable.
         cable: String,
-        /// Its segments.
         segments: usize,
     },
-    /// The same column twice.
     Twice {
-        /// Its name.
         name: String,
     },
 }
@@ -224,7 +212,7 @@ enum Source {
     Control(String),
     /// The largest tension of a cable of segments.
     Cable(String),
-    /// That of one of its segments.
+    /// Tension in one segment, from 0.
     Segment(String, usize),
 }
 
@@ -293,7 +281,7 @@ impl Columns {
     /// Writes the headings as a line of CSV.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// I/O errors of `out`.
     pub fn heading(&self, out: &mut dyn io::Write) -> io::Result<()> {
         for (k, heading) in self.headings.iter().enumerate() {
             let comma = if k == 0 { "" } else { "," };
@@ -309,7 +297,7 @@ impl Columns {
     /// Writes the values after a step as a line of CSV; a cell is empty for what is not there.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// I/O errors of `out`.
     pub fn line(
         &self,
         out: &mut dyn io::Write,
@@ -386,7 +374,7 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
     })
 }
 
-/// The source of the column `CABLE.SEGMENT.tension`; `None` where `name` is no such column.
+/// The source of the column `CABLE.SEGMENT.tension`; `None` for any other `name`.
 fn segment(name: &str, scene: &Scene) -> Option<Result<Source, ColumnError>> {
     let (cable, number) = name.strip_suffix(".tension")?.rsplit_once('.')?;
     let number: usize = number.parse().ok()?;

@@ -1,4 +1,4 @@
-//! What machine the figures were measured on.
+//! Description of the machine that figures were measured on.
 
 use serde::Serialize;
 use std::process::{Command, Stdio};
@@ -54,8 +54,9 @@ pub fn build_options() -> impl Iterator<Item = &'static str> {
         .chain(FEATURES.split_whitespace())
 }
 
-/// The commit that the folder of the sources is at now, and whether files differ from it, as `git describe` has it: what
-/// was built, unless the folder has moved on since. `unknown` where there is no git, or it knows nothing of the folder.
+/// The present commit of the source folder, with a mark for changed files, as `git describe` has
+/// it. It is the commit that was built unless the folder has moved on since. `unknown` without git
+/// or outside a repository.
 #[must_use]
 pub fn commit() -> String {
     let described = Command::new("git")

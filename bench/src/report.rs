@@ -1,9 +1,10 @@
 //! The report that people look at: one HTML file of speed against error for every solver, with all that belongs to it.
 //!
-//! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of
-//! the main job `score` ranks the solvers, `charts` draws, `main_job` puts them together. Of every other experiment the plots are those of its study, and `sheets` makes tables of its
-//! rows. `page` writes, `cells` are its tables, `markdown` writes several reports as one text. `limits` is what the page
-//! says of known limits.
+//! The content is data, [`Report`]; it is written as JSON beside the page, and `taut report` reads
+//! it back. For the main job `score` ranks the solvers, `charts` draws, `main_job` combines both.
+//! Any other experiment has the plots of its study, and `sheets` makes tables of its rows. `page`
+//! writes HTML with the tables of `cells`; `markdown` writes several reports as one text. `limits`
+//! lists the known limits for the page.
 
 mod cells;
 mod charts;
@@ -37,7 +38,7 @@ pub struct Report {
     pub version: String,
     /// The command that gives this report again.
     pub command: String,
-    /// What machine it was measured on, one line.
+    /// Machine, in one line.
     pub machine: String,
     /// The compiler; nothing where that is not known.
     #[serde(default)]
@@ -47,7 +48,6 @@ pub struct Report {
     pub commit: String,
     /// When: seconds since 1970.
     pub unix_time: u64,
-    /// What was set.
     #[serde(default)]
     pub settings: Vec<Setting>,
     /// Rows of the main job.
@@ -56,10 +56,10 @@ pub struct Report {
     /// Solvers without rows, and why.
     #[serde(default)]
     pub omissions: Vec<Omission>,
-    /// What the rows of the main job do not hold; empty where the report was made from rows alone.
+    /// Measurements of the main job beside its rows; empty in a report made from rows alone.
     #[serde(default)]
     pub extras: Extras,
-    /// What another benchmark than the main job found.
+    /// Results of an experiment other than the main job.
     #[serde(default)]
     pub other: Option<Other>,
 }
@@ -77,7 +77,7 @@ pub struct Other {
 }
 
 impl Report {
-    /// Of what an experiment found on a machine, or on several, called with these arguments.
+    /// Report on the results of an experiment on one or several machines, called with `arguments`.
     ///
     /// # Errors
     /// [`ReportError::Rows`].
@@ -109,7 +109,7 @@ impl Report {
         Ok(report)
     }
 
-    /// The same with the rows of an experiment. Those of the main job are records.
+    /// Adds the rows of an experiment: records for the main job, [`Other`] else.
     fn holding(mut self, name: &str, rows: Value) -> serde_json::Result<Self> {
         if name == BENCH.name {
             self.records = serde_json::from_value(rows)?;
@@ -132,7 +132,7 @@ impl Report {
     /// From the text of a file: a report as it was written beside its page, or the rows that a benchmark wrote.
     ///
     /// # Errors
-    /// [`ReportError::Read`] for text that is neither, [`ReportError::Empty`] where there is no row.
+    /// [`ReportError::Read`] for any other text, [`ReportError::Empty`] without rows.
     pub fn parse(path: &Path, text: &str) -> Result<Self, ReportError> {
         let failed = |reason: serde_json::Error| ReportError::Read {
             path: path.to_owned(),
@@ -166,11 +166,10 @@ impl Report {
 /// A report that could not be made.
 #[derive(Debug)]
 pub enum ReportError {
-    /// A file that is no report and holds no rows.
+    /// A file that is neither a report nor a list of rows.
     Read {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
         reason: String,
     },
     /// A file without rows.

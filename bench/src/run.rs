@@ -21,26 +21,24 @@ use taut_integrator::{
 use taut_model::{Note, Scene, SceneSource};
 use taut_solver::Chosen;
 
-/// What a run is judged by, which only the parameters of its scene know.
+/// Expectations that only the parameters of a scene tell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Yardstick {
     /// Unstrained length of the cable and its exact elongation at rest, for hoists \[m].
     pub cable: Option<(f64, f64)>,
-    /// Whether nothing disturbs the scene out of its plane, so that a verdict of stability says little.
+    /// Nothing disturbs the scene out of its plane, so stability says little.
     pub planar: bool,
 }
 
 /// A scene to be run.
 #[derive(Debug, Clone)]
 pub struct Prepared {
-    /// The scene.
     pub scene: Scene,
-    /// What the run is judged by.
     pub yardstick: Yardstick,
 }
 
-/// What is run, and what the run is judged by: [`source::built`].
+/// Builds a scene by [`source::built`], with its expectations.
 ///
 /// # Errors
 /// [`SourceError`].
@@ -83,7 +81,6 @@ pub struct EnergySpan {
 /// State of all bodies.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FinalState {
-    /// Names.
     pub name: Vec<String>,
     /// Centres of mass \[m].
     pub position: Vec<[f64; 3]>,
@@ -95,7 +92,7 @@ pub struct FinalState {
     pub angular_velocity: Vec<[f64; 3]>,
 }
 
-/// What `taut run --json` writes.
+/// Content of `taut run --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the scene.
@@ -113,7 +110,6 @@ pub struct Summary {
     pub factor_entries: Option<u64>,
     /// Floating-point operations of that factorisation.
     pub factor_flops: Option<u64>,
-    /// Scheme.
     pub scheme: String,
     /// Weight and form of the geometric stiffness.
     pub stiffness: String,
@@ -133,20 +129,20 @@ pub struct Summary {
     pub dt: f64,
     /// Steps made.
     pub steps: usize,
-    /// Those of them that the scene slept through, where it did.
+    /// Steps of these that the scene slept through; `None` if it never did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_asleep: Option<usize>,
-    /// Whether the run reached its end.
+    /// The run reached its end.
     pub stable: bool,
-    /// What stopped it before its end, such as a signal.
+    /// Interruption before the end, such as a signal.
     pub stopped: Option<&'static str>,
-    /// Whether the motion was exactly planar, which hides instabilities out of the plane.
+    /// The motion was exactly planar, which hides instabilities out of the plane.
     pub planar: bool,
     /// Steps whose iteration did not meet its tolerance.
     pub unconverged_steps: usize,
     /// Steps in which it was left undecided which rows are at their bounds or which contacts carry what.
     pub undecided_steps: usize,
-    /// What touched, where anything did.
+    /// `None` if nothing touched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contacts: Option<ContactSummary>,
     /// How it ended early.
@@ -159,7 +155,6 @@ pub struct Summary {
     /// Time and position of the load at the end \[s, m].
     #[serde(skip)]
     pub load_at_end: Option<(f64, [f64; 3])>,
-    /// Energies.
     pub energy: EnergySpan,
     /// The balance of energy at the end, where the options ask for it.
     pub balance: Option<EnergyBalance>,
@@ -174,7 +169,7 @@ pub struct Summary {
     /// The diagonal of the box around what the scene holds at the end \[m].
     #[serde(skip)]
     pub size: f64,
-    /// What winches and the rules of cables did, where there are rules or something was done.
+    /// Changes by winches and by the rules of cables; `None` without rules and changes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<Resolved>,
     /// Tension above the load at the end \[N]: the largest of what holds on to it.
@@ -190,7 +185,8 @@ pub struct Summary {
     /// The one that has it, and when.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub largest_gap: Option<Opening>,
-    /// What of a gap no force explains (gap − ε |λ|), where that is over a thousandth of the length that its joint stands for.
+    /// Largest part of a gap that no force explains, gap − ε |λ|; `None` up to a thousandth of the
+    /// length that its joint stands for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unexplained_gap: Option<Opening>,
     /// Largest |gap sum of the cable − its exact elongation at rest|/length over the run; hoists only.
@@ -232,13 +228,13 @@ impl ChosenSolver {
     }
 }
 
-/// What is wanted of a run while it is made.
+/// Requests to a run while it goes on.
 pub struct Wishes<'a> {
     /// Time at which it is saved as it is, at the end of the last step before or at it, to half a step \[s].
     pub save_at: Option<f64>,
     /// Takes what is saved, when it is.
     pub save: &'a mut dyn FnMut(SavedRun),
-    /// Whether the summary holds the path of the load.
+    /// Keeps the path of the load in the summary.
     pub path: bool,
     /// The columns that the summary holds.
     pub columns: Option<&'a Columns>,
@@ -248,7 +244,7 @@ pub struct Wishes<'a> {
     pub stop: &'a dyn Fn() -> Option<&'static str>,
 }
 
-/// What the summary tells of the steps, gathered as they are made.
+/// Sums over the steps for the summary.
 #[derive(Debug, Default)]
 struct Tally {
     steps: usize,
@@ -270,16 +266,17 @@ struct Tally {
     events: Vec<(f64, String)>,
     path: LoadPath,
     columns: Option<Series>,
-    /// Of the whole step and of each of [`Phase::ALL`], but for the first step, which may allocate.
+    /// Durations of the whole step and of each of [`Phase::ALL`], without the first step, which may
+    /// allocate.
     times: [Durations; 1 + Phase::ALL.len()],
 }
 
 /// The contacts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct ContactSummary {
-    /// Contacts that carry a force at the end, and those of them that slide.
+    /// Contacts that carry a force at the end.
     pub touching: usize,
-    /// Those whose friction is at its limit at the end.
+    /// Contacts of these with friction at its limit.
     pub sliding: usize,
     /// Most that carry a force in a step.
     pub most: usize,
@@ -291,7 +288,7 @@ pub struct ContactSummary {
     pub residual_gap_m: f64,
     /// The largest of them as a force \[N].
     pub residual_force_n: f64,
-    /// Most factorisations of dense problems in a step, and problems left to fall-backs in all of them.
+    /// Most factorisations of dense problems in a step.
     pub most_pivots: usize,
     /// Dense problems that Newton's method left to its fall-backs.
     pub fallbacks: usize,
@@ -353,7 +350,7 @@ const MOST_SUBSTEPS: usize = 256;
 /// (m) over so many steps: each number is tried from the start on.
 ///
 /// # Errors
-/// What is in the way: the scene, a run that is lost, an estimate that sub-steps do not lessen.
+/// A scene that does not build, a lost run, an estimate that sub-steps do not lessen.
 pub fn substeps_within(
     tolerance: f64,
     (scene, options): (&Scene, &StepOptions),
@@ -463,7 +460,7 @@ pub fn run(
     summary(stepper, yardstick, &begun, simulation, tally, stopped)
 }
 
-/// What only the state tells that a run begins with.
+/// Facts of the initial state that the steps do not show.
 struct Begun {
     notes: Vec<Note>,
     /// The energy, unless the run goes on from a saved one.
@@ -507,10 +504,10 @@ fn summary(
     stopped: Option<&'static str>,
 ) -> Summary {
     let (options, scene) = (stepper.options(), stepper.scene());
-    // Of a run that is lost there is no strain to speak of.
+    // The gaps of a lost run do not measure a strain.
     let strain = scene.strain_note(&simulation.gaps);
     let strain = strain.filter(|_| simulation.failure.is_none());
-    // The step that gains too much is no sample.
+    // The step that gains too much has no sample.
     let gained = match &simulation.error {
         Some(StepError::EnergyGain { excess, scale, .. }) => Some(excess / scale),
         _ => None,

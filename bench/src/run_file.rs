@@ -19,21 +19,19 @@ use taut_integrator::{SavedRun, StepError, Stepper};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunFile {
-    /// The run.
     pub run: SavedRun,
-    /// What it is judged by.
     pub yardstick: Yardstick,
     /// Names of the controls that a table of inputs has driven.
     pub driven: Vec<String>,
     checksum: u32,
 }
 
-/// Why a file is no run that can be taken up again.
+/// Reason why a saved run cannot be taken up again.
 #[derive(Debug)]
 pub enum RunFileError {
     /// It cannot be read.
     File(FileError),
-    /// It is no saved run, or one of another version.
+    /// It is not a saved run, or one of another version.
     Format(PathBuf, serde_json::Error),
     /// It is not what was written.
     Damaged(PathBuf),
@@ -82,7 +80,8 @@ impl io::Write for Sum {
 }
 
 impl RunFile {
-    /// Of a run that a table of inputs drives by the controls of those names. The checksum is made where it is written.
+    /// File of a run that a table of inputs drives by the controls `driven`. Writing computes the
+    /// checksum.
     #[must_use]
     pub fn new(run: SavedRun, yardstick: Yardstick, driven: Vec<String>) -> Self {
         Self {
@@ -99,7 +98,7 @@ impl RunFile {
         Ok(sum.finalize())
     }
 
-    /// Whether its content is what was written.
+    /// True if the checksum is that of the content.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.sum().is_ok_and(|sum| sum == self.checksum)
@@ -136,10 +135,10 @@ impl RunFile {
         to.write(|out| self.put(out))
     }
 
-    /// What is written.
+    /// Content of the file.
     ///
     /// # Errors
-    /// Those of the writer of JSON.
+    /// Errors of the JSON writer.
     pub fn bytes(mut self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.put(&mut bytes)?;

@@ -63,12 +63,10 @@ use std::time::{Duration, Instant};
 use taut_ground::Choice;
 use taut_integrator::StepError;
 
-/// What [`run`] measures.
 #[derive(Debug, Clone)]
 pub struct Config {
-    /// The cases.
     pub cases: Vec<Case>,
-    /// What instructions are counted with; none where they are not.
+    /// `None` counts no instructions.
     pub counter: Option<Counter>,
     /// Shortest time that the passes of a case are timed for.
     pub budget: Duration,

@@ -50,14 +50,14 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// What `work` returns, and the calls of the allocator that it made in this thread: making, growing, freeing.
+/// Result of `work` and the number of allocator calls of this thread in it: allocate, grow, free.
 pub fn during<T>(work: impl FnOnce() -> T) -> (T, u64) {
     let before = CALLS.get();
     let done = work();
     (done, CALLS.get().wrapping_sub(before))
 }
 
-/// Whether this program's allocator is [`Counting`]: a count of 0 says nothing otherwise.
+/// True if this program's allocator is [`Counting`]; a count of 0 means nothing otherwise.
 #[must_use]
 pub fn are_counted() -> bool {
     during(|| drop(black_box(Box::new(1)))).1 > 0

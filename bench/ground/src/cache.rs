@@ -22,7 +22,7 @@ struct Entry<T> {
 /// that of `compute`, which is then kept.
 ///
 /// # Errors
-/// Those of `compute`.
+/// Errors of `compute`.
 pub fn cached<T: Serialize + DeserializeOwned, E>(
     key: &str,
     compute: impl FnOnce() -> Result<T, E>,

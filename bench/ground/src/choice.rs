@@ -49,7 +49,7 @@ impl Choice {
                 vec![Self::schur(backend.clone()), Self::kkt(backend)]
             }
             [] => vec![Self::schur(backend)],
-            // That each is understood is checked where they are made known.
+            // Registration has checked that every row parses.
             rows => rows.iter().filter_map(|row| row.parse().ok()).collect(),
         }
     }

@@ -1,9 +1,9 @@
-//! Whether a solver's claim of a solution is true.
+//! Truth of a solver's claim of a solution.
 //!
 //! A claim is true where ‖r‖₂ ≤ τ ‖b‖₂ with the tolerance τ of an iteration, or where the normwise backward error is at most
 //! [`ROUNDING`]. A direct solver has the second alone.
 
-/// What rounding leaves of a residual, as a normwise backward error.
+/// Normwise backward error that rounding alone leaves.
 pub const ROUNDING: f64 = 1e-14;
 
 /// ‖r‖₂/‖b‖₂ over what a claim says of it, with what rounding excuses: at most 1 where the claim is true.

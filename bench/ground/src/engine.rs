@@ -28,11 +28,11 @@ pub struct Setting<M = Motion, P = Vector3<f64>> {
 
 /// An engine and its settings.
 pub struct Engine<M = Motion, P = Vector3<f64>> {
-    /// Its name in the tables.
+    /// Name in the tables.
     pub name: &'static str,
     /// Settings, ladder by ladder, each of them from the cheapest to the dearest.
     pub ladders: Vec<Vec<Setting<M, P>>>,
-    /// Whether every setting is a row. Else the cheapest within the bar is the only one.
+    /// Shows every setting as a row; otherwise only the cheapest one within the bar.
     pub all: bool,
 }
 

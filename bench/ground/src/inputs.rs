@@ -35,7 +35,7 @@ pub struct Inputs {
 pub struct InputError {
     /// Line of the text.
     pub line: Option<u64>,
-    /// What is wrong, and what to do.
+    /// Fault and remedy.
     pub message: String,
 }
 
@@ -61,8 +61,8 @@ impl Inputs {
     /// Reads a CSV text for `scene`.
     ///
     /// # Errors
-    /// [`InputError`]: no `time`, a column that is no control of the scene, a number that is none or not finite, times
-    /// that do not ascend.
+    /// [`InputError`]: no `time`, a column that names no control of the scene, a cell without a
+    /// finite number, times that do not ascend.
     pub fn parse(text: &str, scene: &Scene) -> Result<Self, InputError> {
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)

@@ -113,7 +113,7 @@ pub enum RightHandSide {
     File(PathBuf),
     /// A·1, summed in extended precision and rounded.
     Ones {
-        /// Whether nothing was rounded, so that 1 is the exact solution.
+        /// No rounding occurred, so the solution is exactly 1.
         exact: bool,
     },
 }

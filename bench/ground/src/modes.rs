@@ -22,14 +22,14 @@ pub struct Mode {
 pub struct Natural {
     /// ω² \[1/s²]; negative where the equilibrium is unstable.
     pub squares: Vec<f64>,
-    /// What elastic rows have of them, φᵀK_eφ \[1/s²].
+    /// Share of the elastic rows in each, φᵀK_eφ \[1/s²].
     pub elastic: Vec<f64>,
     /// Shapes with φᵀMφ = 1, one a column, six numbers a body: displacement \[m], rotation \[rad].
     pub shapes: DMatrix<f64>,
 }
 
 impl Natural {
-    /// ω of mode `k` \[rad/s]; NaN where there is none.
+    /// ω of mode `k` \[rad/s]; NaN beyond the last mode and for an unstable one.
     #[must_use]
     pub fn frequency(&self, k: usize) -> f64 {
         self.squares.get(k).map_or(f64::NAN, |w| w.sqrt())
@@ -137,7 +137,7 @@ struct System {
 }
 
 impl System {
-    /// Of the coordinates `columns`, six a body.
+    /// System in the coordinates `columns`; a body has six.
     fn new(scene: &Scene, columns: &[usize]) -> Self {
         let dim = 6 * scene.bodies.len();
         let mut lin = Linearized::new(scene);

@@ -69,7 +69,7 @@ impl Openings {
                 length if length > 0.0 => length,
                 _ => longest,
             };
-            // One that is no number is the widest.
+            // NaN counts as the widest.
             let wider = |gap: f64, than: f64| gap > than || (gap.is_nan() && !than.is_nan());
             if wider(gap, self.widest.gap_m) {
                 self.widest.put(stepper, c, [gap, length]);

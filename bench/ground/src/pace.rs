@@ -12,10 +12,9 @@ static STEPS: AtomicU64 = AtomicU64::new(0);
 /// Their simulated time \[ps].
 static PICOSECONDS: AtomicU64 = AtomicU64::new(0);
 
-/// What has been simulated until a moment.
+/// Totals simulated up to a moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Made {
-    /// Steps.
     pub steps: u64,
     /// Simulated time \[ps].
     pub picoseconds: u64,
@@ -32,7 +31,7 @@ pub fn step(stepper: &mut Stepper) -> Result<StepReport, StepError> {
     Ok(report)
 }
 
-/// What all threads have simulated so far.
+/// Totals of all threads.
 #[must_use]
 pub fn made() -> Made {
     Made {
@@ -41,7 +40,7 @@ pub fn made() -> Made {
     }
 }
 
-/// What a bar looks back on.
+/// Period over which a bar averages.
 const WINDOW: Duration = Duration::from_secs(3);
 
 /// How often it looks.
@@ -84,8 +83,8 @@ impl Pace {
         (steps > 0 && seconds > 0.0).then(|| (steps as f64 / seconds, simulated / seconds))
     }
 
-    /// What a bar says: steps a second and the real-time factor, simulated time over that of the clock; where nothing
-    /// was simulated the bar's own units a second.
+    /// Text of a bar: steps a second and the real-time factor, simulated time over wall-clock time.
+    /// Without simulation it is the bar's own units a second.
     #[must_use]
     pub fn text(&self, units_per_second: f64) -> String {
         match self.rates() {
@@ -119,7 +118,7 @@ mod tests {
     use taut_integrator::StepOptions;
     use taut_model::HoistParams;
 
-    /// What `count` steps of 1/50 s are.
+    /// Totals of `count` steps of 1/50 s.
     fn steps(count: u64) -> Made {
         Made {
             steps: count,

@@ -28,9 +28,8 @@ pub struct Reference {
 /// A scene, what drives it, and the step that goes through its motion finely.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// The scene.
     pub scene: Scene,
-    /// What drives it.
+    /// Drive of the scene over time.
     pub inputs: Inputs,
     /// The step, but for its Δt.
     pub options: StepOptions,
@@ -116,7 +115,6 @@ pub struct Snapshot {
     pub scene: Scene,
     /// Multipliers of the step that led there, one a row; zeros at the beginning \[N, N m].
     pub tension: Vec<f64>,
-    /// Impulses of its contacts.
     pub contacts: ContactImpulses,
 }
 

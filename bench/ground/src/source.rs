@@ -31,7 +31,7 @@ impl std::fmt::Display for SourceError {
 
 impl std::error::Error for SourceError {}
 
-/// Whether a scene is given as a file, not by its name.
+/// True if a scene is given as a file rather than by name.
 #[must_use]
 pub fn is_file(scene: &str) -> bool {
     let named = taut_model::named::NAMES.contains(&scene);

@@ -33,19 +33,18 @@ pub struct Sample {
     pub iterations: usize,
     /// Linear systems solved.
     pub solves: usize,
-    /// Whether the guard took the linear step back.
+    /// The guard took the linear step back.
     pub redone: bool,
     /// Implicit sub-steps that the guard took.
     pub implicit_substeps: usize,
     /// Events at the end of the step.
     pub events: usize,
-    /// Whether the scene slept through the step.
+    /// The scene slept through the step.
     pub asleep: bool,
-    /// What the step did with contacts.
     pub contacts: ContactReport,
     /// The error of the load's position so far, where the options ask for it.
     pub error: Option<ErrorEstimate>,
-    /// What the rules of cables did at the end of the step.
+    /// Changes by the rules of cables at the end of the step.
     pub resolved: Resolved,
     /// Wall-clock time of the step's phases.
     pub phases: PhaseTimes,
@@ -71,7 +70,7 @@ pub struct Trajectory {
 pub struct Failure {
     /// When \[s].
     pub time: f64,
-    /// What happened.
+    /// Cause in words.
     pub reason: String,
 }
 
@@ -112,7 +111,6 @@ impl Trajectory {
 /// Median and minimum of repeated measurements \[ns].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Timing {
-    /// Median.
     pub median: f64,
     /// Minimum.
     pub min: f64,
@@ -121,7 +119,7 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// Of measured durations.
+    /// Median and extremes of durations, in nanoseconds; NaN if there are none.
     #[must_use]
     pub fn of(durations: impl Iterator<Item = Duration>) -> Self {
         let mut ns: Vec<u128> = durations.map(|d| d.as_nanos()).collect();
@@ -273,7 +271,7 @@ impl Simulation {
         }
     }
 
-    /// Whether steps are still to be made.
+    /// True while steps are still to be made.
     #[must_use]
     pub fn goes_on(&self) -> bool {
         self.left > 0
@@ -396,7 +394,7 @@ pub fn steps_in(time: f64, dt: f64) -> usize {
     }
 }
 
-/// What is wrong with an energy that is infinite or no number, which no motion has.
+/// Failure text for an energy that is infinite or NaN, which no motion has.
 fn endless(energy: &Energy) -> Option<String> {
     let total = energy.total();
     (!total.is_finite()).then(|| format!("the energy is {total} J: the step is unstable"))

@@ -11,30 +11,30 @@ use taut_solver::{SolveReport, Status};
 /// A reference beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// What is compared: experiment, row, quantity.
+    /// Row label: experiment, row, quantity.
     pub case: String,
-    /// What the paper or the theory says, as text, with a mark where the scan cannot be read.
+    /// Value of the paper or the theory as text; a mark tells where the scan is illegible.
     pub reference: String,
-    /// What comes out here, as text with its unit.
+    /// Our value as text, with its unit.
     pub ours: String,
-    /// Both as numbers, where they are.
+    /// `None` if either value is not a number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<Compared>,
-    /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as
-    /// well as what is not there, [`Check::reached`] stands beside it and tells them apart.
+    /// Distance of ours from the reference in the criterion's measure. JSON has null for a missing
+    /// error and for one that is not finite; [`Check::reached`] stands beside it and tells them
+    /// apart.
     #[serde(
         flatten,
         serialize_with = "with_reached",
         deserialize_with = "without_reached"
     )]
     pub error: Option<f64>,
-    /// What that distance may be.
+    /// Largest `error` that passes.
     pub bar: Option<f64>,
     /// How `error` is measured, or what decides.
     pub criterion: String,
     /// Where the error comes from, where that is known.
     pub parts: Parts,
-    /// The verdict.
     pub verdict: Verdict,
     /// The condition of a claim that holds only under one; the cause of a failure.
     pub note: String,
@@ -43,9 +43,7 @@ pub struct Check {
 /// A number and its reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Compared {
-    /// What the paper or the theory says.
     pub reference: f64,
-    /// What comes out here.
     pub ours: f64,
     /// The unit of both; empty for a ratio.
     pub unit: Cow<'static, str>,
@@ -75,7 +73,7 @@ impl Measure {
         }
     }
 
-    /// What an error of 1 is in the unit of both.
+    /// Size of an error of 1, in the unit of the values.
     fn scale(self, reference: f64) -> f64 {
         match self {
             Self::Relative => reference.abs(),
@@ -107,16 +105,15 @@ fn with_unit(values: &[f64], resolution: f64, unit: &str) -> String {
     format!("{list} {unit}").trim_end().to_owned()
 }
 
-/// What there is of an error.
+/// Kind of an error, as JSON has it beside the number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reached {
-    /// A number.
     Number,
-    /// What was computed is infinite, or no number at all; `error` is null in JSON.
+    /// The computed value is infinite or NaN; `error` is null in JSON.
     NotFinite,
-    /// There is none: what is judged is a statement, or, where the verdict is `not-yet`, nothing was measured;
-    /// `error` is null.
+    /// The check judges a statement, or, with the verdict `not-yet`, nothing was measured; `error`
+    /// is null.
     Absent,
 }
 
@@ -164,13 +161,14 @@ pub const UNCONVERGED: f64 = 10.0;
 pub struct Parts {
     /// Ours against the exact answer of the discrete model: what solver and rounding leave.
     pub algebraic: Option<f64>,
-    /// What the time step adds.
+    /// Error due to the time step.
     pub time: Option<f64>,
     /// The exact answer of the discrete model against that of the continuum: what the segments add.
     pub space: Option<f64>,
 }
 
-/// What a [`Check`] found: pass, fail, not yet and limit speak of what is ours, the others of what the paper says.
+/// Verdict of a [`Check`]. `Pass`, `Fail`, `NotYet` and `Limit` judge our own results, the others
+/// the paper's statements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -187,7 +185,6 @@ pub enum Verdict {
     Holds,
     /// It holds under the condition of the note.
     HoldsOnlyIf,
-    /// It does not hold.
     DoesNotHold,
 }
 
@@ -209,7 +206,7 @@ impl Verdict {
         self.to_string().to_lowercase().replace(' ', "-")
     }
 
-    /// What a statement of the paper comes to.
+    /// Judges a statement of the paper.
     #[must_use]
     pub fn of(holds: bool) -> Self {
         if holds {
@@ -219,7 +216,7 @@ impl Verdict {
         }
     }
 
-    /// What a statement of the paper comes to that holds under the note's condition at least.
+    /// Judges a statement of the paper that holds at least under the condition in the note.
     #[must_use]
     pub fn or_only_if(holds: bool) -> Self {
         if holds {
@@ -254,7 +251,7 @@ impl Check {
         error: f64,
         bar: f64,
     ) -> Self {
-        // An error that is no number is none that is small.
+        // NaN fails: the comparison is false.
         Self {
             error: Some(error),
             bar: Some(bar),
@@ -315,7 +312,7 @@ impl Check {
         Self::within(case, shown(reference), shown(ours), error, bar)
     }
 
-    /// What is known only by its distance from the reference, in `unit`.
+    /// Row for a quantity known only by its distance from the reference, in `unit`.
     #[must_use]
     pub fn off(
         case: impl Into<String>,
@@ -340,7 +337,7 @@ impl Check {
         Self::claim(case, reference, ours, verdict, "")
     }
 
-    /// What ended in an error where a result was wanted.
+    /// Failed row for an error in place of a result.
     #[must_use]
     pub fn failed(
         case: impl Into<String>,
@@ -373,14 +370,14 @@ impl Check {
         }
     }
 
-    /// The same row on what the paper prints: [`Verdict::Holds`] where ours would pass.
+    /// Judges the paper's value instead of ours: [`Verdict::Holds`] where ours would pass.
     #[must_use]
     pub fn published(mut self) -> Self {
         self.verdict = Verdict::of(self.verdict == Verdict::Pass);
         self
     }
 
-    /// The same row with its verdict turned to [`Verdict::Limit`] where it failed and `known` holds, and with the cause.
+    /// Turns a failure into [`Verdict::Limit`] with `cause` as its note, if `known`.
     #[must_use]
     pub fn limited(mut self, known: bool, cause: impl Into<String>) -> Self {
         if known && self.verdict == Verdict::Fail {
@@ -390,55 +387,51 @@ impl Check {
         self
     }
 
-    /// The same row with its criterion.
     #[must_use]
     pub fn by(mut self, criterion: impl Into<String>) -> Self {
         self.criterion = criterion.into();
         self
     }
 
-    /// The same row, its error all algebraic.
+    /// Attributes the whole error to [`Parts::algebraic`].
     #[must_use]
     pub fn algebraic(self) -> Self {
         let error = self.error.unwrap_or(f64::NAN);
         self.algebraic_part(error)
     }
 
-    /// The same row with [`Parts::algebraic`].
     #[must_use]
     pub fn algebraic_part(mut self, part: f64) -> Self {
         self.parts.algebraic = Some(part);
         self
     }
 
-    /// The same row with [`Parts::time`].
     #[must_use]
     pub fn time_part(mut self, part: f64) -> Self {
         self.parts.time = Some(part);
         self
     }
 
-    /// The same row with [`Parts::space`].
     #[must_use]
     pub fn space_part(mut self, part: f64) -> Self {
         self.parts.space = Some(part);
         self
     }
 
-    /// Whether any part of the error is known.
+    /// True if any part of the error is known.
     #[must_use]
     pub fn is_split(&self) -> bool {
         self.parts != Parts::default()
     }
 
-    /// Whether the error is beyond the bar, whatever the verdict.
+    /// True if the error exceeds the bar or is NaN, whatever the verdict.
     #[must_use]
     pub fn is_beyond(&self) -> bool {
         matches!((self.error, self.bar), (Some(error), Some(bar)) if error > bar || error.is_nan())
     }
 
-    /// The same row of a solver that says `said` of its answer: an error beyond the bar is a limit where it does not claim
-    /// to have converged, and the error is within [`UNCONVERGED`]; what it did stands in the note.
+    /// Turns a failure into a limit if the solver does not claim convergence and the error is at
+    /// most [`UNCONVERGED`]. The note repeats what the solver `said`.
     #[must_use]
     pub fn unless_claimed(mut self, said: &SolveReport) -> Self {
         let near = self.error.is_some_and(|e| e <= UNCONVERGED);
@@ -461,13 +454,12 @@ impl Check {
         self
     }
 
-    /// Whether the error is a number, is none, or is absent: `reached` in JSON.
+    /// Value of `reached` in JSON.
     #[must_use]
     pub fn reached(&self) -> Reached {
         Reached::of(self.error)
     }
 
-    /// The same row with a note.
     #[must_use]
     pub fn noting(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
@@ -475,7 +467,7 @@ impl Check {
     }
 }
 
-/// What an experiment ends in.
+/// Results of an experiment.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outcome {
     /// Published beside ours, row by row.
@@ -486,7 +478,6 @@ pub struct Outcome {
     pub csv: String,
     /// Rows of another kind, each with the ending of its file's name.
     pub more_csv: Vec<(Cow<'static, str>, String)>,
-    /// Charts.
     pub charts: Vec<Chart>,
     /// Pictures, PNG, each with the ending of its file's name.
     pub pictures: Vec<(Cow<'static, str>, Vec<u8>)>,
@@ -507,7 +498,7 @@ pub type ExperimentError = Box<dyn Error + Send + Sync>;
 /// Records as CSV with a header.
 ///
 /// # Errors
-/// Records that are no flat rows.
+/// Records that are not flat rows.
 pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -519,7 +510,7 @@ pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The charts of an outcome as one picture; nothing where there are none.
+/// The charts of an outcome as one picture; `None` without charts.
 ///
 /// # Errors
 /// A chart that cannot be drawn.

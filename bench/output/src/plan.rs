@@ -18,11 +18,10 @@ const MOST_PANELS: usize = 36;
 /// A plot of a list of rows: a panel for each set of values in some columns, in it a series for each set in others.
 #[derive(Debug)]
 pub struct Plan {
-    /// Its name in pages and files.
+    /// Name in pages and files.
     pub id: &'static str,
-    /// What stands above it.
     pub title: &'static str,
-    /// What stands below the title.
+    /// Caption below the title.
     pub text: &'static str,
     /// The list of rows in the data; the list without a name is the data itself.
     pub list: &'static str,
@@ -34,11 +33,9 @@ pub struct Plan {
     pub panels: &'static [&'static str],
     /// Columns that the rows of a series share: its name.
     pub series: &'static [&'static str],
-    /// On the horizontal axis.
     pub x: Quantity,
-    /// On the vertical axis.
     pub y: Quantity,
-    /// Whether of points above each other only the lowest is shown.
+    /// Shows only the lowest of the points at one x.
     pub lowest: bool,
     /// Series without which a panel says nothing.
     pub least: usize,
@@ -46,23 +43,23 @@ pub struct Plan {
     pub least_places: usize,
     /// How series are drawn.
     pub mark: Mark,
-    /// Whether lines show what errors of first and second order are.
+    /// Draws guide lines for errors of first and second order.
     pub orders: bool,
 }
 
-/// What stands on an axis: the size of the sum of columns on a logarithmic one, the sum on a linear one, or what a
-/// column says.
+/// Quantity of an axis: the magnitude of a sum of columns if logarithmic, the sum if linear, or the
+/// text of a column.
 #[derive(Debug)]
 pub struct Quantity {
-    /// Which columns are added.
+    /// Columns to add.
     pub columns: &'static [&'static str],
     /// With the unit.
     pub label: &'static str,
-    /// What the columns are multiplied by for it.
+    /// Factor from the sum to the unit of the label.
     pub factor: f64,
     /// The smallest that is shown on a logarithmic axis; a linear one where it is 0.
     pub floor: f64,
-    /// Whether the column is no number: the axis then has a place for each of its texts.
+    /// The column holds text: the axis has a place for each distinct one.
     pub is_text: bool,
 }
 
@@ -137,23 +134,21 @@ pub const PLAIN: Plan = Plan {
 
 /// A plot of several panels.
 pub struct Plot {
-    /// Its name in pages and files.
+    /// Name in pages and files.
     pub id: &'static str,
-    /// What stands above it.
     pub title: &'static str,
-    /// What stands below the title.
+    /// Caption below the title.
     pub text: Cow<'static, str>,
-    /// Its panels.
     pub charts: Vec<Chart>,
 }
 
-/// What a row holds in a column; nothing where it holds nothing.
+/// Text of a row's cell; `None` if it is absent or null.
 fn shown(row: &Row, column: &str) -> Option<String> {
     let value = row.get(column).filter(|value| !value.is_null())?;
     Some(row::shown(column, value))
 }
 
-/// The same with the name of the column where it would say nothing without.
+/// [`shown`], with the column's name before a bare number.
 fn labelled(row: &Row, column: &str) -> Option<String> {
     let text = shown(row, column)?;
     let is_number = row.get(column).is_some_and(Value::is_number) || text.parse::<f64>().is_ok();
@@ -319,7 +314,7 @@ impl Quantity {
         }
     }
 
-    /// What the rows say, each text once; nothing of numbers.
+    /// Distinct texts of the rows; empty for a numeric quantity.
     fn texts(&self, rows: &[&Row]) -> Vec<String> {
         if !self.is_text {
             return Vec::new();
@@ -345,7 +340,6 @@ impl Quantity {
         Some(self.place(sum))
     }
 
-    /// The place of a value.
     fn place(&self, value: f64) -> f64 {
         let value = value * self.factor;
         if self.floor > 0.0 {
@@ -412,7 +406,7 @@ mod tests {
                 ),
             ]
         );
-        // What is no solver that is known looks by its place among all.
+        // The name `new` belongs to no solver, so its look follows from its place.
         let looks = plot.charts.iter().map(|c| c.series[1].look);
         let expected = [Look::of_solver("cg"), Some(Look::by_place(2))];
         assert!(looks.eq(expected));

@@ -18,18 +18,17 @@ use std::fmt;
 use std::ops::Range;
 use ticks::Scale;
 
-/// An axis.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Axis {
-    /// What it shows, with its unit.
+    /// Quantity and unit.
     pub label: String,
-    /// Whether it is logarithmic: numbers that are not positive are then left out.
+    /// Logarithmic: values that are not positive are left out.
     pub log: bool,
-    /// Its ends; those of the data where there are none.
+    /// `None` takes the ends of the data.
     pub range: Option<[f64; 2]>,
-    /// Whether it grows downwards or to the left.
+    /// Grows downwards or to the left.
     pub reversed: bool,
-    /// What stands at the places 0, 1 … of an axis of things that are no numbers.
+    /// Labels at the places 0, 1 … of an axis without numbers.
     pub names: Vec<String>,
 }
 
@@ -52,7 +51,7 @@ impl Axis {
         }
     }
 
-    /// An axis of things that are no numbers, at the places 0, 1 …
+    /// An axis of names at the places 0, 1 …
     #[must_use]
     pub fn of_names(label: &str, names: Vec<String>) -> Self {
         Self {
@@ -112,7 +111,7 @@ pub enum Mark {
     Points,
     /// Bars from zero, as wide as the distance of the first two points.
     Bars,
-    /// A thin line that is no data, with its name at its end and not in the legend.
+    /// A thin guide line without data; its name stands at its end, not in the legend.
     Guide,
 }
 
@@ -131,13 +130,12 @@ impl Mark {
 pub struct Series {
     /// Its name in the legend.
     pub name: String,
-    /// Its points.
     pub points: Vec<[f64; 2]>,
-    /// How it is drawn.
     pub mark: Mark,
-    /// How it looks; by its place among the others where there is nothing.
+    /// `None` takes the look of its place among the series.
     pub look: Option<Look>,
-    /// What each point says beside its numbers when pointed at; nothing where there is no text.
+    /// Tooltip of each point, beside its coordinates; points without a text have the coordinates
+    /// alone.
     pub notes: Vec<String>,
 }
 
@@ -158,7 +156,7 @@ impl Series {
         self.look.unwrap_or(Look::by_place(place))
     }
 
-    /// Whether the legend has it.
+    /// True for a named series that is not a guide line.
     fn is_listed(&self) -> bool {
         !self.name.is_empty() && self.mark != Mark::Guide
     }
@@ -167,13 +165,9 @@ impl Series {
 /// One panel.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Chart {
-    /// Title.
     pub title: String,
-    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical axis.
     pub y: Axis,
-    /// What is shown.
     pub series: Vec<Series>,
 }
 
@@ -213,7 +207,7 @@ impl Chart {
         chart
     }
 
-    /// What a point of a series says when pointed at: whose it is, its note, its numbers.
+    /// Tooltip of a point: series, note, coordinates.
     fn words(&self, series: &Series, point: usize) -> String {
         let [x, y] = series.points[point];
         let value = |axis: &Axis, v: f64| match axis.names.get(v.round().max(0.0) as usize) {
@@ -232,7 +226,7 @@ impl Chart {
         format!("{of}; {}; {}", value(&self.x, x), value(&self.y, y))
     }
 
-    /// Whether lines that are no data say what slopes are, which they do on logarithmic axes alone.
+    /// True if guide lines show slopes; they mean something on two logarithmic axes only.
     #[must_use]
     pub fn has_orders(&self) -> bool {
         self.x.log && self.y.log && self.series.iter().any(|s| s.mark == Mark::Guide)

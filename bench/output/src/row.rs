@@ -10,7 +10,6 @@ use serde_json::{Map, Value};
 /// A row: columns in order.
 pub type Row = Map<String, Value>;
 
-/// A number of a row.
 #[must_use]
 pub fn number_of(row: &Row, key: &str) -> Option<f64> {
     row.get(key).and_then(Value::as_f64)
@@ -33,26 +32,26 @@ pub fn iterations(row: &Row) -> String {
     }
 }
 
-/// Whether a row is of a direct solver, or of an iteration that ended before its limit.
+/// True for a direct solver and for an iteration that stopped before its limit.
 #[must_use]
 pub fn has_ended(row: &Row) -> bool {
     let [limit, used] = ["iterations", "iterations_used"].map(|key| number_of(row, key));
     limit == Some(0.0) || used < limit
 }
 
-/// Whether a row says so.
+/// True if the key holds `true`.
 #[must_use]
 pub fn is(row: &Row, key: &str) -> bool {
     row.get(key) == Some(&Value::Bool(true))
 }
 
-/// Whether a row came to its end.
+/// True if `error` is null or absent.
 #[must_use]
 pub fn has_no_error(row: &Row) -> bool {
     row.get("error").is_none_or(Value::is_null)
 }
 
-/// The rows of the list with that name, wherever it is; those of the data itself where there is no name.
+/// The rows of the list with that name, wherever it is; an empty name means the data itself.
 #[must_use]
 pub fn rows_of(data: &Value, list: &str) -> Vec<Row> {
     match data {
@@ -87,7 +86,7 @@ pub fn flatten(before: &str, object: &Row, row: &mut Row) {
     }
 }
 
-/// Whether it is a list of rows, which may have none.
+/// True for an array with an object in it and for the empty array.
 #[must_use]
 pub fn is_list(value: &Value) -> bool {
     let items = value.as_array();
@@ -100,7 +99,7 @@ pub fn words(key: &str) -> String {
     key.replace('_', " ")
 }
 
-/// Whether the key's numbers are nanoseconds.
+/// True if the key's values are in nanoseconds.
 fn is_time(key: &str) -> bool {
     key.split('_').any(|word| word == "ns")
 }
@@ -108,7 +107,7 @@ fn is_time(key: &str) -> bool {
 /// Writes rows as CSV: a column for each key, nothing where a row has no value.
 ///
 /// # Errors
-/// What cannot be written.
+/// I/O errors of `out`.
 pub fn csv(rows: &[Row], out: &mut dyn std::io::Write) -> std::io::Result<()> {
     let keys = distinct(rows.iter().flat_map(Map::keys));
     let mut writer = csv::Writer::from_writer(out);
@@ -127,7 +126,7 @@ pub fn csv(rows: &[Row], out: &mut dyn std::io::Write) -> std::io::Result<()> {
     writer.flush()
 }
 
-/// What stands above a column. Nanoseconds have their unit in each cell.
+/// Column heading with its unit. Nanoseconds carry theirs in each cell.
 #[must_use]
 pub fn heading(key: &str) -> String {
     let unit =

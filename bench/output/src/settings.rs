@@ -1,4 +1,5 @@
-//! What an experiment was set to, as its page and its `NAME.report.json` say: a name and a value with its unit.
+//! Settings of an experiment for its page and for `NAME.report.json`: a name and a value with its
+//! unit.
 
 use crate::notation::number;
 use taut_ground::choice::Choice;
@@ -56,7 +57,6 @@ pub fn counts(values: &[usize]) -> String {
     list(values, ToString::to_string)
 }
 
-/// A time in seconds.
 #[must_use]
 pub fn seconds(time: f64) -> String {
     format!("{} s", number(time))
@@ -79,7 +79,7 @@ pub fn solvers(choices: &[Choice]) -> String {
     list(choices, Choice::family)
 }
 
-/// Of direct solvers on the step.
+/// Refinements per solver in studies that give direct solvers one.
 pub const ONE_REFINEMENT: &str = "1 for direct solvers; umfpack/kkt its own, iterations none";
 
 #[cfg(test)]

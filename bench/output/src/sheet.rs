@@ -15,7 +15,7 @@ use std::fmt::Write;
 pub struct Column {
     /// The key of its values in the rows.
     pub key: &'static str,
-    /// What stands above it; above a table the words around the value, which stands for `{}`.
+    /// Heading; above a table the words around the value, which replaces `{}`.
     pub heading: &'static str,
     /// The unit of what is shown; none of times, which have theirs in each cell.
     pub unit: &'static str,
@@ -30,9 +30,9 @@ pub struct Column {
 pub enum Best {
     /// None is.
     No,
-    /// That with the least value.
+    /// The least value of the column.
     Least,
-    /// That with the least of something else.
+    /// The least value of the function.
     LeastOf(fn(&Row) -> Option<f64>),
 }
 
@@ -51,7 +51,7 @@ pub enum Show {
     Fixed(usize),
     /// Three digits of the value times a factor.
     Digits(f64),
-    /// What a row says.
+    /// Text from the function.
     Row(fn(&Row) -> String),
 }
 
@@ -80,19 +80,17 @@ pub const fn time(key: &'static str, heading: &'static str) -> Column {
 }
 
 impl Column {
-    /// The same column, written otherwise.
     #[must_use]
     pub const fn shown(self, show: Show) -> Self {
         Self { show, ..self }
     }
 
-    /// The same column with a unit.
     #[must_use]
     pub const fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
 
-    /// The same column, the least value of which is the best.
+    /// Marks the least value as the best.
     #[must_use]
     pub const fn least(self) -> Self {
         Self {
@@ -110,7 +108,7 @@ impl Column {
         }
     }
 
-    /// What the rows are compared by.
+    /// Value by which [`Best`] ranks the row.
     pub(crate) fn worth(&self, row: &Row) -> Option<f64> {
         match self.best {
             Best::No => None,
@@ -119,7 +117,7 @@ impl Column {
         }
     }
 
-    /// What stands above it on a page, which has room for the whole key.
+    /// Heading with the whole key, for a page.
     #[must_use]
     pub fn named(&self) -> String {
         if self.unit.is_empty() {
@@ -171,9 +169,8 @@ pub fn digits(x: f64) -> String {
 pub struct Sheet {
     /// The list in the data; the list without a name is the data itself.
     pub list: &'static str,
-    /// What stands above its tables.
     pub title: &'static str,
-    /// What the rows of a table share; a row without a value takes part in all tables.
+    /// Columns that group rows into tables; a row without a value takes part in all tables.
     pub shared: &'static [Column],
     /// Columns side by side.
     pub columns: &'static [Column],
@@ -190,11 +187,11 @@ pub struct Sheet {
 /// Columns for each value of other columns.
 #[derive(Debug, Clone, Copy)]
 pub struct Across {
-    /// What each column is for: its heading.
+    /// Columns whose values head each group of cells.
     pub by: &'static [Column],
-    /// What stands in a cell: a column for each.
+    /// Columns within a group.
     pub cells: &'static [Column],
-    /// Whether all rows that belong in a cell stand there, not the first alone; they are compared by the last.
+    /// Shows every row of a cell instead of the first; the last row competes.
     pub several: bool,
     /// Most columns; of more values some at even distances are shown, the first and the last among them.
     pub most: usize,
@@ -278,10 +275,10 @@ impl Sheet {
         heads.into_iter().chain(rows).collect()
     }
 
-    /// The tables of records that are no data of their own.
+    /// The tables of records that serialise.
     #[must_use]
     pub fn of(&self, records: &impl Serialize) -> String {
-        // What cannot be data has no rows.
+        // Records that do not serialise give no rows.
         self.text(&serde_json::to_value(records).unwrap_or_default())
     }
 
@@ -322,7 +319,7 @@ impl Sheet {
         groups.collect()
     }
 
-    /// What the rows of a table share.
+    /// Text above a table: the values that its rows share.
     fn above(&self, rows: &[&Row]) -> String {
         let part = |c: &Column| {
             let row = rows
@@ -335,7 +332,7 @@ impl Sheet {
         said.join(", ")
     }
 
-    /// What a row is compared by in a column.
+    /// Values of [`Sheet::rivals`], and the rank of the row if it competes.
     fn worth(&self, column: &Column, row: &Row) -> Worth {
         let rivals = self
             .rivals
@@ -443,7 +440,7 @@ impl Cells {
     }
 }
 
-/// Whether a column holds names, not numbers; an empty text is neither.
+/// True if the column holds names or nothing but nulls; an empty text does not count as a name.
 fn is_text(column: &Column, rows: &[&Row]) -> bool {
     let values = rows.iter().filter_map(|row| row.get(column.key));
     let is_name = |value: &Value| value.as_str().is_some_and(|text| !text.is_empty());

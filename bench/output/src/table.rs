@@ -32,7 +32,7 @@ pub fn table(header: &[&str]) -> Table {
 /// Most characters of a line.
 const WIDTH: u16 = 118;
 
-/// The same of cells that are wrapped where lines would be longer than 120 columns.
+/// Table that wraps its cells to the width of a line.
 #[must_use]
 pub fn wrapped(header: &[&str]) -> Table {
     let mut table = table(header);
@@ -94,7 +94,7 @@ pub fn nanoseconds(ns: f64) -> String {
     format!("{value:.digits$} {unit}")
 }
 
-/// An error in two digits, `-` where there is none.
+/// An error in two digits, `-` for `None`.
 #[must_use]
 pub fn error(e: Option<f64>) -> String {
     match e {
@@ -114,7 +114,7 @@ pub fn ratio(r: f64) -> String {
     }
 }
 
-/// What has no rows, and why; nothing where there is nothing.
+/// Backends left out, with reasons; empty if there are none.
 #[must_use]
 pub fn omissions(omissions: &[Omission]) -> String {
     let mut out = String::new();
@@ -127,7 +127,7 @@ pub fn omissions(omissions: &[Omission]) -> String {
     out
 }
 
-/// What is compiled in, with licences.
+/// Table of all backends with licences; shows which are compiled in.
 #[must_use]
 pub fn backends() -> String {
     let mut t = table(&["backend", "compiled in", "feature", "systems", "licence"]);

@@ -47,7 +47,7 @@ impl std::error::Error for NoFrames {}
 /// A frame: its part and its number there.
 type Place<'a> = (&'a Part, usize);
 
-/// What is written.
+/// Parts of the file while it is built.
 #[derive(Default)]
 struct Asset {
     bytes: Vec<u8>,
@@ -129,7 +129,7 @@ impl Asset {
     /// An accessor of vectors of so many numbers.
     fn numbers(&mut self, numbers: &[f32], kind: &str, width: usize) -> usize {
         let from = self.bytes.len();
-        // What is beyond single precision has no place in the format.
+        // glTF has no infinities or NaN.
         let finite = |x: &f32| if x.is_finite() { *x } else { 0.0 };
         let numbers: Vec<f32> = numbers.iter().map(finite).collect();
         self.bytes
@@ -171,7 +171,6 @@ impl Asset {
         self.meshes.len() - 1
     }
 
-    /// A node in a pose, with a mesh.
     fn node(&mut self, pose: &Isometry3<f64>, mesh: usize) -> usize {
         let at: [f64; 3] = pose.translation.vector.into();
         self.nodes
@@ -196,7 +195,7 @@ impl Asset {
             .push(json!({ "sampler": sampler, "target": { "node": node, "path": path } }));
     }
 
-    /// What stands in the world at first.
+    /// Adds the static shapes of the world.
     fn world(&mut self, places: &[Place<'_>]) {
         for solid in places
             .first()
@@ -485,7 +484,7 @@ fn revolved(profile: &[[f64; 2]]) -> Surface {
         for k in 0..AROUND {
             let [a, b] = [k, (k + 1) % AROUND].map(|k| (ring - 1) * AROUND + k);
             let [c, d] = [a, b].map(|below| below + AROUND);
-            // Those at the axis have no size.
+            // Triangles at the axis have no area.
             if profile[ring - 1][0] > 0.0 {
                 triangles.push([a, b, d]);
             }

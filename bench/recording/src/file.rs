@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::io::{self, Read, Write};
 
-/// What a recording begins with, before the number of its version.
+/// First bytes of a recording, before its version number.
 pub(crate) const MAGIC: &[u8; 15] = b"taut-recording\n";
 
 /// The version that is written, and the newest that is read.
@@ -17,13 +17,12 @@ pub const VERSION: u8 = 1;
 /// Most bytes of a chunk, deflated or not.
 const MOST: u64 = 1 << 28;
 
-/// What a recording tells of its run as a whole.
+/// Facts of the whole run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
     /// The program that wrote it.
     pub program: String,
-    /// Name of the scene.
     pub scene: String,
     /// Solver, with its options.
     pub solver: String,
@@ -45,7 +44,6 @@ pub struct End {
     pub reason: Option<String>,
 }
 
-/// What a chunk holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Chunk {
@@ -63,7 +61,7 @@ pub(crate) enum Chunk {
     End(End),
 }
 
-/// Why a file is no recording that can be read.
+/// Reason why a file cannot be read as a recording.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum RecordingError {
@@ -72,17 +70,13 @@ pub enum RecordingError {
     /// It is another file.
     Foreign,
     /// A later program wrote it.
-    Newer {
-        /// Its version.
-        version: u8,
-    },
+    Newer { version: u8 },
     /// Nothing of it is whole: not even its first chunk.
     Nothing,
     /// A chunk is whole, but not as this version has it.
     Malformed {
         /// Number of the chunk, from 0.
         chunk: usize,
-        /// What is wrong.
         reason: String,
     },
     /// It holds more numbers than fit.
@@ -176,7 +170,7 @@ pub(crate) fn check_begin(from: &mut dyn Read) -> Result<(), RecordingError> {
     }
 }
 
-/// The bytes of the next chunk; `None` where there is no whole one.
+/// The bytes of the next chunk; `None` without a whole one.
 pub(crate) fn next(from: &mut dyn Read) -> Result<Option<Vec<u8>>, RecordingError> {
     let mut head = Vec::new();
     from.take(8)

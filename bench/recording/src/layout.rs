@@ -1,7 +1,8 @@
-//! What a recording knows of a scene: its channels, and what moves, holds and touches, to be drawn.
+//! Channels of a scene, and the bodies, constraints and contacts to draw.
 //!
-//! A layout holds until bodies or constraints come or go; then another one begins. It says of each thing by which channels it
-//! moves, so that a reader needs no other rule.
+//!
+//! A layout holds until bodies or constraints come or go; then another one begins. It names the
+//! channels that move each thing, so that a reader needs no other rule.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,11 +14,11 @@ pub struct Channel {
     pub name: String,
     /// Its unit; empty for counts and controls.
     pub unit: String,
-    /// What a count of it stands for; `None` where its integers are the bits of single-precision numbers.
+    /// Value of one count. `None` if the integers are the bits of single-precision numbers.
     pub step: Option<f32>,
 }
 
-/// What a body looks like.
+/// Outline of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
@@ -26,7 +27,6 @@ pub enum Shape {
         /// Radius \[m].
         radius: f32,
     },
-    /// A box.
     Box {
         /// Edge lengths \[m].
         size: [f32; 3],
@@ -68,7 +68,6 @@ impl Shape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Solid {
-    /// The shape.
     pub shape: Shape,
     /// Its centre, frame of its body or of the world \[m].
     pub at: [f32; 3],
@@ -78,17 +77,14 @@ pub struct Solid {
     pub length: Option<usize>,
 }
 
-/// A body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Its name.
     pub name: String,
     /// First of its seven channels: centre of mass x, y, z \[m] and unit quaternion, scalar first.
     pub pose: usize,
     /// Mass \[kg]; zero for what no force moves.
     pub mass: f32,
-    /// What it looks like.
     pub solids: Vec<Solid>,
     /// Channels of the tensions \[N], bending and twisting moments \[N m] of the joints that hold it as a segment of a
     /// cable: each of these lists is empty otherwise.
@@ -99,7 +95,6 @@ pub struct Body {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cable {
-    /// Its name.
     pub name: String,
     /// Its segments, from its start: numbers of bodies.
     pub bodies: Vec<usize>,
@@ -137,7 +132,6 @@ pub struct Sheave {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Line {
-    /// Its name.
     pub name: String,
     /// The points that it runs through.
     pub points: Vec<Point>,
@@ -145,13 +139,12 @@ pub struct Line {
     pub tension: Option<usize>,
 }
 
-/// What a recording knows of a scene, from one change of it to the next.
+/// Description of a scene from one change of it to the next.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layout {
     /// The numbers of each frame.
     pub channels: Vec<Channel>,
-    /// The bodies.
     pub bodies: Vec<Body>,
     /// The load; the last body where the scene names none.
     pub load: Option<usize>,
@@ -161,7 +154,7 @@ pub struct Layout {
     pub lines: Vec<Line>,
     /// Points at which the world holds bodies by joints.
     pub anchors: Vec<Point>,
-    /// What stands in the world: the ground, walls.
+    /// Static shapes of the world: the ground, walls.
     pub world: Vec<Solid>,
 }
 
@@ -172,7 +165,7 @@ impl Layout {
         self.channels.iter().position(|c| c.name == name)
     }
 
-    /// Whether each number of a body or channel is one that is there.
+    /// True if every body and channel number is in range and every length is finite.
     pub(crate) fn is_sound(&self) -> bool {
         let has = |first: usize, count: usize| {
             let end = first.checked_add(count);

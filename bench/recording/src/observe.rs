@@ -7,7 +7,7 @@ use taut_integrator::Stepper;
 use taut_model::collide::{self, Collider};
 use taut_model::{Constraint, Lay, Loads, Motion, Scene, Side, axes_along};
 
-/// What a count of a quaternion's component stands for.
+/// Value of one count of a quaternion component.
 const TURN: f32 = 1.0 / 32767.0;
 
 type OfRun = fn(&Sample) -> Option<f64>;
@@ -31,7 +31,7 @@ const OF_RUN: [(&str, &str, OfRun); 13] = [
 
 type OfLoads = fn(&Loads) -> Option<f64>;
 
-/// What a constraint carries, with units; the first three colour segments.
+/// Loads of a constraint, with units; the first three colour segments.
 const OF_LOADS: [(&str, &str, OfLoads); 4] = [
     ("tension", "N", |l| l.tension),
     ("bending", "N m", |l| l.bending),
@@ -60,7 +60,6 @@ enum Source {
 /// The layout of a scene, and where its channels come from.
 #[derive(Debug, Default)]
 pub struct Observer {
-    /// The layout.
     pub layout: Layout,
     sources: Vec<Source>,
     /// Names of the scene's bodies and constraints, which change with it.
@@ -69,7 +68,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// Of a stepper's scene as it is.
+    /// Layout of the stepper's scene in its current state.
     #[must_use]
     pub fn new(stepper: &Stepper) -> Self {
         let scene = stepper.scene();
@@ -98,7 +97,7 @@ impl Observer {
         new
     }
 
-    /// Whether it is the layout of the scene as it is now.
+    /// True if bodies, constraints, colliders and load are still those of the layout.
     #[must_use]
     pub fn fits(&self, scene: &Scene) -> bool {
         let load = scene.load.or_else(|| scene.bodies.len().checked_sub(1));
@@ -201,7 +200,7 @@ impl Observer {
         let mass = scene.bodies.mass[body];
         let axis = (last - first).try_normalize(0.0).unwrap_or(Vector3::z());
         let about = axis.dot(&(scene.bodies.inertia[body] * axis));
-        // That of a rod with its moment of inertia, ½ m r².
+        // A rod of radius r has the moment of inertia ½ m r² about its axis.
         let radius = (2.0 * about / mass).sqrt();
         let length = lead.map(|c| {
             let name = format!("{}.first", scene.constraint_names[c]);
@@ -412,7 +411,8 @@ fn solid(collider: &Collider) -> Solid {
     }
 }
 
-/// What a body that is no segment looks like: its colliders, or else the ball or box of its mass and inertia.
+/// Shapes of a body that does not belong to a cable of segments: its colliders, or else the ball or
+/// box of its mass and inertia.
 fn solids(scene: &Scene, body: usize) -> Vec<Solid> {
     let own = scene.colliders.iter().filter(|c| c.body == Some(body));
     let own: Vec<Solid> = own.map(solid).collect();

@@ -13,7 +13,7 @@ use std::io;
 /// The style of pages that show runs.
 pub const STYLE: &str = include_str!("page.css");
 
-/// What draws a frame.
+/// Script that draws a frame.
 pub const PICTURE: &str = include_str!("picture.js");
 
 /// Plots, and the ways to look at a picture.
@@ -27,7 +27,7 @@ const MOST: usize = 1 << 23;
 /// The page of recordings, each with the title that stands over it.
 ///
 /// # Errors
-/// Those of compression.
+/// Errors of compression.
 pub fn page(recordings: &[(&str, &Recording)]) -> io::Result<String> {
     let runs = recordings
         .iter()
@@ -94,7 +94,7 @@ fn run(title: &str, recording: &Recording) -> io::Result<Value> {
         .sum();
     let stride = numbers.div_ceil(MOST).max(1);
     let parts = recording.parts.iter().map(|p| part(p, stride));
-    // Those of scenes that often change are much alike.
+    // One stream: the layouts of a scene that changes often are much alike.
     let layouts: Vec<_> = recording.parts.iter().map(|p| &p.layout).collect();
     let layouts = deflated(&serde_json::to_vec(&layouts)?)?;
     let header = &recording.header;

@@ -11,7 +11,7 @@ fn three(x: &[f32; 3]) -> Vector3<f64> {
     Vector3::new(x[0], x[1], x[2]).cast()
 }
 
-/// A turn of its components, scalar first; none where they are no turn.
+/// The turn with these components, scalar first; the identity if they are too small.
 fn turn([w, i, j, k]: [f64; 4]) -> UnitQuaternion<f64> {
     let all = Quaternion::new(w, i, j, k);
     UnitQuaternion::try_new(all, 1e-6).unwrap_or_default()

@@ -59,7 +59,8 @@ pub(crate) fn encode(values: &[i32], width: usize) -> Vec<u8> {
     bytes
 }
 
-/// What [`encode`] made the bytes of, and the number of bytes; `None` where they are too few.
+/// Inverse of [`encode`]: the values, and the number of bytes read. `None` if there are too few
+/// bytes or more than [`MOST`] values.
 pub(crate) fn decode(bytes: &[u8], width: usize, frames: usize) -> Option<(Vec<i32>, usize)> {
     let count = width.checked_mul(frames).filter(|count| *count <= MOST)?;
     let used = width + 4 * count;

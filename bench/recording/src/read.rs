@@ -54,7 +54,6 @@ impl Contact {
 /// Frames of one layout.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Part {
-    /// The layout.
     pub layout: Layout,
     /// Times of the frames \[s].
     pub times: Vec<f64>,
@@ -89,7 +88,6 @@ impl Part {
         [0, 1, 2].map(|k| self.value(frame, pose + k))
     }
 
-    /// The contacts of a frame.
     pub fn contacts(&self, frame: usize) -> impl Iterator<Item = Contact> + '_ {
         let before: u32 = self.counts[..frame].iter().sum();
         let (first, count) = (before as usize, self.counts[frame] as usize);
@@ -97,7 +95,7 @@ impl Part {
         raw.skip(first).take(count).map(Contact::of)
     }
 
-    /// Whether all bodies of a frame are somewhere.
+    /// True if the time and all positions of a frame are finite.
     fn is_finite(&self, frame: usize) -> bool {
         let bodies = 0..self.layout.bodies.len();
         self.times[frame].is_finite()
@@ -130,7 +128,6 @@ pub enum Ending {
 /// A recording that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Of the run as a whole.
     pub header: Header,
     /// Frames, from one change of the scene to the next; those of each layout that has some.
     pub parts: Vec<Part>,
@@ -244,7 +241,7 @@ impl Recording {
         self.parts.iter().map(|p| p.times.len()).sum()
     }
 
-    /// Times of the first and of the last frame \[s]; `None` where there is none.
+    /// Times of the first and of the last frame \[s]; `None` without frames.
     #[must_use]
     pub fn span(&self) -> Option<[f64; 2]> {
         let first = self.parts.first()?.times.first()?;

@@ -22,7 +22,7 @@ const BYTES: usize = 1 << 22;
 /// Integers of a contact: [`observe_contacts`].
 pub(crate) const OF_CONTACT: usize = 10;
 
-/// What records a run.
+/// Writer of a recording.
 #[derive(Debug, Default)]
 pub struct Recorder {
     observer: Option<Observer>,
@@ -46,12 +46,12 @@ impl Recorder {
     /// Begins a recording of a run of so many steps, with a stepper as it is before the first.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// I/O errors of `out`.
     pub fn begin(out: &mut dyn Write, stepper: &Stepper, steps: usize) -> io::Result<Self> {
         Self::within(BUDGET, out, stepper, steps)
     }
 
-    /// The same with another budget.
+    /// [`begin`](Self::begin) with a budget in bytes.
     pub(crate) fn within(
         budget: usize,
         out: &mut dyn Write,
@@ -100,7 +100,7 @@ impl Recorder {
     /// Sees a step; writes where a chunk is full.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// I/O errors of `out`.
     pub fn step(
         &mut self,
         out: &mut dyn Write,
@@ -180,7 +180,7 @@ impl Recorder {
     /// Ends the recording, with the reason where the run ended early.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// I/O errors of `out`.
     pub fn end(mut self, out: &mut dyn Write, time: f64, reason: Option<String>) -> io::Result<()> {
         self.flush(out)?;
         let steps = self.steps;

@@ -22,10 +22,10 @@ const FOCUS: f64 = 1.1;
 /// Least radius of segments and lines \[pixels].
 const LEAST: f64 = 2.5;
 
-/// Least forces on a picture are none \[share of the largest].
+/// Forces up to this share of the largest are not drawn.
 const NEGLIGIBLE: f64 = 0.01;
 
-/// Tensions that are none but rounding \[N].
+/// Tensions up to this are rounding \[N].
 const ROUNDING: f64 = 1e-6;
 
 type Colour = [f64; 3];
@@ -133,7 +133,7 @@ struct View {
 }
 
 impl View {
-    /// Of all that a frame has in sight.
+    /// View that holds everything of a frame.
     fn of(part: &Part, frame: usize) -> Self {
         let layout = &part.layout;
         let (mut low, mut high) = (

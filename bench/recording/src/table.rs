@@ -17,16 +17,13 @@ const LISTED: usize = 12;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ColumnError {
-    /// There is none of that name.
+    /// No column has that name.
     Unknown {
-        /// The name.
         name: String,
-        /// Those that there are of what it names, or else some of all.
+        /// Columns of the named thing, or else some of all.
         known: Vec<String>,
     },
-    /// The same column twice.
     Twice {
-        /// Its name.
         name: String,
     },
 }

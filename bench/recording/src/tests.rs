@@ -457,7 +457,7 @@ fn animations_are_read_by_others() {
     assert_eq!(animation(&none, true), Err(NoFrames));
 }
 
-/// What a winch has taken in has no size any more, and the first segment shrinks on the way.
+/// Segments that a winch has taken in have no size, and the first one shrinks on the way.
 #[test]
 fn bodies_that_go_vanish_from_animations() {
     let recording = winch_recorded();

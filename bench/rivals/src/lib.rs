@@ -15,6 +15,9 @@
 //! | `lapack` | Cholesky factorisation of a band by the system's LAPACK (feature `lapack`) |
 //! | `rapier` | the physics engine Rapier on the hoist and on the ground: soft rope, impulse joints, multibody (feature `rapier`) |
 
+// Unpublished: a comment says why, a unit or an error, not a name again.
+#![allow(missing_docs)]
+
 #[cfg(feature = "lapack")]
 pub mod lapack;
 #[cfg(feature = "rapier")]

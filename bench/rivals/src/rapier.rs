@@ -37,16 +37,16 @@ use std::f64::consts::TAU;
 use taut_integrator::StepError;
 use taut_model::{Bodies, Collider, Constraint, Mobility, Scene, Shape};
 
-/// What of Rapier's parameters is searched.
+/// Solver parameters of Rapier that the search varies.
 #[derive(Debug, Clone, Copy)]
 struct Effort {
     /// Sub-steps of a frame.
     substeps: usize,
-    /// Sweeps of a sub-step.
+    /// Sweeps per sub-step.
     sweeps: usize,
-    /// Sweeps after it that take the correction's velocity out again.
+    /// Relaxing sweeps after a sub-step; they remove the velocity that the correction added.
     relaxing: usize,
-    /// Whether contacts are as hard as joints.
+    /// Makes contacts as stiff as joints.
     hard: bool,
 }
 

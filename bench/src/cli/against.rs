@@ -8,7 +8,7 @@ use crate::track::{self, Case, Compared, Effort, Measure, Program, Verdict, Vers
 use std::io;
 use taut_ground::files;
 
-/// What `--measure` does: answers on the streams of the program, whatever else stands there.
+/// Serves `--measure`: answers on the program's streams, whatever else they are connected to.
 pub(crate) fn serve(slowed: f64) -> Result<(), Failure> {
     Ok(track::serve(slowed, io::stdin().lock(), io::stdout())?)
 }

@@ -83,7 +83,7 @@ pub(crate) fn version() -> String {
     format!("{version} ({commit}), {}", build.join(" "))
 }
 
-/// What the cases of a call come from.
+/// Identity of a call's cases: program, command, input files, shard.
 pub(crate) fn header(call: &Call<'_>, shard: Shard) -> Result<Header, CasesError> {
     Ok(Header {
         version: version(),

@@ -1,4 +1,4 @@
-//! What the program says besides what was asked for: progress bars and notes, on a terminal and unless `--quiet`.
+//! Progress bars and notes beside the requested output, on a terminal and unless `--quiet`.
 
 use super::Failure;
 use indicatif::style::ProgressTracker;
@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 use taut_ground::files;
 use taut_ground::pace::{self, Pace};
 
-/// Whether anything but what was asked for is said.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Console {
     /// Neither bars nor notes.
@@ -37,7 +36,7 @@ impl Console {
         }
     }
 
-    /// A line about what was done, which is no data: on a terminal only.
+    /// Prints a remark, which is not data: on a terminal only.
     pub(crate) fn note(self, text: &str) -> Result<(), Failure> {
         if !self.quiet && std::io::stdout().is_terminal() {
             files::print(&format!("{text}\n"))?;
@@ -46,7 +45,6 @@ impl Console {
     }
 }
 
-/// What a bar shows.
 const TEMPLATE: &str = "{msg:18} {wide_bar} {pos}/{len} {elapsed} {pace}";
 
 /// How it shows it.
@@ -74,7 +72,7 @@ impl ProgressTracker for Tracker {
     }
 
     fn write(&self, state: &ProgressState, out: &mut dyn fmt::Write) {
-        // What cannot be written is not shown.
+        // A bar that cannot be written is left out.
         let _ = out.write_str(&self.0.text(state.per_sec()));
     }
 }

@@ -102,7 +102,7 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
     )))
 }
 
-/// What `--json` writes.
+/// Content of `--json`.
 #[derive(Debug, Serialize)]
 struct Written<'a> {
     tolerance_mm: f64,
@@ -138,7 +138,6 @@ fn text(found: &Ledger, args: &LedgerArgs, command: &str) -> String {
     out
 }
 
-/// What the columns mean.
 const LEGEND: &str = "
 saves: of the time of a step, ± the spread of the ratios. error: of any point of the load, from the finest; moves: from the
 whole. tension: rms error over the largest. energy: change beyond the work of drives, over the motion's own.

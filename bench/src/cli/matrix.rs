@@ -97,12 +97,11 @@ pub(crate) struct MatricesArgs {
     json: Option<PathBuf>,
 }
 
-/// What the columns of `taut solve` are.
 const SOLVE_LEGEND: &str = "\
 times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
 error: relative error of x in the largest norm";
 
-/// What the columns of `taut solve` are for contacts.
+/// Column legend of `taut solve` for contacts.
 const CONTACTS_LEGEND: &str = "\
 W: joints factorised and condensed; solve: contacts, from zero impulses; times: minima of repeats; pivots: dense
 factorisations; passes: solutions through W; complem.: largest violation of the contacts' conditions over the largest

@@ -8,7 +8,6 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use taut_studies::cases::{Cases, CasesError, Header, Joined, Written};
 
-/// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
 Example: taut merge target/taut/stability.1-of-2.cases target/taut/stability.2-of-2.cases --json stability.json";
 

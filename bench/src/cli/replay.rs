@@ -8,7 +8,6 @@ use taut_ground::files;
 use taut_recording::{Recording, RecordingError, animation, page, still, table};
 use taut_studies::options::number;
 
-/// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
 Examples:
   taut run gantry --time 20 --record gantry.tape
@@ -111,7 +110,6 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a file is called on a page.
 fn title(path: &Path) -> String {
     path.file_name()
         .unwrap_or(path.as_os_str())
@@ -119,7 +117,7 @@ fn title(path: &Path) -> String {
         .into_owned()
 }
 
-/// What a recording holds, for people.
+/// Summary of a recording.
 fn text(recording: &Recording) -> String {
     let header = &recording.header;
     let span = recording.span();

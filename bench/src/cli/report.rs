@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use taut_ground::files::{self, Output};
 use taut_studies::study::{Found, Study};
 
-/// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
 Examples:
   taut report target/taut/bench.report.json

@@ -88,7 +88,6 @@ pub(crate) fn described(command: Command, study: &Study, call: &str) -> Command 
     }
 }
 
-/// A command with the options of a study.
 pub(crate) fn with_options(command: Command, study: &Study) -> Command {
     let json = format!(
         "Writes {} to a file as well (`-` for standard output, which then holds nothing else)",
@@ -122,7 +121,6 @@ pub(crate) struct Call<'a> {
     pub(crate) words: Vec<&'static str>,
     /// Whose options it has.
     pub(crate) options: &'static Study,
-    /// What it runs.
     pub(crate) study: &'static Study,
     /// Its options.
     pub(crate) matches: &'a ArgMatches,
@@ -173,7 +171,8 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    /// Finds out whether these can be written, and are no files that are read: `read` and those of the call.
+    /// Checks that the outputs can be written and are not among the files read: `read` and those of
+    /// the call.
     pub(crate) fn open(
         call: &Call<'_>,
         json: Option<&Path>,
@@ -186,7 +185,7 @@ impl Outputs {
         Ok(Self { json, csv })
     }
 
-    /// Whether standard output holds rows, and nothing else.
+    /// True if standard output carries rows and nothing else.
     fn are_rows_alone(&self) -> bool {
         self.json.iter().chain(&self.csv).any(Output::is_stdout)
     }

@@ -17,7 +17,6 @@ use taut_studies::options::number;
 /// Where the baseline is, from the repository's root.
 const BASELINE: &str = "bench/track-baseline.json";
 
-/// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
 `--against`: the base is the program or revision named, the head is this program. Both are started 80 times (`--quick`: 32) \
 and time blocks of 2 ms in turns: base, head, head, base. A start gives the ratio of their least times; the table has the \
@@ -128,7 +127,8 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
         counter: counter.transpose()?,
         budget: if args.quick { QUICK_BUDGET } else { BUDGET },
     };
-    // What all are measured from and against; another solver would take hours over the largest scenes.
+    // Every start and reference needs this backend; another one would take hours over the largest
+    // scenes.
     Choice::schur(Backend::Banded).check()?;
     let bar = console.progress(0);
     let figures = track::run(&config, &bar);
@@ -144,7 +144,7 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     let failed = |rows: &[Row]| rows.iter().filter(|r| r.verdict == Verdict::Fail).count();
     if let Some(to) = update {
         let updated = track::updated(&entries, &baseline);
-        // What fails against itself is beyond a bar or could not be measured.
+        // A figure that fails against itself exceeds a bar or was not measured.
         let stays = failed(&track::compare(&figures, &updated));
         if stays > 0 {
             return Err(Failure::Check(format!(

@@ -11,7 +11,6 @@ use taut_integrator::{SavedRun, StepOptions};
 use taut_studies::options::overrides;
 use taut_view::{Drive, View};
 
-/// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
 Examples:
   taut view gantry

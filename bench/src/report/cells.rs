@@ -50,7 +50,7 @@ impl Cell {
         }
     }
 
-    /// Of what was not measured, [`Cell::none`].
+    /// Cell of a measured number; [`Cell::none`] if it is not finite.
     pub(super) fn number(text: impl Into<String>, number: f64) -> Self {
         if !number.is_finite() {
             return Self::none();
@@ -61,7 +61,7 @@ impl Cell {
         }
     }
 
-    /// Of what is no number, behind all numbers.
+    /// Cell without a number, sorted behind all numbers.
     pub(super) fn none() -> Self {
         Self {
             number: Some(f64::INFINITY),

@@ -30,7 +30,7 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
             let mut notes: Vec<String> = Vec::new();
             // An iteration that has converged stands still, whatever its times.
             let mut add = |error: f64, ns: f64, r: &Record, refinements: usize| {
-                // What is no number is not exact.
+                // An infinite or undefined error must not be raised to the floor.
                 if !error.is_finite() {
                     return;
                 }
@@ -68,7 +68,7 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
     scenes.into_iter().map(chart).collect()
 }
 
-/// What a point of a curve did: iterations a step, or refinements.
+/// Work behind a point: iterations a step, or refinements.
 fn work_of(r: &Record, refinements: usize) -> String {
     if r.iterations > 0 {
         let used = number(r.iterations_used);

@@ -1,4 +1,4 @@
-//! What is known to be left out or to end, and why: `LIMITS.md`, which the README links.
+//! Known limits with their reasons: `LIMITS.md`, which the README links.
 
 use maud::{Markup, html};
 

@@ -100,7 +100,7 @@ fn answer(records: &[Record]) -> Option<Section> {
     })
 }
 
-/// What the plot of sizes shows, and whom it leaves out.
+/// Caption of the plot of sizes; names the solvers that it leaves out.
 fn sizes(extras: &Extras) -> String {
     let named = |of: &dyn Fn(&str) -> bool| {
         let all = distinct(extras.steps.iter().filter_map(|s| s.backend.as_deref()));
@@ -239,7 +239,6 @@ fn claims(records: &[Record]) -> Option<Section> {
     })
 }
 
-/// All rows.
 fn rows(records: &[Record]) -> Option<Section> {
     let rows = Value::from(ladder::data_of(records));
     let body = html! {

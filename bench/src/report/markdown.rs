@@ -1,5 +1,6 @@
-//! What several runs found, as one Markdown text: where each was measured, the main job's answer, of checks how many came to
-//! what and those that do more than pass, of everything else the tables as they are printed.
+//! Results of several runs as one Markdown text. It tells where each was measured and answers for
+//! the main job. Checks are counted by verdict and listed where they do more than pass. Everything
+//! else has its tables as they are printed.
 
 use super::Report;
 use super::page::{origin, title};
@@ -92,12 +93,12 @@ fn named(row: &Row) -> String {
     format!("{}: {}", text_of(row, "experiment"), text_of(row, "case"))
 }
 
-/// An error or a bar; nothing where there is none.
+/// An error or a bar; empty if absent.
 fn small(row: &Row, key: &str) -> String {
     number_of(row, key).map_or_else(String::new, |x| format!("{x:.1e}"))
 }
 
-/// Whether they are checks.
+/// True if all rows are checks.
 fn are_checks(rows: &[Row]) -> bool {
     let is_check = |row: &Row| {
         let keys = ["experiment", "title", "verdict"];

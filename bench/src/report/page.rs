@@ -55,7 +55,7 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
     Ok(text.into_string())
 }
 
-/// What the page of an experiment is called.
+/// Title of an experiment's page.
 pub(super) fn title(name: &str) -> &'static str {
     study(name).map_or("an experiment", |study| study.title)
 }
@@ -86,7 +86,7 @@ pub(super) fn origin(report: &Report) -> Vec<Setting> {
     pairs.map(|(name, value)| (name.to_owned(), value)).to_vec()
 }
 
-/// Names with their values; nothing where there are none.
+/// Names with their values; empty without any.
 pub(super) fn settings(pairs: &[Setting]) -> Markup {
     html! {
         @if !pairs.is_empty() {
@@ -140,11 +140,11 @@ pub(super) struct Section {
     pub(super) body: Markup,
 }
 
-/// What stands below a chart with lines of slopes.
+/// Legend of the slopes below a chart.
 const ORDERS: &str = "Thin lines: what is parallel to slope 1 shrinks in proportion to Δt, an error of first order; to \
                       slope 2 in proportion to Δt², of second order. Only their slopes mean something.";
 
-/// A section of charts; none where there are none.
+/// A section of charts; `None` without any.
 pub(super) fn figures(
     id: &str,
     title: &str,
@@ -191,7 +191,7 @@ pub(super) fn figures(
     }))
 }
 
-/// What was left out and what is known to end, with the reasons.
+/// Section on omitted solvers and known limits, with reasons.
 fn left_out(report: &Report) -> Section {
     let body = html! {
         ul {

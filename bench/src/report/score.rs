@@ -11,7 +11,7 @@ use taut_studies::ladder::{LEVELS, Record, SceneKey};
 /// Shift of the geometric mean \[ns].
 const SHIFT: f64 = 1e3;
 
-/// What an unsolved problem costs, in units of its most expensive solution.
+/// Cost of an unsolved problem over that of its most expensive solution.
 const PENALTY: f64 = 10.0;
 
 /// Costs of all solvers on the problems of one error level.

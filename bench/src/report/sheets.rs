@@ -16,13 +16,13 @@ type List = (String, Vec<Row>);
 /// A table.
 pub(super) struct Sheet {
     name: String,
-    /// What all rows share, with its heading.
+    /// Values common to all rows, with their headings.
     shared: Vec<Setting>,
     headings: Vec<String>,
     rows: Vec<Vec<Cell>>,
 }
 
-/// What the main list of rows is called.
+/// Name of the main list of rows.
 const RECORDS: &str = "records";
 
 /// The tables of a benchmark.
@@ -54,7 +54,7 @@ fn collect(name: &str, value: &Value, lists: &mut Vec<List>) {
             let mut row = Row::new();
             let mut own = object.values().filter(|value| !is_list(value));
             match (own.next(), own.next()) {
-                // What is said of the lists alone needs no name.
+                // The only field beside the lists describes them; it needs no name.
                 (Some(Value::Object(about)), None) => flatten("", about, &mut row),
                 _ => flatten("", object, &mut row),
             }
@@ -74,7 +74,7 @@ fn collect(name: &str, value: &Value, lists: &mut Vec<List>) {
 }
 
 impl Sheet {
-    /// Of a list, with the columns known of it; nothing where no column has a value.
+    /// Table of a list; `known` gives headings and best values. `None` if no column has a value.
     fn of(name: String, rows: &[Row], known: &[&sheet::Sheet]) -> Option<Self> {
         let mut keys: Vec<&String> = Vec::new();
         for key in rows.iter().flat_map(Map::keys) {
@@ -91,7 +91,7 @@ impl Sheet {
         if keys.is_empty() {
             return None;
         }
-        // What is long and known from other columns stands at the end.
+        // The options are long and follow from other columns: they come last.
         keys.sort_by_key(|key| *key == "options");
         let same =
             |key: &&String| rows.len() > 1 && rows.iter().all(|r| r.get(*key) == rows[0].get(*key));

@@ -12,7 +12,8 @@ use taut_model::{Frame, Scene};
 /// Part of the extent of a motion beyond which its error is told to be no small one.
 const OF_MOTION: f64 = 0.1;
 
-/// The same part of the scene's size, of the segments' shape.
+/// Part of the scene's size beyond which the shape of the segments is told to be wrong, and any
+/// error of a load at rest.
 const OF_SIZE: f64 = 1e-3;
 
 /// Part of the scene's size below which nothing moves and nothing is wrong: no length of a scene is given more exactly.
@@ -69,7 +70,7 @@ fn beyond(error: &ErrorEstimate, s: &Summary) -> Option<(ErrorPart, String)> {
     Some((ErrorPart::Segments, beside))
 }
 
-/// What lessens the part of an error.
+/// Advice against a part of the error.
 fn cure(part: ErrorPart, s: &Summary) -> &'static str {
     let backend: Result<taut_solver::Backend, _> = s.backend.parse();
     match part {

@@ -40,7 +40,7 @@ fn verdict(s: &Summary) -> String {
     }
 }
 
-/// What touched, for people.
+/// Line on contacts; `None` without any.
 fn contacts(s: &Summary) -> Option<(&'static str, String)> {
     let c = s.contacts?;
     let split = match c.most_groups {
@@ -66,7 +66,7 @@ fn asleep(s: &Summary) -> Option<(&'static str, String)> {
     Some(("asleep", format!("{asleep} of {} steps", s.steps)))
 }
 
-/// What came from nowhere, and from where the rest came.
+/// Line on energy from nowhere and on the sources of the rest.
 fn energy_excess(s: &Summary) -> String {
     let (Some(balance), Some(excess)) = (&s.balance, s.max_energy_excess) else {
         return "not asked for".to_owned();
@@ -107,7 +107,7 @@ fn chosen(s: &Summary) -> Option<(&'static str, String)> {
     Some(("chosen", format!("in {time}: {}", chosen.reason)))
 }
 
-/// What the rules of cables did, for people.
+/// Line on the rules of cables; `None` without ruled segments.
 fn resolved(s: &Summary) -> Option<(&'static str, String)> {
     let of = s.resolved.filter(|of| of.segments > 0)?;
     let energy = of.jump.kinetic + of.jump.gravity + of.elastic;
@@ -118,7 +118,7 @@ fn resolved(s: &Summary) -> Option<(&'static str, String)> {
     Some(("resolution", text))
 }
 
-/// Times of a step and of its phases. The first step, which may allocate, is none of them.
+/// Times of a step and of its phases, without the first step, which may allocate.
 fn times(s: &Summary) -> [String; 2] {
     let ns = taut_output::table::nanoseconds;
     if s.steps < 2 {
@@ -241,7 +241,7 @@ pub const CSV_HEADING: &str = "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravi
 /// The line of a step, for spreadsheets and plots.
 ///
 /// # Errors
-/// Those of `out`.
+/// I/O errors of `out`.
 pub fn csv_line(out: &mut dyn io::Write, s: &Sample) -> io::Result<()> {
     let (x, e) = (s.load, s.energy);
     let ns = s.phases.total().as_nanos();

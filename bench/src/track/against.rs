@@ -25,10 +25,10 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// What a time may grow by.
+/// Relative growth of a time that passes.
 pub(super) const SLOWER: f64 = 0.03;
 
-/// What instructions may grow by at 24 segments.
+/// Relative growth of instructions that passes at 24 segments.
 pub(super) const SMALL: f64 = 0.01;
 
 /// Most rounds of a figure whose interval holds the bar, over those of the others.
@@ -40,7 +40,7 @@ const BETWEEN: usize = 8;
 /// Passes that warm a process up, and tell how many make a block of the slower program.
 const FIRST: usize = 3;
 
-/// What counts of the same program differ by at most, with the seeds of hash tables, over the base.
+/// Run-to-run spread of the instruction count (seeds of hash tables), relative.
 const REPEATS: f64 = 0.0015;
 
 /// How much is measured.
@@ -57,7 +57,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// What finds a difference of half a percent.
+    /// Resolves a difference of half a percent.
     pub const FULL: Self = Self {
         rounds: 80,
         quads: 4,
@@ -65,7 +65,7 @@ impl Effort {
         block: Duration::from_millis(2),
     };
 
-    /// What finds some percent.
+    /// Resolves some percent.
     pub const QUICK: Self = Self {
         rounds: 32,
         ..Self::FULL
@@ -75,17 +75,15 @@ impl Effort {
 /// Two programs, and how they are compared.
 #[derive(Debug, Clone)]
 pub struct Versus {
-    /// What is compared with.
     pub base: Program,
-    /// What is compared.
     pub head: Program,
     /// How much is measured.
     pub effort: Effort,
     /// Longest time of an answer.
     pub limit: Duration,
-    /// What instructions are counted with; none where they are not.
+    /// `None` counts no instructions.
     pub counter: Option<Counter>,
-    /// Whether a case that the base alone has is a failure: not where cases were chosen by name.
+    /// A case that only the base has is a failure. Off if cases were chosen by name.
     pub every_case: bool,
 }
 
@@ -94,17 +92,15 @@ pub struct Versus {
 pub struct Compared {
     /// `scene/backend`.
     pub case: String,
-    /// What was measured.
     pub measure: Measure,
     /// The base's value: of times the median of all rounds.
     pub base: Option<f64>,
     /// The head's.
     pub head: Option<f64>,
-    /// The head's over the base's, which is no ratio of medians.
+    /// The head's over the base's, as the median of the rounds' ratios.
     pub ratio: Option<Ratio>,
-    /// The verdict.
     pub verdict: Verdict,
-    /// What there is to say besides.
+    /// Reason or remark beside the verdict.
     pub note: String,
 }
 
@@ -182,19 +178,19 @@ fn started(versus: &Versus, round: usize) -> Result<[Peer; 2], PeerError> {
     Ok([start(&versus.base)?, head])
 }
 
-/// What is measured of a time.
+/// Measurements of one time.
 struct Sample<'a> {
     case: &'a Case,
     measure: Measure,
     /// Times of base and head \[ns], round by round.
     times: Vec<[f64; 2]>,
     missing: Option<Missing>,
-    /// Whether further rounds would change nothing.
+    /// Further rounds would not change the verdict.
     is_decided: bool,
 }
 
 impl<'a> Sample<'a> {
-    /// Those of a case.
+    /// Samples of a case, one for each measure of time.
     fn of(case: &'a Case) -> impl Iterator<Item = Self> {
         let timed = |m: &Measure| matches!(m, Measure::Min | Measure::P99);
         case.measures().filter(timed).map(move |measure| Self {
@@ -282,7 +278,7 @@ fn both([base, head]: [Result<f64, Missing>; 2]) -> Result<[f64; 2], Missing> {
 }
 
 impl Compared {
-    /// What was found of base and head, or why nothing was.
+    /// Row of a comparison, or of the reason why there is none.
     pub(super) fn new(
         case: String,
         measure: Measure,
@@ -318,7 +314,7 @@ impl Compared {
 /// The verdict on a ratio that may be 1 + `bar`.
 fn judge(ratio: Ratio, bar: f64) -> Verdict {
     match ratio {
-        // Also what is no number.
+        // Written so that NaN fails too.
         r if !(r.value <= 1.0 + bar || r.low <= 1.0) => Verdict::Fail,
         r if r.low > 1.0 => Verdict::Slower,
         r if r.high < 1.0 => Verdict::Better,
@@ -351,7 +347,7 @@ fn instructions(versus: &Versus, counter: &Counter, case: &Case) -> Compared {
     )
 }
 
-/// What a measure's ratio is called in files.
+/// Name of a measure's ratio in files.
 fn ratio_name(measure: Measure) -> String {
     format!("{}-against-base", measure.name())
 }

@@ -1,6 +1,7 @@
-//! What this program is compared with: a program that is there, or a revision of the repository, built with this program's
-//! profile, features and flags of the compiler, whatever `RUSTFLAGS` says now. The rest of the environment is the same for
-//! both, such as `RUSTUP_TOOLCHAIN` and `CARGO_PROFILE_RELEASE_LTO`. One build runs at a time: others wait for it.
+//! Program to compare this one with: an existing file, or a revision of the repository. A revision
+//! is built with this program's profile, features and compiler flags, whatever `RUSTFLAGS` says
+//! now. The rest of the environment is the same for both, such as `RUSTUP_TOOLCHAIN` and
+//! `CARGO_PROFILE_RELEASE_LTO`. One build runs at a time; others wait for it.
 
 use super::child;
 use crate::machine;
@@ -25,7 +26,7 @@ const LAST: usize = 12;
 pub struct Program {
     /// Its file.
     pub path: PathBuf,
-    /// What it is called in tables.
+    /// Name in tables.
     pub name: String,
     /// The part of its time that each step is made longer by; 0 but for a self-test.
     pub slowed: f64,
@@ -45,19 +46,18 @@ impl Program {
     }
 }
 
-/// Why there is no program to compare with.
+/// Reason why the base cannot be found or built.
 #[derive(Debug)]
 pub enum BaseError {
     /// A name of nothing.
     Unknown {
         /// As it was given.
         name: String,
-        /// What git said.
+        /// Last line of git's error.
         said: String,
     },
     /// A command that cannot be started or does not end.
     Command {
-        /// The command.
         command: &'static str,
         /// Why.
         source: io::Error,
@@ -165,7 +165,7 @@ fn at(path: &Path) -> impl Fn(io::Error) -> BaseError {
     }
 }
 
-/// What git writes, or what it says is wrong.
+/// Output of git, or the last line of its complaint.
 fn git(arguments: &[&str]) -> Result<Result<String, String>, BaseError> {
     let done = Command::new("git")
         .args(arguments)
@@ -196,7 +196,7 @@ impl Worktree {
             path: path.to_owned(),
         };
         let place = path.to_string_lossy();
-        // What a run that was killed left.
+        // A killed run may have left its folder.
         let _ = fs::remove_dir_all(path);
         let added = git(&["worktree", "add", "--detach", "--force", &place, commit])?;
         added.map_err(|said| BaseError::Build {

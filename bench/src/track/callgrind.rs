@@ -28,14 +28,12 @@ pub struct Counter {
 pub enum CountError {
     /// A program that cannot be started.
     Start {
-        /// The program.
         program: PathBuf,
         /// Why.
         source: std::io::Error,
     },
     /// A program that fails or does not end.
     Failed {
-        /// The program.
         program: PathBuf,
         /// How it ended, and what it said last.
         how: String,
@@ -97,7 +95,7 @@ impl Counter {
         })
     }
 
-    /// The same for another program, whose toolchain is taken to be this one's.
+    /// Counter for another program, which is taken to be of this one's toolchain.
     #[must_use]
     pub fn of(&self, program: &Path) -> Self {
         Self {
@@ -106,7 +104,7 @@ impl Counter {
         }
     }
 
-    /// What the counts hold for.
+    /// Toolchain that the counts are valid for.
     #[must_use]
     pub fn toolchain(&self) -> &str {
         &self.toolchain
@@ -194,7 +192,7 @@ fn unknown(text: &str) -> Option<String> {
 /// ```
 fn collected(text: &str) -> Option<u64> {
     let said = |what: &str| {
-        // What the program under it prints in such a form comes before.
+        // Searches from the end: the program itself may have printed such lines before.
         text.lines().rev().find_map(|line| {
             let (_, rest) = line.strip_prefix("==")?.split_once("==")?;
             let (key, value) = rest.split_once(':')?;

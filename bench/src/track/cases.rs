@@ -1,4 +1,4 @@
-//! What is tracked: scenes × solvers, what is measured of each, and the bar of each error.
+//! Tracked cases: scenes × solvers, their measures, and the bar of each error.
 
 use super::measures::{Bars, Measure};
 use super::start::PASS;
@@ -33,7 +33,7 @@ pub enum Place {
     Floor,
 }
 
-/// What the gantry is driven with, from rest.
+/// Drive of the gantry from rest \[m/s].
 const DRIVE: Controls = Controls {
     trolley_speed: 0.5,
     hoist_speed: 0.1,
@@ -126,9 +126,9 @@ pub struct Case {
     pub place: Place,
     /// The solver, as the command line reads it; its options besides are those of [`Choice::options`].
     pub backend: &'static str,
-    /// What its errors may be.
+    /// Largest errors that pass.
     pub bars: Bars,
-    /// Whether a quick run has it.
+    /// Takes part in a quick run.
     pub quick: bool,
 }
 
@@ -224,7 +224,7 @@ impl Case {
         Ok(choice)
     }
 
-    /// Whether the solver is one of the project's own, of which a step allocates nothing.
+    /// True for the project's own solvers, whose steps allocate nothing.
     #[must_use]
     pub fn is_own(&self) -> bool {
         ["banded", "gauss-seidel", "cg", "minres"]
@@ -232,8 +232,8 @@ impl Case {
             .any(|own| self.backend.starts_with(own))
     }
 
-    /// Whether its instructions are counted. A step of an iteration is as long as its last digits make it, which differ
-    /// between C libraries; UMFPACK is compiled in seldom.
+    /// True if instructions are counted. The last digits decide the length of an iteration and
+    /// differ between C libraries; UMFPACK is seldom compiled in.
     #[must_use]
     pub fn counts_instructions(&self) -> bool {
         ["banded", "faer", "nalgebra-sparse"]
@@ -241,7 +241,7 @@ impl Case {
             .any(|direct| self.backend.starts_with(direct))
     }
 
-    /// Whether its cable is as long as that of the paper's tests, for which the code is tuned.
+    /// True for a cable of the length in the paper's tests, for which the code is tuned.
     #[must_use]
     pub fn has_24_segments(&self) -> bool {
         matches!(
@@ -260,7 +260,7 @@ impl Case {
         }
     }
 
-    /// What is measured of it, in the order of the tables.
+    /// Measures of the case, in the order of the tables.
     pub fn measures(&self) -> impl Iterator<Item = Measure> + use<> {
         let (counts, hoist) = (self.counts_instructions(), self.place.hoist().is_some());
         let drives = self.place == Place::Gantry;
@@ -272,7 +272,7 @@ impl Case {
         })
     }
 
-    /// What a figure may be at most: none where it is judged otherwise or not at all.
+    /// Largest figure that passes; `None` if it is judged otherwise or not at all.
     #[must_use]
     pub fn bar(&self, measure: Measure) -> Option<f64> {
         let bars = &self.bars;
@@ -302,7 +302,6 @@ pub fn named(name: &str) -> Result<Case, UnknownCase> {
 /// A name that no case has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCase {
-    /// The name.
     pub name: String,
 }
 

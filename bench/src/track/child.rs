@@ -11,7 +11,7 @@ const MOST: u64 = 1 << 16;
 /// Lines that are kept until they are asked for; whoever writes more waits.
 const KEPT: usize = 16;
 
-/// Waits for the end of a program, which is ended where it takes longer; its status then is none.
+/// Waits for a program to end. `None` if it takes longer than `limit` and is ended.
 pub(super) fn wait(child: &mut Child, limit: Duration) -> io::Result<Option<ExitStatus>> {
     let start = Instant::now();
     loop {

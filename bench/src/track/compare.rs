@@ -16,10 +16,10 @@ use super::measures::{Figure, Kind, Measure, Missing};
 use std::collections::HashSet;
 use std::fmt;
 
-/// What instructions may grow by, and what they shrink by before that is pointed out.
+/// Relative change of instructions that passes in silence: more fails, a larger saving is pointed
+/// out.
 pub const TOLERANCE: f64 = 0.02;
 
-/// What became of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Within tolerance or bar.
@@ -63,15 +63,13 @@ pub struct Row {
     pub case: String,
     /// Name of the measure.
     pub measure: String,
-    /// The baseline's value.
     pub baseline: Option<f64>,
     /// The value now.
     pub now: Option<f64>,
     /// The bar, for errors.
     pub bar: Option<f64>,
-    /// The verdict.
     pub verdict: Verdict,
-    /// What there is to say besides.
+    /// Reason or remark beside the verdict.
     pub note: String,
 }
 

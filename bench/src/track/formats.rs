@@ -10,14 +10,12 @@ use std::collections::BTreeMap;
 pub struct Entry {
     /// `scene/backend/measure`.
     pub name: String,
-    /// The unit.
     pub unit: String,
-    /// The value.
     pub value: f64,
     /// The spread of times.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
-    /// What the value holds for: the toolchain of instructions, the machine of times, the bar of errors.
+    /// Condition of the value: toolchain of instructions, machine of times, bar of errors.
     #[serde(default)]
     pub extra: String,
 }
@@ -41,7 +39,6 @@ pub fn entries(figures: &[Figure]) -> Vec<Entry> {
 /// A measure of Bencher's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Metric {
-    /// The value.
     pub value: f64,
     /// The least.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -13,13 +13,13 @@ use taut_output::plan::{self, Plan, linear, texts};
 use taut_output::plot::Mark;
 use taut_studies::study::{PLAIN, Study};
 
-/// Of the lines.
+/// Version of the line format.
 const SCHEMA: u32 = 1;
 
 /// Most runs on a page, the last ones.
 const MOST: usize = 60;
 
-/// What the page of a history shows.
+/// Page of a history.
 pub const HISTORY: Study = Study {
     name: "track-history",
     title: "figures of a step, run by run",
@@ -39,7 +39,6 @@ pub const HISTORY: Study = Study {
     ..PLAIN
 };
 
-/// A run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     schema: u32,
@@ -51,12 +50,11 @@ pub struct Run {
     pub machine: String,
     /// Compiler and processor.
     pub toolchain: String,
-    /// The figures.
     pub figures: Vec<Entry>,
 }
 
 impl Run {
-    /// Of figures that were measured now and here.
+    /// Figures measured now on this machine.
     #[must_use]
     pub fn new(figures: Vec<Entry>) -> Self {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
@@ -74,15 +72,12 @@ impl Run {
 /// A history that cannot be read or continued.
 #[derive(Debug)]
 pub enum HistoryError {
-    /// The file.
     File(FileError),
-    /// A line that is no run.
+    /// A malformed line.
     Line {
-        /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
         reason: String,
     },
 }
@@ -108,7 +103,7 @@ impl From<FileError> for HistoryError {
     }
 }
 
-/// The runs of a file, the oldest first; none where there is no file yet.
+/// The runs of a file, the oldest first; empty before the file exists.
 ///
 /// # Errors
 /// [`HistoryError`].
@@ -222,7 +217,7 @@ mod tests {
             of("time-min"),
             [("a", Some(1.0)), ("b", Some(1.05)), ("b #2", Some(0.95))]
         );
-        // Nothing over nothing is no line.
+        // 0/0 draws no line.
         assert_eq!(of("allocations")[0], ("a", None));
         let plot = HISTORY.plots[0].plot(&data);
         assert_eq!(plot.charts[0].x.names, ["a", "b", "b #2"]);

@@ -66,7 +66,6 @@ impl Measure {
         }
     }
 
-    /// Its unit.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -93,37 +92,36 @@ impl Measure {
     }
 }
 
-/// What the errors of a case may be.
+/// Largest errors of a case that pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bars {
-    /// Of [`Measure::ForwardError`]; infinite, as the others, where there is none.
+    /// Bar of [`Measure::ForwardError`]; infinite, here as below, without a bar.
     pub forward: f64,
-    /// Of [`Measure::BackwardError`].
+    /// Bar of [`Measure::BackwardError`].
     pub backward: f64,
-    /// Of [`Measure::LoadError`] \[m].
+    /// Bar of [`Measure::LoadError`] \[m].
     pub load: f64,
-    /// Of [`Measure::ElongationError`]; not used where the scene is no hoist.
+    /// Bar of [`Measure::ElongationError`]; unused except for a hoist.
     pub elongation: f64,
 }
 
-/// What came out of a measurement.
+/// Result of one measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// The case's name.
     pub case: String,
-    /// What was measured.
     pub measure: Measure,
-    /// The value, or why there is none.
+    /// The value, or the reason why it is missing.
     pub value: Result<f64, Missing>,
     /// Half the range between the quartiles, for medians.
     pub spread: Option<f64>,
-    /// What it holds for: toolchain, machine.
+    /// Toolchain or machine that the value is valid for.
     pub condition: String,
-    /// What it may be at most, where it has a bar.
+    /// Largest value that passes; `None` without a bar.
     pub bar: Option<f64>,
 }
 
-/// Why there is no value.
+/// Reason for a missing value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Missing {
     /// It was not asked for or cannot be had here: no fault.

@@ -23,7 +23,7 @@ const fn drive(along: f64, up: f64) -> Controls {
     }
 }
 
-/// What the operator does in turns.
+/// Commands of the operator, one leg each.
 const LEGS: [Controls; 4] = [
     drive(1.0, 1.0),
     drive(1.0, -1.0),

@@ -23,10 +23,10 @@ use std::time::Duration;
 use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
 
-/// Of these messages, and of what they ask for.
+/// Version of the messages and of the measurements behind them.
 const SCHEMA: u32 = 2;
 
-/// What a program says first.
+/// First message of a program.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Hello {
     /// [`SCHEMA`].
@@ -39,7 +39,7 @@ pub(super) struct Hello {
     pub(super) cases: Vec<String>,
 }
 
-/// What it is asked for.
+/// Request for a time.
 #[derive(Debug, Serialize, Deserialize)]
 struct Question {
     /// The case's name.
@@ -50,15 +50,14 @@ struct Question {
     repeats: usize,
 }
 
-/// What it answers.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Answer {
     /// The time of all that was measured of it so far \[ns].
     Ns(f64),
-    /// Why it has none, which is no fault.
+    /// Reason for a missing time; not a fault.
     Missing(String),
-    /// What failed.
+    /// The measurement failed.
     Failed(String),
 }
 
@@ -157,7 +156,6 @@ pub(super) struct Peer {
     answers: Receiver<String>,
     /// The last line on its standard error, once that is closed.
     said: Receiver<String>,
-    /// What it said first.
     pub(super) hello: Hello,
 }
 
@@ -199,7 +197,7 @@ impl Peer {
         Ok(peer)
     }
 
-    /// What it says of itself, where it speaks as this program does and was built as it was.
+    /// Reads the first message; fails if the program has another schema or another build profile.
     fn hello(&mut self) -> Result<Hello, Fault> {
         let line = self.next().map_err(|fault| match fault {
             Fault::Ended { said, .. } => Fault::Stranger(said),
@@ -214,7 +212,7 @@ impl Peer {
         }
     }
 
-    /// A time of a case \[ns], or why there is none.
+    /// A time of a case \[ns], or the reason why it is missing.
     pub(super) fn time(
         &mut self,
         case: &str,
@@ -257,7 +255,6 @@ impl Peer {
 /// A program that cannot be compared.
 #[derive(Debug)]
 pub struct PeerError {
-    /// The program.
     pub program: PathBuf,
     /// Why.
     pub fault: Fault,
@@ -278,12 +275,12 @@ pub enum Fault {
     Ended {
         /// How.
         status: String,
-        /// What it said last.
+        /// Last line on its standard error.
         said: String,
     },
     /// It does not answer in that time.
     Late(Duration),
-    /// Its answer is no time.
+    /// Its answer does not hold a time.
     Answer(String),
 }
 

@@ -21,7 +21,7 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// Of the ratios of some rounds, by drawing rounds with replacement; NaN where there are none.
+    /// Median of the rounds' ratios with its bootstrap interval; NaN without rounds.
     pub(super) fn of(rounds: impl Iterator<Item = f64>) -> Self {
         let rounds: Vec<f64> = rounds.collect();
         let mut random = Random::new(1);

@@ -1,5 +1,5 @@
-//! Whether comparisons can be trusted on this machine: this program in turns with itself has to pass, and in turns with
-//! itself made slower has to fail, each time. The slower one spins after each step until its time is 10 % longer.
+//! Self-test of comparisons on this machine: the program must pass against itself, and must fail
+//! every time against a copy that spins after each step until its time is 10 % longer.
 
 use super::against::{Compared, Versus, against};
 use super::cases::Case;
@@ -17,18 +17,19 @@ pub struct SelfTest {
     pub trials: usize,
     /// Figures that a trial has; none in a build without the backends of the cases.
     pub figures: usize,
-    /// Of this program with itself, those without a failure.
+    /// Comparisons with itself that have no failure.
     pub same: usize,
-    /// Of this program with itself made slower by a tenth, those in which every figure fails.
+    /// Comparisons with the slower copy in which every figure fails.
     pub slowed: usize,
-    /// The least and the greatest ratio of the first kind; the other way round where there are none.
+    /// The least and the greatest ratio of the comparisons with itself; greatest before least
+    /// without any.
     pub same_ratios: [f64; 2],
-    /// Of the second.
+    /// The least and the greatest ratio of the slower copy.
     pub slowed_ratios: [f64; 2],
 }
 
 impl SelfTest {
-    /// Whether all did.
+    /// True if every comparison came out right.
     #[must_use]
     pub fn is_passed(&self) -> bool {
         self.same == self.trials && self.slowed == self.trials
@@ -72,7 +73,7 @@ pub fn self_test(
     Ok(test)
 }
 
-/// Whether there are figures and all have such a verdict, but for those that this build does not have.
+/// True if any figure was measured and every measured one has a right verdict.
 fn all(compared: &[Compared], is_right: fn(Verdict) -> bool) -> bool {
     let verdicts = compared.iter().map(|c| c.verdict);
     let mut judged = verdicts.filter(|v| *v != Verdict::NotMeasured).peekable();

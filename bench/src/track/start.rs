@@ -1,5 +1,5 @@
-//! What the cases of a scene share: the common state that steps are measured from, and what their errors are measured
-//! against.
+//! Common state of the cases of a scene, from which steps are measured, and the references of their
+//! errors.
 
 use super::cases::{Case, DT, Place};
 use super::measures::{Measure, Missing};
@@ -137,7 +137,7 @@ impl Judged {
         }
     }
 
-    /// What does not depend on the machine, instructions apart.
+    /// Figure that is independent of the machine, except instructions.
     pub(super) fn figure(
         &self,
         case: &Case,

@@ -9,12 +9,11 @@ use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
 use taut_output::table::{error, table, verdict, wrapped};
 
-/// What the columns are.
 pub const LEGEND: &str = "\
 A step from a common state of the scene. instructions: by callgrind, FAIL beyond 2 % above the baseline of the same
 compiler; errors and the own backends' allocations: FAIL beyond the bar; times: in ns, never a failure";
 
-/// What the columns of a comparison with another program are.
+/// Legend of a comparison with another program.
 pub const AGAINST_LEGEND: &str = "\
 Base and head in turns: base, head, head, base. ratio: of least times, the head's over the base's; the median of all
 rounds with its bootstrap interval of 95 %. time-min and time-p99 FAIL where the interval is above 1 and the ratio above
@@ -51,7 +50,7 @@ pub fn text(rows: &[Row]) -> String {
     taut_output::table::text(&t) + &listed(&notes) + &summary(rows)
 }
 
-/// The same for two programs.
+/// Table of a comparison of two programs.
 #[must_use]
 pub fn against_text(compared: &[Compared]) -> String {
     let mut t = table(&["", "base", "head", "ratio", "interval", "verdict"]);
@@ -82,7 +81,6 @@ pub fn against_text(compared: &[Compared]) -> String {
     taut_output::table::text(&t) + &listed(&notes)
 }
 
-/// What a self-test found, in two lines.
 #[must_use]
 pub fn self_test_text(test: &SelfTest) -> String {
     if test.figures == 0 {
@@ -114,7 +112,7 @@ fn noted<'a>(verdict: Verdict, note: &'a str, notes: &mut Vec<&'a str>) -> Strin
     format!("{verdict} ({})", index + 1)
 }
 
-/// The notes with their numbers; nothing where there are none.
+/// The notes with their numbers; empty without any.
 fn listed(notes: &[&str]) -> String {
     if notes.is_empty() {
         return String::new();

@@ -11,10 +11,9 @@ use taut_integrator::{StepError, Stepper};
 
 /// Fewest passes.
 const PASSES: usize = 30;
-/// Most.
 const MOST: usize = 600;
 
-/// What is reported of passes \[ns].
+/// Times of a step over the passes \[ns].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Summary {
     pub(super) min: f64,
@@ -24,7 +23,7 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    /// Of the least time of each step of a pass, and the mean of a step in each pass.
+    /// Summary of the least time of each step of a pass and of the mean step of each pass.
     fn of(least: &[f64; PASS], mut passes: Vec<f64>) -> Self {
         passes.sort_by(f64::total_cmp);
         let at = |part: f64| passes[(part * (passes.len() - 1) as f64).round() as usize];

@@ -74,7 +74,6 @@ impl Case {
 /// A way of stepping, with its name in the tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// Name.
     pub name: &'static str,
     /// Δt, sub-steps and backend of these are replaced by what is swept.
     pub options: StepOptions,
@@ -154,12 +153,10 @@ pub fn settings() -> Vec<Setting> {
     ]
 }
 
-/// What the sweep runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Scenes.
     pub cases: Vec<Case>,
-    /// Ways of stepping.
+    /// Settings of the step.
     pub settings: Vec<Setting>,
     /// Steps a second; the first is what all settings run at, the default runs at each.
     pub rates: Vec<f64>,
@@ -230,7 +227,6 @@ impl Config {
 /// One run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The scene.
     #[serde(flatten)]
     pub case: Case,
     /// Name of the setting.
@@ -239,7 +235,7 @@ pub struct Record {
     pub scheme: String,
     /// Geometric stiffness, likewise.
     pub stiffness: String,
-    /// Whether the guard was on.
+    /// The guard was on.
     pub guard: bool,
     /// Solver.
     pub backend: String,
@@ -251,9 +247,9 @@ pub struct Record {
     pub dt: f64,
     /// Sub-steps of a step.
     pub substeps: usize,
-    /// Simulated time that the run stayed stable \[s].
+    /// Simulated time of stable motion \[s].
     pub held_s: f64,
-    /// Whether that is all of it.
+    /// Stable over the whole time asked for.
     pub stable: bool,
     /// Largest horizontal distance of the load from the reference while stable \[m].
     pub horizontal_m: f64,
@@ -281,12 +277,12 @@ impl Record {
     }
 }
 
-/// What parts of the step cost: ratios of step times within one run.
+/// Cost of parts of the step: ratios of step times within one run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Segments of the cable.
     pub segments: usize,
-    /// What is compared.
+    /// Part of the step, in words.
     pub what: String,
     /// Step time over that of the first row of these segments.
     pub ratio: f64,
@@ -446,7 +442,8 @@ const BLOCKS: usize = 24;
 /// Steps of a block.
 const BLOCK: usize = 60;
 
-/// What K, the guard and refinements cost, on the hoist at ratio 10⁴ with the default scheme and the banded solver.
+/// Cost of K, guard and refinements on the hoist at ratio 10⁴, with the default scheme and the
+/// banded solver.
 fn costs(segments: usize) -> Result<Vec<Cost>, StepError> {
     let base = StepOptions {
         guard: None,

@@ -1,4 +1,4 @@
-//! Whether `auto` chooses the fastest solver: its choice against every other one on scenes of all kinds, in turns.
+//! Choice of `auto` against every other solver, in turns, on scenes of all kinds.
 //!
 //! On each scene all direct solvers, in both forms, and conjugate gradient with groups make the same steps, a round after
 //! another. The *ratio* is the median over the rounds of the step's time with `auto` over that with the fastest of the
@@ -99,10 +99,8 @@ pub const FITTED: [&str; 32] = [
     "landing",
 ];
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Scenes.
     pub scenes: Vec<String>,
     /// Solvers besides `auto`.
     pub choices: Vec<Choice>,
@@ -149,7 +147,6 @@ impl Config {
 /// The choice on a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The scene.
     pub scene: String,
     /// Rows of its constraints.
     pub rows: usize,
@@ -161,15 +158,15 @@ pub struct Record {
     pub best: String,
     /// Time of a step with the one chosen, and with the fastest: medians \[ns].
     pub step_ns: f64,
-    /// Of the fastest.
+    /// Median time of a step with the fastest \[ns].
     pub best_ns: f64,
-    /// Median of the ratios of both in the same round.
+    /// Median of the ratios of both in one round.
     pub ratio: f64,
     /// Least time of choosing \[ns].
     pub analysis_ns: f64,
-    /// The same over the time of a step.
+    /// Least time of choosing over the time of a step.
     pub analysis_steps: f64,
-    /// Whether both bars are kept.
+    /// Both bars are kept.
     pub within_bar: bool,
     /// Every other solver that is not much slower, with the time of its step \[ns].
     pub others: Vec<(String, f64)>,

@@ -1,10 +1,10 @@
 //! Cases: what a study runs one by one, keeps in a file as each is finished, and deals to shards.
 //!
-//! A study gives its cases as lists, stage by stage, with what runs one of them ([`Cases::parallel`], [`Cases::in_turn`]).
-//! What it makes of the records, its tables, page and verdicts, depends on nothing else: with every record known it
-//! comes to the same without running anything. A run that was interrupted takes the records of its file ([`Journal`]) and
-//! runs the rest; a shard runs and writes those that are dealt to it ([`Shard`]); the files of all shards together
-//! ([`Joined`]) are the whole study.
+//! A study gives its cases as lists, stage by stage, with a function that runs one of them
+//! ([`Cases::parallel`], [`Cases::in_turn`]). Its tables, page and verdicts depend on the records
+//! alone: with every record known it reaches them without running anything. An interrupted run
+//! takes the records of its file ([`Journal`]) and runs the rest. A shard runs and writes the cases
+//! dealt to it ([`Shard`]); the files of all shards together ([`Joined`]) are the whole study.
 //!
 //! Every record is encoded and decoded where it is made, whether a file is written or not: what a merged study shows
 //! cannot differ from what one run shows.
@@ -45,7 +45,7 @@ pub struct Cases {
     shard: Shard,
     known: Known,
     journal: Mutex<Option<Journal>>,
-    /// Whether what is not known is missing, not to be run.
+    /// Unknown cases are missing instead of due to run.
     is_merged: bool,
     counts: Counts,
 }
@@ -72,7 +72,7 @@ impl Default for Cases {
 }
 
 impl Cases {
-    /// Those of a shard, of which some may be known, appended to a file as they are finished.
+    /// Cases of a shard; `known` ones are not run again, finished ones are appended to the journal.
     #[must_use]
     pub fn new(shard: Shard, known: Known, journal: Option<Journal>) -> Self {
         Self {
@@ -83,7 +83,7 @@ impl Cases {
         }
     }
 
-    /// Those of a study that has been run: nothing is run again.
+    /// Cases of a finished study; none is run again.
     #[must_use]
     pub fn merged(known: Known) -> Self {
         Self {
@@ -93,7 +93,7 @@ impl Cases {
         }
     }
 
-    /// The same with a bar that shows how far the study is.
+    /// Sets the bar that shows the progress.
     #[must_use]
     pub fn shown_by(self, bar: ProgressBar) -> Self {
         Self { bar, ..self }
@@ -105,7 +105,7 @@ impl Cases {
         &self.bar
     }
 
-    /// Whether these are all cases of the study.
+    /// True if the shard is the whole study.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.shard == Shard::WHOLE
@@ -115,7 +115,7 @@ impl Cases {
     /// costs is dealt alike in every stage.
     ///
     /// # Errors
-    /// What a case ends in; a record that cannot be kept, or is that of another case.
+    /// The error of a case; a record that cannot be kept, or that belongs to another case.
     pub fn parallel<C, T, E>(
         &self,
         stage: &'static str,
@@ -184,10 +184,11 @@ impl Cases {
         })
     }
 
-    /// What `study` comes to; none where it lacks cases of other shards. For a study that has another stage to run after it.
+    /// Result of `study`; `None` if it lacks cases of other shards. For a study with a further
+    /// stage.
     ///
     /// # Errors
-    /// Those of the study.
+    /// Errors of the study.
     pub fn unless_elsewhere<T>(
         study: Result<T, ExperimentError>,
     ) -> Result<Option<T>, ExperimentError> {
@@ -264,7 +265,7 @@ impl Cases {
         self.write(|journal| journal.finish(all))
     }
 
-    /// What was done here, in a line.
+    /// Counts of the cases, in a line.
     #[must_use]
     pub fn told(&self) -> String {
         let [all, own, run] = [&self.counts.all, &self.counts.own, &self.counts.run];
@@ -291,7 +292,7 @@ impl<T> Records<T> {
         all.ok_or(CasesError::Elsewhere)
     }
 
-    /// That of a case.
+    /// Record of a case.
     ///
     /// # Errors
     /// [`CasesError::Elsewhere`] where it is of another shard.
@@ -300,10 +301,10 @@ impl<T> Records<T> {
     }
 }
 
-/// What several stages need of a case, made by the first of them that runs it.
+/// Value shared by the stages of a case; the first stage to need it makes it.
 ///
 /// # Errors
-/// Those of `make`.
+/// Errors of `make`.
 pub fn shared<T, E>(place: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
     match place.get() {
         Some(made) => Ok(made),

@@ -13,7 +13,6 @@ use taut_output::table;
 pub struct Experiment {
     /// Its name on the command line, and of its files.
     pub name: &'static str,
-    /// What it shows.
     pub title: &'static str,
     /// Runs it, whole or quick; the bar gets its length from the experiment. A run that becomes unstable is a result,
     /// not an error.
@@ -38,7 +37,7 @@ impl Experiment {
 
 /// Experiments that are told together.
 pub(crate) struct Catalogue {
-    /// What the columns of its checks are, and what ours is compared with.
+    /// Legend of the columns, and the reference's heading.
     pub(crate) legend: &'static str,
     pub(crate) reference: &'static str,
     pub(crate) experiments: Vec<Experiment>,
@@ -54,7 +53,7 @@ struct Row {
     check: Check,
 }
 
-/// What an experiment that could not be run to its end comes to.
+/// Outcome of an experiment that ended in an error.
 fn failed(e: &ExperimentError) -> Outcome {
     let ended = Check::claim(
         "the case itself",

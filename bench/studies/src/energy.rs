@@ -1,5 +1,5 @@
-//! What the schemes keep and what they lose: the swing of a load over a minute, the energy over a million steps, the
-//! angular momentum of a free cable.
+//! Conservation by the schemes: the swing of a load over a minute, the energy over a million steps,
+//! the angular momentum of a free cable.
 //!
 //! | module | holds |
 //! |---|---|
@@ -28,7 +28,6 @@ use taut_output::check::ExperimentError;
 /// A scheme with its geometric stiffness.
 pub type Setting = (Scheme, GeometricStiffness);
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Segments of the swinging cables.
@@ -125,7 +124,6 @@ impl Config {
 /// The rows of the three experiments.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
-    /// Swings.
     pub swings: Vec<Swing>,
     /// Energy bands.
     pub bands: Vec<Band>,
@@ -192,7 +190,7 @@ impl Task<'_> {
 /// Runs the three experiments, in parallel, each run a case.
 ///
 /// # Errors
-/// Scenes and options that are not sound; an unstable run is none.
+/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     // The longest runs come first.
     let mut tasks: Vec<Task<'_>> = config.bands.iter().map(Task::Band).collect();

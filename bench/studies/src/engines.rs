@@ -55,7 +55,6 @@ use taut_integrator::StepError;
 use taut_model::HoistParams;
 use taut_output::check::ExperimentError;
 
-/// What the sweep runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.
@@ -113,18 +112,16 @@ pub struct Record {
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// The row.
     #[serde(flatten)]
     pub entry: Entry,
     /// Minimum of a frame over the joints, segments + 1; NaN without a frame's time \[ns].
     pub ns_per_joint: f64,
     /// Minimum of a frame over that of our default, likewise.
     pub over_ours: f64,
-    /// What the reference differs by from that with half as many sub-steps, over the cable's length.
+    /// Distance of the reference from that with half as many sub-steps, over the cable's length.
     pub reference_error: f64,
 }
 
-/// What was found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// On the hoist.
@@ -293,7 +290,7 @@ mod tests {
             config.ratios.len() * (6 + engines().len() - 1)
         );
         for r in records {
-            // What Rapier's multibody reaches within the time it is given is its own affair.
+            // The short time given to Rapier's multibody leaves its error open.
             let bar = if r.entry.engine.contains("multibody") {
                 1.0
             } else {

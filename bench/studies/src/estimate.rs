@@ -30,10 +30,9 @@ const LEAST: f64 = 0.1;
 /// Part of the load's way beyond which nothing is asked.
 const PARTED: f64 = 0.1;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Mass ratios, or masses of the load.
+    /// Mass ratios, or masses of the load, as scene parameters.
     pub ratios: Vec<&'static str>,
     /// Steps that one of the companion covers.
     pub every: Vec<usize>,
@@ -88,11 +87,11 @@ pub struct Row {
     pub segments_error_mm: Option<f64>,
     /// The estimate of that of their shape.
     pub segments_mm: f64,
-    /// Whether the load is off by more than a tenth of its way.
+    /// The load is off by more than a tenth of its way.
     pub parted: bool,
 }
 
-/// What the estimate costs.
+/// Cost of the estimate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// The scene with its parameters.
@@ -161,7 +160,6 @@ fn with(substeps: usize, estimate: Option<usize>) -> StepOptions {
     }
 }
 
-/// The rows of a case.
 fn rows(case: &Case, config: &Config) -> Result<Vec<Row>, ExperimentError> {
     let source = case.source()?;
     let time = config.time.min(case.longest);
@@ -232,7 +230,8 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     })
 }
 
-/// Of the estimates of a companion: their number, those within the factor, and the least part of an error.
+/// For the estimates of one companion: their number, the number within the factor, and the least
+/// estimate over its error.
 fn score(rows: &[Row], every: usize) -> (usize, usize, f64) {
     let judged = rows.iter().filter(|row| row.every == every && !row.parted);
     let parts: Vec<f64> = judged.map(|row| row.of_error.unwrap_or(0.0)).collect();

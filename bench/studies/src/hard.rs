@@ -27,9 +27,8 @@ use taut_output::table;
 /// A hard case.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// Its name on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What it is.
     pub title: &'static str,
     /// Measures it, whole or quick.
     pub run: fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>,
@@ -77,7 +76,6 @@ pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
 /// A name that no case has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCase {
-    /// The name.
     pub name: String,
 }
 
@@ -145,7 +143,7 @@ pub(crate) fn grid(
     table::text(&t)
 }
 
-/// What a quick run takes, or a whole one.
+/// Picks the value of a quick or of a whole run.
 pub(crate) fn either<T>(quick: bool, short: T, whole: T) -> T {
     if quick { short } else { whole }
 }

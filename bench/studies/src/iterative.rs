@@ -44,7 +44,6 @@ pub const WARM_UP: usize = 30;
 /// Angle at which the hoists start \[rad].
 pub const ANGLE: f64 = 0.3;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments of the hoist.
@@ -142,10 +141,10 @@ pub struct Record {
     pub error: f64,
     /// Time from the pieces to the multipliers, the least \[ns].
     pub ns: Option<f64>,
-    /// The same of the direct solver that reaches the error; none where it does not.
+    /// Least time of the direct solver that reaches the error \[ns]; none where it does not.
     pub direct_ns: Option<f64>,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub failure: Option<String>,
 }
 

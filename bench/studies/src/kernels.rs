@@ -1,5 +1,5 @@
-//! What one linear solve costs, ours beside others' in the same run: every solver factorises and solves the same
-//! matrices, in turns.
+//! Cost of one linear solve, ours beside others' in the same run: every solver factorises and
+//! solves the same matrices, in turns.
 //!
 //! A case is the system of one step of the hoist, hanging at an angle, with joints of 3, 5 or 6 rows between its
 //! segments; its ends are ball joints. A pass is what each step repeats: factorisation and solve of the assembled system,
@@ -39,7 +39,6 @@ pub const VISIT: Duration = Duration::from_millis(1);
 /// Rows beyond which the dense solver, whose cost is cubic, is left out.
 pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.
@@ -101,9 +100,8 @@ pub struct Record {
     pub ns_per_joint_median: f64,
     /// `ns_per_joint` over that of `banded` in the same case; none where that was not run.
     pub ratio: Option<f64>,
-    /// The same of the medians.
+    /// `ns_per_joint_median` over that of `banded`.
     pub ratio_median: Option<f64>,
-    /// Samples.
     pub samples: usize,
     /// Normwise backward error on the system that was solved, S or the KKT matrix; of several cables the largest.
     pub backward_error: f64,
@@ -112,8 +110,8 @@ pub struct Record {
     /// ‖μ − μ*‖∞ / ‖μ*‖∞ of the multipliers against the KKT system in extended precision; of several cables that of the
     /// first.
     pub forward_error: f64,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub error: Option<String>,
 }
 
@@ -122,7 +120,6 @@ pub struct Record {
 pub struct Results {
     /// Rows: segments, ratios, joints, rivals in the order asked for.
     pub records: Vec<Record>,
-    /// What was left out.
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }
@@ -155,7 +152,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     Ok(results)
 }
 
-/// Those that take part in a case, and why the others do not.
+/// Rivals that take part in a case, and reasons against the others.
 fn taking_part<'a>(rivals: &'a [Rival], case: &Case) -> (Vec<&'a Rival>, Vec<Omission>) {
     let (mut present, mut omissions) = (Vec::new(), Vec::new());
     for rival in rivals {
@@ -178,7 +175,6 @@ fn taking_part<'a>(rivals: &'a [Rival], case: &Case) -> (Vec<&'a Rival>, Vec<Omi
     (present, omissions)
 }
 
-/// The rows of a case.
 fn rows(case: &Case, rivals: &[&Rival], share: Duration) -> Vec<Record> {
     let prepare = |rival: &&Rival| Contestant::new(case, rival);
     let mut contestants: Vec<_> = rivals.iter().map(prepare).collect();

@@ -9,7 +9,8 @@
 //! second later its length is compared; of the hoist alone. Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the
 //! step itself is stable, whatever the solver, is settled once a scene by 30 s with a direct solver.
 //!
-//! Of scenes on the ground the velocities after a step are compared as well, and the methods of contacts: see `trial`.
+//! For scenes on the ground the velocities after a step are compared as well, with every method of
+//! contacts: see `trial`.
 //!
 //! All are without the guard: with a direct solver it has nothing to do on these scenes, and an iteration that is
 //! stopped early would set it off and be paid for up to a hundred times a step.
@@ -52,7 +53,6 @@ use trial::{Trial, methods};
 /// Error levels of the multipliers' relative error: good enough for a game, for a trainer, for a reference.
 pub const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-10];
 
-/// What the main job runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// The hoist; segments and mass ratio are replaced by those below.
@@ -142,13 +142,11 @@ impl Config {
 pub struct Results {
     /// Rows, scene by scene, solvers in the order asked for, iterations ascending.
     pub records: Vec<Record>,
-    /// What was left out.
     pub omissions: Vec<Omission>,
-    /// What the rows of each scene share.
     pub scenes: Vec<SceneNote>,
 }
 
-/// What the rows of a scene share.
+/// Facts common to the rows of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneNote {
     /// Its name.
@@ -336,7 +334,7 @@ mod tests {
         }
     }
 
-    /// Of a scene that changes while it is measured, the frames before the change count.
+    /// Frames count up to a change of the scene.
     #[test]
     fn another_scene_is_measured_up_to_its_event() {
         let params = HoistParams {

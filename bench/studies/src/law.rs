@@ -1,4 +1,4 @@
-//! What a scheme does to one mode: the roots of its characteristic polynomial.
+//! Effect of a scheme on one mode: the roots of its characteristic polynomial.
 //!
 //! With Ω_e² = ω_e²Δt² of the elastic part, Ω_g² of the geometric one (tension and gravity, which the step treats
 //! explicitly), θ = τ/Δt and the weights (p, q, s) of [`Scheme`] a mode's coordinate obeys
@@ -42,7 +42,7 @@ pub(crate) fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: 
     ])
 }
 
-/// The same of a mode whose Ω² has parts, each with its weights and its θ.
+/// [`recurrence`] of a mode whose Ω² has several parts, each with its weights and its θ.
 pub(crate) fn mixed(parts: &[(f64, [f64; 3], f64)]) -> Vec<f64> {
     let sum = |of: &dyn Fn([f64; 3], f64) -> f64| -> f64 {
         parts
@@ -91,7 +91,7 @@ pub(crate) fn roots(c: &[f64]) -> Vec<[f64; 2]> {
     roots
 }
 
-/// What an elastic mode with ω Δt = `phase` keeps of its amplitude in a step.
+/// Factor of the amplitude of an elastic mode with ω Δt = `phase` in a step.
 pub(crate) fn modulus(scheme: Scheme, phase: f64) -> f64 {
     let roots = roots(&recurrence(scheme, [phase * phase, 0.0], 0.0));
     roots.first().map_or(f64::NAN, |[modulus, _]| *modulus)

@@ -48,13 +48,12 @@ const PATIENCE: (f64, f64) = (20.0, 1.0);
 /// A scene, and how it is stepped.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// The scene.
     pub source: SceneSource,
     /// How it is stepped.
     pub options: StepOptions,
 }
 
-/// What a ledger is made for.
+/// Input of a ledger.
 #[derive(Debug, Clone)]
 pub struct Question {
     /// The whole scene.
@@ -70,7 +69,7 @@ pub struct Question {
 /// A line of the ledger. Errors are `None` where the run was lost.
 #[derive(Debug, Clone, Serialize)]
 pub struct Line {
-    /// What is changed, in words.
+    /// The change, in words.
     pub what: String,
     /// The option of `taut run`, or the key of the scene, that changes it.
     pub how: String,
@@ -93,15 +92,14 @@ pub struct Line {
     pub energy: Option<f64>,
     /// Steps that were left undecided.
     pub undecided: usize,
-    /// Whether it keeps the tolerance.
     pub keeps: bool,
-    /// Whether the motion needed what is left out: where it did not, that it keeps the tolerance means nothing.
+    /// The run exercised the omitted feature. Otherwise keeping the tolerance proves nothing.
     pub used: bool,
     /// Why it was lost or cannot be run.
     pub failure: Option<String>,
 }
 
-/// What a ledger found.
+/// Result of a ledger.
 #[derive(Debug, Serialize)]
 pub struct Ledger {
     /// The finest run, and the one with half its sub-steps, whose error is about that of the finest.
@@ -112,7 +110,7 @@ pub struct Ledger {
     pub lines: Vec<Line>,
     /// The lean scene.
     pub lean: Line,
-    /// What it left out, in the order of the savings.
+    /// Changes in the lean scene, in the order of the savings.
     pub left_out: Vec<String>,
     /// The lean scene and its options.
     #[serde(skip)]
@@ -137,7 +135,7 @@ struct Run {
     lever: f64,
     weight: f64,
     tension: Vec<f64>,
-    /// Whether shapes touched, cables gripped sheaves, the guard took a step back.
+    /// Shapes touched, cables gripped sheaves, the guard took a step back.
     used: [bool; 3],
     seconds: f64,
     energy: Option<f64>,
@@ -165,7 +163,7 @@ impl Run {
         (!lost).then(|| pairs.map(distance).fold(0.0, worse))
     }
 
-    /// Of what another run has at each step of the whole scene, that at the steps of this one.
+    /// Values of another run, given at each step of the whole scene, at the steps of this one.
     fn beside<'a, T>(&self, other: &'a [T]) -> impl Iterator<Item = &'a T> {
         other.iter().skip(self.stride - 1).step_by(self.stride)
     }
@@ -281,7 +279,7 @@ fn lever(scene: &Scene, body: usize) -> f64 {
     (principal.max().max(0.0) / scene.bodies.mass[body]).sqrt()
 }
 
-/// What the lines are measured by.
+/// References of the lines.
 struct Measures<'a> {
     question: &'a Question,
     finest: Run,
@@ -397,7 +395,7 @@ fn together(whole: &Setup, taken: &[&Change], last: &Change) -> Option<Setup> {
     all.into_iter().try_fold(whole.clone(), apply)
 }
 
-/// What goes together.
+/// Lean scene as it grows, change by change.
 struct Lean<'a> {
     setup: Setup,
     run: Run,

@@ -40,6 +40,9 @@
 //! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
 //! | `options` | options that several experiments read |
 
+// Unpublished: a comment says why, a unit or an error, not a name again.
+#![allow(missing_docs)]
+
 pub mod accuracy;
 pub mod auto;
 pub mod cases;

@@ -44,7 +44,7 @@ use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::ExperimentError;
 use taut_solver::{backward_error, forward_error};
 
-/// What a direct solver with one refinement is to reach, as a relative error of the multipliers.
+/// Largest relative error of the multipliers for a direct solver with one refinement.
 pub const BAR: f64 = 1e-12;
 
 /// The mass ratio up to which it is to reach it.
@@ -53,14 +53,12 @@ pub const BAR_RATIO: f64 = 1e9;
 /// Segments beyond which the dense solver, whose cost is cubic, would outlast all others together.
 const DENSE_SEGMENTS: usize = 32;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment, ascending.
     pub ratios: Vec<f64>,
-    /// Poses.
     pub poses: Vec<Pose>,
     /// Solvers with their limits of iterations; those that are not compiled in have no rows.
     pub choices: Vec<Choice>,
@@ -172,7 +170,7 @@ pub struct Record {
     pub backend: String,
     /// All options of the backend, as the command line reads them.
     pub options: String,
-    /// Whether it is a direct solver, for which the bar is.
+    /// Direct solver: the bar applies.
     pub direct: bool,
     /// Refinement sweeps: from the pieces on S, with b − A x on the KKT matrix.
     pub refinements: usize,
@@ -182,8 +180,8 @@ pub struct Record {
     pub backward_error: f64,
     /// Iterations of the solve with its refinements; 0 for direct solvers.
     pub iterations: usize,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub error: Option<String>,
 }
 
@@ -306,14 +304,15 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentErro
 pub struct Verdict {
     /// Backend and form.
     pub backend: String,
-    /// Largest ratio of the sweep up to which all errors are within the bar; `None` where there is none.
+    /// Largest ratio of the sweep up to which all errors are within the bar; `None` if the smallest
+    /// one exceeds it.
     pub limit: Option<f64>,
     /// The row with the largest error up to [`BAR_RATIO`], where NaN counts as the largest.
     pub worst: Record,
 }
 
 impl Verdict {
-    /// Whether the bar holds at all ratios up to [`BAR_RATIO`].
+    /// True if the bar holds at all ratios up to [`BAR_RATIO`].
     #[must_use]
     pub fn holds(&self) -> bool {
         self.worst.forward_error <= BAR
@@ -339,7 +338,7 @@ pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
         let first_beyond = first_beyond.fold(f64::INFINITY, f64::min);
         let within = own.iter().map(|o| o.mass_ratio);
         let limit = within.filter(|ratio| *ratio < first_beyond);
-        // Of positive numbers total_cmp puts NaN last.
+        // `total_cmp` puts a positive NaN last.
         let magnitude = |o: &Record| o.forward_error.abs();
         let counted = own.iter().filter(|o| o.mass_ratio <= BAR_RATIO);
         let worst = counted.fold(r, |worst, o| {

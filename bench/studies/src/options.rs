@@ -211,7 +211,7 @@ pub fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Refused> {
 /// A number, or a fraction of two.
 ///
 /// # Errors
-/// What is neither.
+/// A text that is neither.
 pub fn number(text: &str) -> Result<f64, String> {
     let parse = |t: &str| {
         let number = t.trim().parse::<f64>();
@@ -226,7 +226,7 @@ pub fn number(text: &str) -> Result<f64, String> {
 /// A whole number.
 ///
 /// # Errors
-/// What is none.
+/// Any other text.
 pub fn count(text: &str) -> Result<usize, String> {
     let number = text.trim().parse::<usize>();
     number.map_err(|_| format!("`{text}` is no whole number from 0 on"))

@@ -1,4 +1,5 @@
-//! Whether segments by rule pay: many cables in one scene, in fixed segments and by rule, speed against error.
+//! Benefit of segments by rule: many cables in one scene, in fixed segments and by rule, speed
+//! against error.
 //!
 //! All cables are 20 m long and hang side by side. Their anchors move aside by 0.5 m within a second, and they swing out of
 //! it. The loads of *hoists* are 10 to 10⁵ times as heavy as a hundredth of a cable; *ropes* bear as much as that
@@ -41,7 +42,6 @@ pub enum Cut {
     Ruled(f64, f64),
 }
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Cables of a scene.
@@ -90,7 +90,7 @@ pub struct Row {
     pub cables: usize,
     /// How they are cut, in words.
     pub cut: String,
-    /// Whether by rule.
+    /// Segments by rule.
     pub ruled: bool,
     /// Segments of a cable, the mean over the run.
     pub segments: f64,

@@ -30,7 +30,8 @@ use taut_model::{Network, NetworkParams};
 use taut_output::check::ExperimentError;
 use taut_solver::{Backend, SolveReport};
 
-/// What a direct solver with refinement is to reach: relative error of the multipliers and of the load's place.
+/// Largest relative error of the multipliers and of the load's place, for a direct solver with
+/// refinement.
 pub const BAR: f64 = 1e-8;
 
 /// Steps from the start to the common state.
@@ -45,13 +46,12 @@ pub const DENSE_ROWS: usize = 600;
 /// Rows beyond which no run is made and iterative solvers have no rows: errors of one solve, times and entries only.
 pub const RUN_ROWS: usize = 2400;
 
-/// The same for the runs of iterative solvers.
+/// Rows beyond which iterative solvers make no run.
 pub const ITERATIVE_RUN_ROWS: usize = 1300;
 
 /// Segments of the ladder's cables.
 const LADDER_SEGMENTS: usize = 12;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Scenes with their sizes.
@@ -168,9 +168,8 @@ pub struct Record {
     pub dt: f64,
     /// Refinement sweeps of the step.
     pub refinements: usize,
-    /// What the solver claims of its solve: `direct`, `converged`, `limit`, `stalled`.
+    /// Claim of the solver: `direct`, `converged`, `limit`, `stalled`.
     pub status: String,
-    /// The same as the solver reports it.
     #[serde(skip)]
     pub said: Option<SolveReport>,
     /// Whole step, median \[ns].
@@ -185,17 +184,17 @@ pub struct Record {
     pub solve_ns_per_row: f64,
     /// Relative error of the multipliers against extended precision; none where the case has no reference.
     pub forward_error: Option<f64>,
-    /// The same without refinement.
+    /// `forward_error` without refinement.
     pub forward_error_unrefined: Option<f64>,
     /// Distance of the load's place from that of the reference solver, over the size of the scene; none where the
     /// case is not run, or an iteration loses the motion.
     pub load_difference: Option<f64>,
     /// Entries of the factor, where the backend knows it beforehand.
     pub factor_entries: Option<usize>,
-    /// Whether a direct solver keeps [`BAR`]; none for iterations, and where nothing is known.
+    /// A direct solver keeps [`BAR`]; none for iterations, and where nothing is known.
     pub within_bar: Option<bool>,
-    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
-    /// measured.
+    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
+    /// means not measured.
     pub error: Option<String>,
 }
 
@@ -212,7 +211,6 @@ pub struct Growth {
     pub backend: String,
     /// Limit of iterations; 0 for direct solvers.
     pub iterations: usize,
-    /// The exponent.
     pub exponent: f64,
     /// Fewest and most rows of the sizes that it comes from.
     pub rows: [usize; 2],
@@ -225,7 +223,6 @@ pub struct Results {
     pub records: Vec<Record>,
     /// Cost against size.
     pub growth: Vec<Growth>,
-    /// What was left out.
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }

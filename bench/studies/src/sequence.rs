@@ -24,14 +24,12 @@ const PASSES: usize = 3;
 /// Rows beyond which the dense solver is left out unless it is asked for.
 const DENSE_ROWS: usize = 300;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Solvers; iterative ones run over the limits of iterations.
     pub choices: Vec<Choice>,
-    /// Whether they were asked for by name.
+    /// The solvers were asked for by name.
     pub named: bool,
-    /// Limits of iterations.
     pub iterations: Vec<usize>,
 }
 
@@ -84,7 +82,6 @@ pub struct Record {
     pub solve_ns_by_step: Vec<f64>,
     /// Iterations of each step; none of direct solvers.
     pub iterations_by_step: Option<Vec<usize>>,
-    /// Forward error of each step.
     pub forward_error_by_step: Option<Vec<f64>>,
     /// Why it ended before the last step.
     pub error: Option<String>,
@@ -95,7 +92,6 @@ pub struct Record {
 pub struct Results {
     /// Rows, solvers in the order asked for, iterations ascending.
     pub records: Vec<Record>,
-    /// What was left out.
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }
@@ -103,7 +99,7 @@ pub struct Results {
 /// Runs all solvers through a sequence, one after the other. What is not known of the exact solutions is found before the first.
 ///
 /// # Errors
-/// Those of the cases; a solver's own failure is a row.
+/// Errors of the cases; a solver's own failure is a row.
 pub fn run(
     sequence: &mut Sequence,
     config: &Config,
@@ -159,7 +155,7 @@ fn systems<'a>(stretch: &'a Stretch, choice: &Choice) -> &'a Systems {
     &stretch.systems[form.unwrap_or_default()]
 }
 
-/// What a solver did in each step.
+/// Measurements of a solver, step by step.
 #[derive(Default)]
 struct Steps {
     analyze_ns: Vec<f64>,

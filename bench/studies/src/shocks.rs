@@ -38,12 +38,10 @@ use taut_integrator::{StepError, StepOptions};
 use taut_output::check::ExperimentError;
 use taut_solver::Backend;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Settings; the steps of the first are timed, and its outcomes listed one by one.
     pub settings: Vec<Setting>,
-    /// Shocks.
     pub shocks: Vec<Shock>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
@@ -53,7 +51,7 @@ pub struct Config {
     pub time: f64,
     /// Steps a frame of the two reference motions, the finer one last.
     pub fineness: [usize; 2],
-    /// Whether references are read from and kept in files.
+    /// Reads references from files and keeps them there.
     pub cached: bool,
     /// Runs of which the fastest counts for the time of a step; 0 times nothing.
     pub repeats: usize,
@@ -146,7 +144,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     })
 }
 
-/// What all settings make of a shock.
+/// Outcomes of a shock for all settings.
 fn outcomes(config: &Config, case: Case) -> Result<Vec<Outcome>, StepError> {
     let (shock, ratio, length) = case;
     let [coarser, finer] = config.fineness;

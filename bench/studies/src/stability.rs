@@ -22,10 +22,10 @@ use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, SceneErr
 use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 
-/// What a cable is made of.
+/// Material and size of a cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cable {
-    /// That of [`HoistParams::default`]: 10 m, EA = 2·10⁷ N, segments of 1 kg.
+    /// Cable of [`HoistParams::default`]: 10 m, EA = 2·10⁷ N, segments of 1 kg.
     Hoist,
     /// A solid square one of 1 m, with the mass of its material.
     Square {
@@ -91,23 +91,16 @@ impl Cable {
 /// One cell of the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
-    /// The cable.
     pub cable: Cable,
-    /// Its segments.
     pub segments: usize,
-    /// Its joints.
     pub joint: JointKind,
-    /// The scheme.
     pub scheme: Scheme,
-    /// The geometric stiffness.
     pub stiffness: GeometricStiffness,
-    /// Whether the guard is on.
     pub guarded: bool,
-    /// Whether nothing disturbs the motion out of its plane.
+    /// Nothing disturbs the motion out of its plane.
     pub planar: bool,
 }
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// The cells.
@@ -247,22 +240,19 @@ fn planar(cable: Cable, segments: usize) -> Case {
     }
 }
 
-/// What was found for a cell.
+/// Result for a cell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
-    /// The cable.
     pub cable: String,
-    /// Its segments.
     pub segments: usize,
     /// `spherical`, `cosserat`, `paper`.
     pub joint: String,
-    /// The scheme.
     pub scheme: String,
     /// The geometric stiffness: `off`, α, `relative:α`.
     pub stiffness: String,
-    /// Whether the guard was on.
+    /// The guard was on.
     pub guarded: bool,
-    /// Whether nothing disturbed the motion out of its plane.
+    /// Nothing disturbed the motion out of its plane.
     pub planar: bool,
     /// Ratios tried.
     pub ratios: Vec<f64>,
@@ -307,7 +297,7 @@ pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f
 /// Runs every ratio of every cell, in parallel, each a case.
 ///
 /// # Errors
-/// Scenes and options that are not sound; an unstable run is none.
+/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
     let ratios = &config.ratios;
     let each = |case| ratios.iter().map(move |&ratio| (case, ratio));

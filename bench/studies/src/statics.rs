@@ -27,7 +27,7 @@ pub const HOLD_STEPS: usize = 30;
 pub struct Held {
     /// |elongation/exact − 1| at the end, against the exact discrete value.
     pub error: f64,
-    /// The same against M g L/(YA).
+    /// |elongation/(M g L/(YA)) − 1| at the end, against the massless continuum.
     pub error_continuum: f64,
     /// Steps whose solve claimed convergence.
     pub claimed: usize,
@@ -153,13 +153,12 @@ pub struct Needed {
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Whether each step starts from the last one's multipliers (else from zero).
+    /// Each step starts from the last one's multipliers; otherwise from zero.
     pub warm_start: bool,
     /// Relative error of the elongation asked for.
     pub level: f64,
     /// Iterations needed; `None` where the limit was not enough.
     pub iterations: Option<usize>,
-    /// The limit.
     pub limit: usize,
 }
 
@@ -191,7 +190,7 @@ pub fn iterations_needed(
     let mut needed = Vec::new();
     let (mut low, mut high, mut reachable) = (0, 1, true);
     for &level in levels {
-        // Below a level that the limit does not reach there is none that it does.
+        // No level below an unreachable one is reachable.
         let mut met = reachable && error_with(high) <= level;
         while reachable && !met && high < limit {
             low = high;
@@ -224,14 +223,12 @@ pub fn iterations_needed(
     Ok(needed)
 }
 
-/// What [`sweep`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
-    /// Solvers.
     pub choices: Vec<Choice>,
     /// Relative errors of the elongation that iterations are counted for, strictest last.
     pub levels: Vec<f64>,

@@ -16,10 +16,10 @@ pub const BENCH: &Study = &ladder::STUDY;
 /// Branches and loops.
 pub const SCENES: &Study = &scenes::STUDY;
 
-/// Those with a command of their own.
+/// Studies with a command of their own.
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
 
-/// Those that `taut study` runs, as it lists them.
+/// Studies of `taut study`, in the order of its list.
 pub const STUDIES: [&Study; 14] = [
     &accuracy::STUDY,
     &linear::STUDY,

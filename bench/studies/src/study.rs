@@ -14,17 +14,17 @@ use taut_output::sheet::Sheet;
 /// An experiment.
 #[derive(Debug)]
 pub struct Study {
-    /// Its name on the command line, and that of its files.
+    /// Name on the command line and of the files.
     pub name: &'static str,
-    /// What its page is called.
+    /// Title of the page.
     pub title: &'static str,
-    /// What it measures, in a line.
+    /// Subject in a line, for the help.
     pub about: &'static str,
-    /// What its help says besides; nothing of most.
+    /// Further help text; empty for most.
     pub details: &'static str,
     /// Arguments for its help, a line for each call.
     pub examples: &'static [&'static str],
-    /// What `--json` writes, in its help.
+    /// Content of `--json`, as its help names it.
     pub writes: &'static str,
     /// A list of its rows and a column that no other experiment has, by which rows without a name are known. The list
     /// without a name is the data itself. No column where rows alone make no page.
@@ -59,7 +59,7 @@ pub const PLAIN: Study = Study {
 
 /// Where a running experiment reports to.
 pub struct Reporter<'a> {
-    /// What runs its cases, and shows how far it is.
+    /// Runner of the cases, with their progress.
     pub cases: &'a Cases,
     /// The machine, as results name it.
     pub machine: String,
@@ -67,18 +67,17 @@ pub struct Reporter<'a> {
     pub say: &'a mut dyn FnMut(&str) -> Result<(), ExperimentError>,
 }
 
-/// What an experiment found.
+/// Results of an experiment.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found {
-    /// What it was set to.
+    /// Settings for the page.
     pub settings: Vec<Setting>,
     /// Its tables with their legend, but for what [`Reporter::say`] has printed.
     pub text: String,
     /// Its rows, as they are written as JSON.
     pub rows: Value,
-    /// What its page shows beyond its rows; null for most.
+    /// Content of the page beyond the rows; null for most.
     pub extras: Value,
-    /// What it left out.
     pub omissions: Vec<Omission>,
     /// Which bars of ours were missed, in a sentence.
     pub missed: Option<String>,
@@ -92,7 +91,6 @@ pub fn data(rows: &impl Serialize) -> Result<Value, ExperimentError> {
     Ok(serde_json::to_value(rows)?)
 }
 
-/// The tables of the data.
 pub(crate) fn tables(sheets: &[Sheet], data: &Value) -> String {
     sheets.iter().map(|sheet| sheet.text(data)).collect()
 }

@@ -17,7 +17,7 @@ fn script(at: &Path, name: &str, does: &str) {
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("a script of ours");
 }
 
-/// A comparison with a program that is none is refused with all the words.
+/// A base that cannot be compared with is refused with all the words.
 fn refused_base(at: &PathBuf, base: &str, words: &[&str]) {
     refused(at, &format!("{CASE} --against {base} --limit 20"), words);
 }
@@ -212,7 +212,7 @@ fn a_revision_is_built_and_compared_with() {
     git(&at, &["add", "Cargo.toml", "Cargo.lock", "src"]);
     git(&at, &["commit", "--quiet", "--message", "A stand-in"]);
     git(&at, &["tag", "v1"]);
-    // What is not committed is not built.
+    // A revision is built without uncommitted changes.
     fs::write(at.join("src/main.rs"), "no program").expect("writes");
     let output = taut(&at, &format!("{CASE} --against v1"));
     let (table, said) = (text(&output.stdout), text(&output.stderr));

@@ -2,7 +2,7 @@ use crate::{folder, good, program, text};
 use std::fs;
 use std::path::PathBuf;
 
-/// What stands out begins with it.
+/// First character of every style sequence.
 const ESCAPE: char = '\u{1b}';
 
 const BOLD: &str = "\u{1b}[1m";
@@ -55,7 +55,7 @@ fn a_pipe_holds_no_escape_sequence_unless_forced() {
         value.is_some_and(|v| v.ends_with('*'))
     });
     if cfg!(feature = "banded") {
-        // Of two solvers and more each of six columns has a best one.
+        // With two solvers or more each of six columns marks a best value.
         assert!(marked.count() >= 6, "{forced:?}");
     }
     let json = output(&at, "solve a.mtx --json -", &[("CLICOLOR_FORCE", "1")]);

@@ -10,7 +10,7 @@ fn read(at: &Path, name: &str) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The same without times, and without what comes from them.
+/// JSON without times and without values derived from times.
 fn untimed(value: &Value) -> Value {
     match value {
         Value::Array(list) => list.iter().map(untimed).collect(),
@@ -361,7 +361,7 @@ fn a_file_of_cases_has_one_writer() {
     refused(&at, "merge a.cases", &["a.cases", "another run"]);
 }
 
-/// What a study reads is part of what its cases come from.
+/// The inputs of a study are part of the identity of its cases.
 #[test]
 fn a_scene_that_changed_is_not_resumed() {
     let at = folder("changed");

@@ -1,7 +1,7 @@
 use crate::{folder, good, json, refused, taut, text};
 use std::fs;
 
-/// Headings and rows of a table; a cell is empty where there is no number.
+/// Headings and rows of a table; `None` for a cell without a number.
 fn table(text: &str) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headings = reader.headers().expect("a heading").iter();
@@ -140,7 +140,8 @@ fn what_comes_and_goes_is_told_and_followed() {
     assert_eq!(told.lines().count(), 91);
     let run = "run crane.toml --time 0.1 --out - --columns";
     let (_, ends) = table(&good(&at, &format!("{run} rope.0.tension,rope.29.tension")));
-    // Of 30 segments of steel of 12 mm radius, 20 m long, 29 hang between the middles of the first and the last.
+    // 29 of 30 steel segments (radius 12 mm, 20 m in all) hang between the middles of the first and
+    // the last.
     let between = ends[0][0].expect("a tension") - ends[0][1].expect("a tension");
     let rope = 7850.0 * std::f64::consts::PI * 0.012_f64.powi(2) * 20.0 * 9.81;
     assert!(
@@ -193,7 +194,7 @@ fn forces_of_contacts_are_columns() {
     assert!((both / weight - 1.0).abs() < 0.02, "{both}");
 }
 
-/// What a wrong name is answered with, `run --help` names as well.
+/// `run --help` lists every quantity that a refused column name is answered with.
 #[test]
 fn the_help_names_every_quantity() {
     let at = folder("column_help");

@@ -42,7 +42,7 @@ fn what_has_no_ledger_is_told() {
     refused(&at, "ledger hoist --tolerance 0", &["--tolerance", "0"]);
     refused(&at, "ledger hoist --time 0.01", &["--time", "from 2 to"]);
     refused(&at, "ledger hoist --time 1e9", &["--time", "100000"]);
-    // Of a blow in the first step nothing is known to a nanometre.
+    // A blow in the first step leaves an error far above a nanometre.
     let output = taut(
         &at,
         "ledger hoist --set segments=3 --time 0.2 --tolerance 1e-6 --apply lean.toml",

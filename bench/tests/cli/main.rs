@@ -2,7 +2,7 @@
 
 /// `taut track --against`, `--history`: other programs, revisions, many runs.
 mod against;
-/// What goes to which stream and how wide it is, colours, `--quiet`.
+/// Streams, line widths, colours, `--quiet`.
 mod appearance;
 /// The pages of reports in a browser.
 mod browser;

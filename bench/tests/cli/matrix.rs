@@ -47,7 +47,7 @@ fn a_dumped_step_is_solved_to_its_exact_solution() {
         );
         assert!(dense["factorize_ns"].as_f64() > Some(0.0), "{dense}");
     }
-    // The same command again writes the same files.
+    // Repeating the command writes identical files.
     let first = fs::read(at.join(names[0])).expect("written");
     good(
         &at,
@@ -400,7 +400,7 @@ fn the_contacts_of_a_dumped_step_are_solved_by_every_method() {
         "{table}"
     );
     assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
-    // Of steps, those that touch have a folder each.
+    // A sequence gives each step with contacts its own folder.
     let files = good(&at, &format!("{dump} --steps 2..4"));
     assert_eq!(files.lines().count(), 7 + 2 * 13, "{files}");
     good(&at, "solve s/contacts_3 --backend dense");

@@ -13,7 +13,7 @@ fn parsed(at: &Path, name: &str) -> Value {
     serde_json::from_str(&read(at, name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The files of a folder that are no results.
+/// Partial files left in a folder.
 fn left_over(at: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(at).expect("a folder");
     let paths = entries.map(|e| e.expect("an entry").path());
@@ -32,7 +32,7 @@ fn shell(at: &Path, line: &str) -> Output {
     output.unwrap_or_else(|e| panic!("`{line}`: {e}"))
 }
 
-/// What cannot be written costs nothing else, is named, and the code is 2.
+/// A failed output leaves the others intact, is named, and ends with code 2.
 #[cfg(target_os = "linux")]
 #[test]
 fn one_output_that_fails_does_not_cost_the_others() {
@@ -66,7 +66,7 @@ fn one_output_that_fails_does_not_cost_the_others() {
     assert_eq!(left_over(&at), Vec::<PathBuf>::new());
 }
 
-/// What cannot be written is refused before the work, which would take hours here.
+/// An unwritable output is refused before the work, which would take hours here.
 #[test]
 fn outputs_are_tried_before_the_run() {
     let at = folder("tried");

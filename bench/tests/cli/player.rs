@@ -26,7 +26,8 @@ fn hold() -> u16 {
     port
 }
 
-/// What a script finds out in a page, in a browser with more options: the object that it fills.
+/// Runs `script` in a page in a browser with extra `options`; returns the object `found` that it
+/// fills.
 fn found(at: &Path, page: &str, script: &str, options: &[&str]) -> Option<Value> {
     let port = hold();
     let text = fs::read_to_string(at.join(page)).expect("a page");
@@ -74,7 +75,7 @@ fn percent_decoded(text: &str) -> String {
     String::from_utf8(bytes).expect("UTF-8")
 }
 
-/// What a reader does with a page, and what the page then is.
+/// Script: uses the page as a reader would and notes its state.
 const USED: &str = "
         const [canvas] = document.querySelectorAll('.view canvas');
         const seen = () => {

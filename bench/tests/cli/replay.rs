@@ -15,7 +15,7 @@ fn csv(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     (headings.collect(), rows.collect())
 }
 
-/// What a recording has under the names of columns is what the run wrote, to the digits of single precision.
+/// A column of a recording equals that of the run, to the digits of single precision.
 #[test]
 fn tables_of_recordings_are_those_of_their_runs() {
     let at = folder("tape");

@@ -22,7 +22,7 @@ pub(crate) const SECTIONS: [&str; 13] = [
 /// Height of a picture above its legend, in its own units.
 const PLOT_HEIGHT: f64 = 370.0;
 
-/// What an attribute of each element of that name holds first, a number.
+/// First number in an attribute, for each element of that name.
 fn numbers<'a>(
     picture: &'a str,
     element: &'a str,
@@ -35,7 +35,7 @@ fn numbers<'a>(
     })
 }
 
-/// Whether the first corner of a polyline or polygon lies above the legend.
+/// True if the first corner of a polyline or polygon lies above the legend.
 fn is_above(element: &str) -> bool {
     let corner = element
         .split(" points=\"")
@@ -138,7 +138,7 @@ fn the_main_job_writes_a_page_that_holds_data() {
         let used = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!used.contains(outside), "{outside}");
     }
-    // The same page again from its data, and one of the rows alone.
+    // The saved data give an identical page; the rows alone give one without the rest.
     good(&at, "report target/taut/bench.report.json --out again.html");
     assert!(fs::read_to_string(at.join("again.html")).expect("a page") == page);
     good(&at, "report target/taut/bench.json --out rows.html");
@@ -200,7 +200,7 @@ fn every_benchmark_writes_a_page() {
             fs::read_to_string(at.join("again.html")).expect("a page") == page,
             "{name}"
         );
-        // Of the rows alone, what is printed is not known.
+        // Rows alone do not hold the printed text.
         good(
             &at,
             &format!("report target/taut/{name}.json --out rows.html"),
@@ -332,7 +332,7 @@ fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
     let at = made("read");
     let text = fs::read_to_string(at.join("target/taut/bench.report.json")).expect("data");
     let whole: Value = serde_json::from_str(&text).expect("JSON");
-    // What was written before the program knew more.
+    // A file of an older version lacks these keys.
     let mut older = whole.clone();
     for key in [
         "compiler",

@@ -28,7 +28,7 @@ fn an_unstable_run_has_code_1_and_still_its_summary() {
     assert_eq!(summary["steps"].as_u64(), Some((end * 60.0).round() as u64));
 }
 
-/// The step that gains too much is no sample, and its excess counts.
+/// The step that gains too much has no sample, but its excess counts.
 #[test]
 fn a_run_lost_by_its_energy_says_by_how_much() {
     let at = folder("from_nowhere");
@@ -138,7 +138,7 @@ fn a_written_scene_runs_as_the_scene_itself() {
             ] {
                 assert_eq!(by_file[what], by_name[what], "{name} {form}: {what}");
             }
-            // What was written is what is written of it.
+            // Writing the file again gives an identical text.
             assert_eq!(
                 good(&at, "scene f"),
                 good(&at, &format!("scene {name} --set {size} {form}"))
@@ -153,7 +153,7 @@ fn a_written_scene_runs_as_the_scene_itself() {
     refused(&at, "scene hoist --set length=-1", &["length is -1"]);
 }
 
-/// What is lost is lost in both forms of its scene, whatever the form knows of it; and is called so.
+/// A lost run fails for one and the same reason in both forms of its scene.
 #[test]
 fn a_lost_run_is_lost_in_both_forms() {
     let at = folder("lost");
@@ -314,7 +314,7 @@ fn the_solver_that_was_chosen_is_told_with_the_reason() {
     let stdout = good(&at, line);
     assert!(stdout.contains(&format!("auto: {backend} (")), "{stdout}");
     assert!(stdout.contains(reason), "{stdout}");
-    // What was saved knows the choice, and makes it again.
+    // A saved run keeps `auto` and chooses again.
     let resumed = json(&at, "run --resume auto.json --time 0.1 --json -");
     assert_eq!(resumed["backend"], "auto");
     assert_eq!(resumed["chosen"]["reason"], chosen["reason"]);

@@ -97,7 +97,7 @@ fn figures_are_compared_with_a_baseline_that_an_update_writes() {
         "{bencher}"
     );
     assert!(latency["lower_value"].is_number(), "{bencher}");
-    // A figure under a name that is no longer there fails, and an update takes it out.
+    // A figure whose name has vanished fails; an update removes it.
     let renamed = file().replace(
         "hoist-24-1e3/banded/load-error",
         "hoist-23/banded/load-error",

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// Chromium with what every test of it wants, and a profile in this folder; `None` where there is none, which fails where
-/// `TAUT_CHROMIUM` requires one.
+/// Chromium with the common options of its tests and a profile in this folder. `None` if it is not
+/// installed; fails then if `TAUT_CHROMIUM` requires it.
 pub(crate) fn chromium(profile: &Path) -> Option<Command> {
     let runs = |program: &&str| {
         let tried = Command::new(program).arg("--version").output();

@@ -18,7 +18,6 @@ pub(crate) struct Browser {
     calls: u64,
 }
 
-/// A page in it.
 pub(crate) struct Page(String);
 
 impl Drop for Browser {

@@ -312,7 +312,7 @@ fn two_browsers_and_one_that_goes_away() {
     browser.close(&first);
     browser.until(&second, "view.known.status.controls[0][0] === 0");
     browser.until(&second, "view.known.clock.viewers === 1");
-    // What is refused is told, and the run goes on.
+    // A refused command is answered, and the run goes on.
     browser.value(&second, "view.send({ mass: -1 })");
     browser.until(
         &second,
@@ -397,7 +397,7 @@ fn others_may_not_ask() {
             "{path} {headers}: {found}"
         );
     }
-    // What is no command, and what is too long, hurts nobody else.
+    // Invalid and overlong messages affect only their sender.
     let mut socket = served.socket().expect("opened");
     for text in ["", "{}", "{\"set\": 1}", "\"restart\" 1", "[[[["] {
         socket.send(Message::Text(text.into())).expect("sent");

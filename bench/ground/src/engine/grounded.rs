@@ -21,7 +21,6 @@ pub const TIME: f64 = 2.0;
 /// Speed of the box that slides \[m/s].
 const SPEED: f64 = 2.0;
 
-/// Whether a load is dragged or slides, or boxes stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A box slides until it stops.
@@ -37,15 +36,16 @@ pub enum Kind {
 pub struct Known {
     /// The start.
     pub scene: Scene,
-    /// What errors of positions are over: the way of the box, the stack's height, the cable's length \[m].
+    /// Reference length of position errors: the way of the box, the stack's height, the cable's
+    /// length \[m].
     pub length: f64,
-    /// What penetrations are over: the least dimension of a body's shape \[m].
+    /// Reference length of penetrations: the least dimension of a body's shape \[m].
     pub thickness: f64,
     /// Distance from its place at which a body is lost \[m].
     pub reach: f64,
     /// Way of all bodies along x in the second half, at first and with time \[m, m/s].
     way: [f64; 2],
-    /// Whether each body stands on the one before.
+    /// Each body stands on the one before.
     stacked: bool,
 }
 

@@ -28,7 +28,7 @@ pub struct Motion {
 pub struct Points {
     /// Positions at the start, the anchor's first and the load's last \[m].
     pub position: Vec<Vector3<f64>>,
-    /// The same with no spring stretched \[m].
+    /// Positions at the start with no spring stretched \[m].
     pub unstretched: Vec<Vector3<f64>>,
     /// Masses; half a segment's at the anchor, where it takes no part \[kg].
     pub mass: Vec<f64>,

@@ -15,17 +15,17 @@ use taut_solver::{SolveError, SymBlockMatrix, forward_error, reference_solution}
 /// A system with what is known of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dumped {
-    /// The form.
     pub form: Form,
     /// A.
     pub matrix: SymBlockMatrix,
     /// b.
     pub b: Vec<f64>,
-    /// The solution of A x = b in extended precision, rounded, or why there is none.
+    /// The solution of A x = b in extended precision, rounded, or the error of finding it.
     pub x: Result<Vec<f64>, SolveError>,
-    /// Of S: the multipliers of the pieces in extended precision, rounded \[N s, N m s].
+    /// For S only: multipliers of the pieces in extended precision, rounded \[N s, N m s].
     pub multipliers: Option<Vec<f64>>,
-    /// Of the KKT matrix: whether each block row's pivots are positive, as those of bodies are.
+    /// For the KKT matrix only: true for each block row with positive pivots, as those of bodies
+    /// have.
     pub signs: Vec<bool>,
 }
 
@@ -34,7 +34,7 @@ pub struct Dumped {
 /// geometric stiffness of the next step is made of the tension found here.
 ///
 /// # Errors
-/// As [`Stepper::solve`]; that there is no exact solution is none.
+/// As [`Stepper::solve`]. A missing exact solution is not an error.
 pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
     let [(matrix, b), (kkt, kkt_b)] = assembled(stepper)?;
     let x = reference_solution(&kkt, &kkt_b);
@@ -99,7 +99,7 @@ pub fn body_rows(a: &SymBlockMatrix) -> Vec<bool> {
         .collect()
 }
 
-/// What the files are called, and what their comments say besides the form.
+/// Name of the files and extra comment lines.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Label {
     /// Name of the matrix; the KKT form has `_kkt` after it.
@@ -227,7 +227,7 @@ mod tests {
         stepper
     }
 
-    /// What is written is the stepper's own system, and reads back to the last bit with blocks and groups.
+    /// A written system equals the stepper's and reads back bit by bit, with blocks and groups.
     #[test]
     fn systems_come_back_as_they_were() {
         let folder = std::env::temp_dir().join(format!("taut-dump-{}", std::process::id()));

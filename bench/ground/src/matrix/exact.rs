@@ -20,11 +20,12 @@ const SOLVERS: [&str; 5] = ["faer:ldlt", "banded", "umfpack", "faer:lu", "dense"
 /// Rows beyond which the dense solver is not asked.
 const DENSE_ROWS: usize = 2000;
 
-/// What refinement is to reach: relative correction in the ∞-norm.
+/// Relative correction in the ∞-norm at which refinement stops.
 const TARGET: f64 = 1e-24;
 
-/// What is enough where corrections get no smaller, since the rounding of the residual leaves them 10⁻³² times the condition
-/// number: it does not reach the last digit of a double.
+/// Largest correction that suffices once corrections no longer shrink. Rounding of the residual
+/// leaves 10⁻³² times the condition number; an error of this size does not reach the last digit of
+/// a double.
 const ENOUGH: f64 = 1e-18;
 
 /// Sweeps at most.
@@ -98,8 +99,8 @@ fn refined(problem: &Problem<'_>, backend: &Backend, b: &[f64]) -> Option<Vec<f6
 pub struct Condition {
     /// ‖A‖∞ ‖A⁻¹‖∞ of A as it is.
     pub of_matrix: f64,
-    /// The same of S⁻¹ A S⁻¹ with sᵢ² the largest entry of row i: what is left where the units of the rows differ, and
-    /// what elimination, which does not see such scaling, has to do with.
+    /// ∞-norm condition of S⁻¹ A S⁻¹, sᵢ² being the largest entry of row i: without the units of
+    /// the rows. Elimination does not see such scaling and meets this number.
     pub scaled: f64,
 }
 

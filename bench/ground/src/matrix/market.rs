@@ -19,7 +19,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a line: no number is as long, and a file without line ends is none of these.
+/// Most bytes of a line. Every number is shorter; a file without line ends is longer.
 const LONGEST_LINE: usize = 1 << 20;
 
 /// Most block rows that comments may tell of: a few bytes of gzip say a million.
@@ -28,7 +28,7 @@ const MOST_BLOCKS: usize = 1 << 23;
 /// Entries that memory is made for before they are there.
 const EXPECTED: usize = 1 << 12;
 
-/// What is wrong with a file.
+/// Fault of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
@@ -38,11 +38,11 @@ pub enum Fault {
     Banner,
     /// A matrix of a kind that is not solved here.
     Unsupported,
-    /// Sizes that are none, or that no machine can hold.
+    /// Malformed sizes, or sizes beyond any machine.
     Sizes,
-    /// An index that is none or out of its range.
+    /// A malformed index, or one out of its range.
     Index,
-    /// A value that is no finite number.
+    /// A value that is not a finite number.
     Value,
     /// Fewer or more numbers in a line, or lines, than there should be.
     Count,
@@ -59,9 +59,8 @@ pub struct MarketError {
     pub path: PathBuf,
     /// Line from 1.
     pub line: Option<u64>,
-    /// What kind of fault it is.
     pub fault: Fault,
-    /// What is wrong, and what to do.
+    /// Fault and remedy, in words.
     pub message: String,
 }
 
@@ -84,9 +83,9 @@ pub struct Market {
     pub rows: usize,
     /// Number of columns.
     pub columns: usize,
-    /// Whether the file holds an array, all values column by column; else coordinates.
+    /// Array file: all values column by column. Otherwise coordinates.
     pub array: bool,
-    /// Whether the entries are those of the lower triangle of a symmetric matrix.
+    /// The entries are the lower triangle of a symmetric matrix.
     pub symmetric: bool,
     /// Row and column from 0, and value, in the order of the file; of an array all that are not zero or that stand in a
     /// matrix of one column.
@@ -95,7 +94,7 @@ pub struct Market {
     pub blocks: Vec<usize>,
     /// Group of each block row; empty where the file tells none.
     pub groups: Vec<u32>,
-    /// Whether each block row's pivots are positive; empty where the file tells nothing.
+    /// True for each block row with positive pivots; empty if the file does not tell.
     pub signs: Vec<bool>,
 }
 
@@ -137,7 +136,7 @@ pub fn read_from(text: impl BufRead, path: &Path) -> Result<Market, MarketError>
     .read()
 }
 
-/// What the banner says of the entries.
+/// Format and type of the entries, from the banner.
 #[derive(Debug, Clone, Copy)]
 struct Banner {
     array: bool,
@@ -331,7 +330,8 @@ impl<R: BufRead> Reader<'_, R> {
         let line = String::from_utf8_lossy(&self.line).into_owned();
         let mut sizes = Vec::new();
         for word in line.split_whitespace() {
-            // What fits in a pointer's range as doubles; also: no product of three overflows in u128.
+            // Limit of a pointer's range of doubles. It also keeps a product of three sizes within
+            // u128.
             let size = word
                 .parse::<usize>()
                 .ok()

@@ -21,7 +21,7 @@ pub struct Ordered {
     pub matrix: SymBlockMatrix,
     /// Scalar row of the original at each row; none where the order is the natural one.
     pub rows: Option<Vec<usize>>,
-    /// What factorising costs.
+    /// Cost of the factorisation.
     pub cost: EliminationCost,
 }
 
@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(found.name(), "minimum-degree");
         assert!(found.cost.is_without_fill(found.matrix.pattern()));
         let rows = found.rows.expect("another order");
-        // Of a diagonal block the lower triangle counts.
+        // A diagonal block counts by its lower triangle.
         found.matrix.for_each_lower(|r, c, value| {
             let (r, c) = (rows[r], rows[c]);
             assert_eq!(value, a.get(r, c), "{r} {c}");

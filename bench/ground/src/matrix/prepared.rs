@@ -7,9 +7,8 @@ use taut_solver::{
     LinearSolver, SolveError, SolveReport, SymBlockMatrix,
 };
 
-/// A matrix with what the backends share: its order of elimination, or why there is none.
+/// A matrix with the common data of the backends: its order of elimination, or the obstacle to one.
 pub struct Problem<'a> {
-    /// The matrix.
     pub matrix: &'a Matrix,
     /// For those that factorise in the order of the pattern; none for a general matrix.
     pub ordered: Option<Result<Ordered, SolveError>>,
@@ -73,7 +72,7 @@ enum View<'a> {
 /// A backend that has analysed a matrix.
 pub struct Prepared<'a> {
     work: Work<'a>,
-    /// What the analysis found.
+    /// Report of the analysis.
     pub report: AnalyzeReport,
 }
 

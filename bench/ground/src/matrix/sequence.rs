@@ -79,7 +79,7 @@ impl Sequence {
             .sum()
     }
 
-    /// Whether it has no systems; [`read`] gives none of these.
+    /// True without systems; [`read`] never returns that.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -141,7 +141,7 @@ fn entries(a: &SymBlockMatrix) -> Vec<(usize, usize, [usize; 2])> {
             let (rows, columns) = (p.size(i), p.size(j));
             for at in 0..rows * columns {
                 let (r, c) = (at % rows, at / rows);
-                // Of a diagonal block the lower triangle.
+                // A diagonal block stores its lower triangle.
                 if i != j || r >= c {
                     let mirror = if i == j { c + r * rows } else { at };
                     let place = [start + at, start + mirror];
@@ -161,13 +161,11 @@ pub enum SequenceError {
     None(PathBuf),
     /// A file that cannot be read or written.
     File(FileError),
-    /// A line of the index that is none.
+    /// A malformed line of the index.
     Index {
-        /// The index.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
         fault: String,
     },
     /// Steps that are missing.

@@ -15,29 +15,28 @@ use taut_solver::{Backend, SolveError, Status, forward_error};
 /// Rows beyond which the dense solver has no rows unless it is asked for.
 pub const DENSE_ROWS: usize = 1500;
 
-/// The same for nalgebra-sparse, whose analysis is quadratic.
+/// Rows beyond which nalgebra-sparse, whose analysis is quadratic, has no rows unless asked for.
 pub const NALGEBRA_ROWS: usize = 30_000;
 
-/// What a direct backend claims.
+/// Claim of a direct backend.
 pub const DIRECT: &str = "direct";
 
-/// What a backend claims whose iteration met its tolerance.
+/// Claim of an iteration that met its tolerance.
 pub const CONVERGED: &str = "converged";
 
-/// What a backend claims that ran out of iterations.
+/// Claim of an iteration that ran out of iterations.
 const LIMIT: &str = "limit";
 
 /// Factorisations and solves for each analysis.
 const REUSES: usize = 4;
 
-/// What is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Backends; those that cannot or need not run are left out, with the reason.
     pub backends: Vec<Backend>,
-    /// Whether they were asked for by name.
+    /// The backends were asked for by name.
     pub named: bool,
-    /// Limits of iterations for the iterative backends; their own where there is none.
+    /// Limits of iterations for the iterative backends; empty keeps their own.
     pub iterations: Vec<usize>,
     /// Time that the repeats of one row aim at.
     pub budget: Duration,
@@ -89,7 +88,6 @@ pub struct About {
     pub entries: usize,
     /// Entries of the file that were added to earlier ones at the same place.
     pub duplicates: usize,
-    /// Whether it is symmetric.
     pub symmetric: bool,
     /// Order in which those backends eliminate that keep it: `natural`, `minimum-degree`; none for general matrices and
     /// where the fill is out of reach.
@@ -100,11 +98,11 @@ pub struct About {
     pub factor_flops: Option<u64>,
     /// Estimate of the condition number in the ∞-norm, for symmetric matrices.
     pub condition: Option<f64>,
-    /// The same with rows and columns scaled to the same size.
+    /// Condition number after scaling rows and columns to one size.
     pub condition_scaled: Option<f64>,
-    /// What b is.
+    /// Origin of b, in words.
     pub right_hand_side: String,
-    /// What the forward errors refer to.
+    /// Reference of the forward errors, in words.
     pub solution: String,
 }
 
@@ -125,7 +123,7 @@ pub struct Record {
     pub iterations: usize,
     /// Iterations made.
     pub iterations_used: usize,
-    /// What the backend claims: `direct`, `converged`, `limit`, `stalled`.
+    /// Claim of the backend: `direct`, `converged`, `limit`, `stalled`.
     pub status: String,
     /// Analysis of the pattern, minimum \[ns].
     pub analyze_ns: f64,
@@ -156,21 +154,20 @@ impl Record {
         self.factorize_ns + self.solve_ns
     }
 
-    /// Whether it came to an end of its own: it is direct, or its iteration converged.
+    /// True if the backend is direct or its iteration converged.
     #[must_use]
     pub fn ended(&self) -> bool {
         [DIRECT, CONVERGED].contains(&self.status.as_str())
     }
 }
 
-/// What was measured on a system.
+/// Measurements of one system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// The system.
     pub about: About,
     /// Its rows, in the order of the backends.
     pub records: Vec<Record>,
-    /// What has no rows, and why.
     pub omissions: Vec<Omission>,
 }
 

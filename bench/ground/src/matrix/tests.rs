@@ -150,7 +150,7 @@ fn blocks_and_groups_come_back() {
     let p = a.pattern();
     assert_eq!((p.blocks(), p.size(0), p.groups()), (2, 2, &[1, 0][..]));
     assert_eq!((a.get(2, 0), a.get(1, 0)), (-1.0, 0.0));
-    // Words that are no numbers make a comment.
+    // Words that are not numbers make a plain comment.
     let (plain, _) =
         parsed(&text.replace("% blocks 2\n% blocks 1\n% groups 1 0", "% blocks of ice"))
             .expect("sound");

@@ -18,7 +18,7 @@ use std::fmt;
 /// Width and height of a panel without its legend, in pixels.
 const PANEL: (u32, u32) = (640, 380);
 
-/// The same where two stand beside each other in a column of text, for which they are not made smaller.
+/// Size of a panel when two share a row of a text column, in pixels; it is shown unscaled.
 const NARROW: (u32, u32) = (420, 370);
 
 /// Places beyond are not shown: the distance of two would have no number.
@@ -141,7 +141,7 @@ fn drawn(charts: &[Chart], on_paper: bool) -> Result<String, PlotError> {
     })
 }
 
-/// What is drawn on an area of that size, as text.
+/// SVG of a drawing on an area of `size` pixels.
 fn written(
     size: (u32, u32),
     draw: impl FnOnce(&Area<'_>) -> Result<(), PlotError>,
@@ -222,7 +222,8 @@ struct Place {
     of: usize,
 }
 
-/// A line that is no data, its name at its end: below that of the first such line, above others, which rise from it.
+/// Draws a guide line with its name at its end: below the first such line, above the others, which
+/// rise from it.
 fn draw_guide(
     plane: &mut Plane<'_, '_>,
     name: &str,

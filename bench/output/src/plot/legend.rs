@@ -35,7 +35,7 @@ const GAP: i32 = 7;
 const LEFT: i32 = 16;
 
 impl<'a> Legend<'a> {
-    /// Of these charts, in `width` pixels.
+    /// Lists every named series of the charts once. `width` is in pixels.
     pub(super) fn new(charts: &'a [Chart], width: u32) -> Self {
         let mut entries: Vec<Entry<'a>> = Vec::new();
         for chart in charts {

@@ -8,15 +8,13 @@
 use serde::{Deserialize, Serialize};
 use taut_solver::Backend;
 
-/// What a point is drawn as.
+/// Marker of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Shape {
     /// A dot; a ring where it is hollow.
     #[default]
     Circle,
-    /// A triangle.
     Triangle,
-    /// A square.
     Square,
     /// A square on its corner.
     Diamond,
@@ -24,15 +22,13 @@ pub enum Shape {
     Cross,
 }
 
-/// What a line is drawn as.
+/// Pattern of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Dash {
     /// Without gaps.
     #[default]
     Solid,
-    /// Dashes.
     Dashed,
-    /// Dots.
     Dotted,
     /// Dashes and dots in turn.
     DashDotted,
@@ -75,15 +71,13 @@ impl Dash {
 pub struct Look {
     /// Red, green and blue.
     pub colour: [u8; 3],
-    /// What its points are.
     pub shape: Shape,
-    /// Whether these are outlines.
+    /// Draws the markers as outlines.
     pub hollow: bool,
-    /// What its lines are.
     pub dash: Dash,
 }
 
-/// Colours of what is no solver: a violet, an olive, a crimson.
+/// Colours of series that are not solvers: a violet, an olive, a crimson.
 const COLOURS: [[u8; 3]; 3] = [[112, 100, 190], [140, 140, 30], [190, 70, 100]];
 
 /// Forms in turn. Their number has no factor in common with that of the colours: all pairs come before one comes again.
@@ -96,8 +90,8 @@ const FORMS: [(Shape, Dash); 5] = [
 ];
 
 impl Look {
-    /// Of the series at that place among others that are no solvers: colours and forms in turn, hollow ones in every
-    /// second round.
+    /// Look of the series at `place` among those that are not solvers. Colours and forms rotate;
+    /// every second round has hollow markers.
     #[must_use]
     pub fn by_place(place: usize) -> Self {
         let (shape, dash) = FORMS[place % FORMS.len()];
@@ -109,7 +103,8 @@ impl Look {
         }
     }
 
-    /// Of a solver, by its name as the command line has it; nothing for what is none.
+    /// Look of a solver by its command-line name, with the aliases `batch` and `lapack`; `None` for
+    /// other names.
     #[must_use]
     pub fn of_solver(name: &str) -> Option<Self> {
         let mut words = name.split([':', '/', ' ', '+']);
@@ -197,7 +192,7 @@ mod tests {
         (a.max(b) + 0.05) / (a.min(b) + 0.05)
     }
 
-    /// What a reader without green cones sees of a colour (Viénot, Brettel, Mollon 1999), in CIE L*a*b*.
+    /// Colour as seen without green cones (Viénot, Brettel, Mollon 1999), in CIE L*a*b*.
     fn seen(colour: [u8; 3]) -> [f64; 3] {
         let alone = |i: usize| {
             let mut only = [0; 3];
@@ -244,7 +239,7 @@ mod tests {
                 let same_library = look.colour == other.colour;
                 let both = format!("{name} and {others_name}");
                 assert!(!(same_library && (same_shape || same_dash)), "{both}");
-                // Of two libraries the colour or the form is enough.
+                // Solvers of two libraries must differ in colour or form, not in both.
                 let near = distance(look.colour, other.colour) < NEAR;
                 assert!(!(near && same_shape && same_dash), "{both}");
             }

@@ -69,7 +69,7 @@ pub(super) enum Group {
 /// First letter of a tag; the second one is its kind.
 pub(super) const TAG: char = '\u{e000}';
 
-/// Whether groups are drawn.
+/// Writes tags around groups if true.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tags(pub(super) bool);
 

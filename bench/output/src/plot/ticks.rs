@@ -15,7 +15,7 @@ pub(super) struct Scale {
     ticks: Vec<f64>,
     log: bool,
     reversed: bool,
-    /// What stands at the ticks where these are no numbers.
+    /// Labels at the ticks of an axis without numbers.
     names: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ impl Scale {
         }
     }
 
-    /// Of names at the places 0, 1 …; of many only some stand at ticks.
+    /// Axis of names at the places 0, 1 …; of more than [`MOST`] names only some get a tick.
     pub(super) fn of_names(names: &[String]) -> Self {
         let places = (0..names.len()).step_by(names.len().div_ceil(MOST).max(1));
         let places = places.map(|place| place as f64);
@@ -61,8 +61,8 @@ fn round(ends: &Range<f64>) -> Vec<f64> {
     ticks.take_while(|t| *t <= ends.end).collect()
 }
 
-/// Places of powers of ten; with 2 and 5 times them where there are no more than two, round numbers where there are
-/// none of these.
+/// Places of powers of ten. Where these are two or fewer, also 2 and 5 times them. Where all are
+/// two or fewer, round numbers.
 fn decades(ends: &Range<f64>) -> Vec<f64> {
     let span = ends.end - ends.start;
     let every = (span / 8.0).ceil().max(1.0);
@@ -111,7 +111,7 @@ impl ValueFormatter<f64> for Scale {
         }
         let place = if self.reversed { -place } else { place };
         let span = self.ends.end - self.ends.start;
-        // What is left of a sum that should be zero.
+        // Rounding can leave a residue where the sum is zero.
         number(if place.abs() < 1e-9 * span {
             0.0
         } else {
@@ -161,7 +161,7 @@ mod tests {
             let count = shown(-3.21..span - 3.21, true).len();
             assert!((2..=MOST).contains(&count), "{span}: {count}");
         }
-        // What has no ends is drawn too.
+        // An empty, undefined or overflowing range falls back to 0..1.
         for ends in [f64::NAN..1.0, 1.0..1.0, f64::MIN..f64::MAX] {
             assert_eq!(Scale::new(ends, false, false).range(), 0.0..1.0);
         }

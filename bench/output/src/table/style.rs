@@ -1,14 +1,14 @@
-//! What stands out in a table: best values and verdicts. The styles are ANSI sequences, which [`taut_ground::files::print`]
-//! leaves out where they would not be seen.
+//! Emphasis in tables: best values and verdicts. The styles are ANSI sequences;
+//! [`taut_ground::files::print`] omits them where nobody would see them.
 
 use comfy_table::{Attribute, Cell, Color, Row, Table};
 
-/// What the mark of a best value is, for the legends.
+/// Legend of the mark for best values.
 pub const MARK: &str =
     "*: the least of its column, apart from what failed, became unstable or ran out of iterations";
 
-/// Which rows have the least value of their group, in which they have a rival. `rows` holds the group and the value of
-/// each row; none, and what is no finite number, is never the least.
+/// Rows with the least value of their group, if they have a rival in it. `rows` holds the group and
+/// the value of each row; a missing or infinite value or NaN is never the least.
 pub(crate) fn least<G: PartialEq>(rows: &[(G, Option<f64>)]) -> Vec<bool> {
     let is_least = |row: &(G, Option<f64>)| {
         let rivals = || rows.iter().filter(|(group, _)| *group == row.0);
@@ -27,7 +27,7 @@ fn finite<G>((_, value): &(G, Option<f64>)) -> Option<f64> {
 pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G, Option<f64>)]) {
     let best = least(rows);
     let shown = |i: usize| Some(t.row(i)?.cell_iter().nth(column)?.content());
-    // What reads like the best is no worse to a reader.
+    // Equal texts get equal marks, whatever their digits behind the last one shown.
     let marks: Vec<bool> = (0..rows.len())
         .map(|i| {
             let like = |j: usize| best[j] && rows[j].0 == rows[i].0 && shown(j) == shown(i);

@@ -28,7 +28,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
@@ -101,7 +100,6 @@ fn rates(dts: &[f64]) -> Result<Vec<f64>, ExperimentError> {
     Ok(rates)
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     let segments = distinct(config.cases.iter().map(|c| c.segments));
     let ratios = distinct(config.cases.iter().map(|c| c.mass_ratio));

@@ -107,7 +107,7 @@ fn error(row: &Row) -> Option<f64> {
     Some(number_of(row, "horizontal_m")?.hypot(number_of(row, "vertical_m")?))
 }
 
-/// What stands for a run that was lost.
+/// Cell of a lost run: † and the time that it held \[s].
 fn lost(row: &Row) -> Option<String> {
     let held = number_of(row, "held_s").unwrap_or(f64::NAN);
     (!is(row, "stable")).then(|| format!("†{held:.2}"))
@@ -129,7 +129,7 @@ fn distance(row: &Row) -> String {
     lost(row).unwrap_or_else(|| mm(error(row).unwrap_or(f64::NAN)))
 }
 
-/// Whether the row is one of settings and rates, not of another solver.
+/// True for rows over settings and rates, which use the default solver with one refinement.
 fn is_motion(row: &Row) -> bool {
     let is_one = |key, count| number_of(row, key) == Some(count);
     text_of(row, "backend") == *SOLVER && is_one("refinements", 1.0) && is_one("iterations", 0.0)
@@ -196,7 +196,8 @@ fn orders(results: &Results) -> Vec<Value> {
         .collect()
 }
 
-/// What is asked of the default at the first rate: stable everywhere, 1 mm across and 10 mm along from ratio 100 on.
+/// Verdict on the default at the first rate: stable everywhere, and from ratio 100 on within 1 mm
+/// across and 10 mm along.
 fn verdicts(results: &Results) -> String {
     let first = results.records.iter().map(|r| r.dt).fold(0.0, f64::max);
     let default = motions(results).filter(|r| r.setting == "default" && r.dt == first);

@@ -24,9 +24,7 @@ const BETTER: f64 = 1.1;
 /// A measured solve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// The scene.
     pub scene: String,
-    /// The solver.
     pub solver: String,
     /// The way that it goes there.
     pub way: String,
@@ -39,11 +37,9 @@ pub struct Measured {
 /// The times of a way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
-    /// The way.
     pub way: String,
     /// Times of the counts \[ns].
     pub times: [f64; TERMS],
-    /// Scenes.
     pub scenes: usize,
     /// Root of the mean square of predicted over measured time − 1, and the largest.
     pub errors: [f64; 2],
@@ -52,7 +48,6 @@ pub struct Fitted {
 /// The times of all ways, and what they come from.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Fit {
-    /// The ways.
     pub ways: Vec<Fitted>,
     /// Every candidate on every scene.
     pub measured: Vec<Measured>,

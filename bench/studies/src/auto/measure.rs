@@ -72,7 +72,7 @@ pub(super) fn steps(stepper: &mut Stepper, count: usize) -> Result<Vec<StepRepor
     (0..count).map(|_| stepper.step()).collect()
 }
 
-/// Of whole steps.
+/// Times of whole steps.
 fn total(reports: &[StepReport]) -> Timing {
     Timing::of(reports.iter().map(|r| r.phases.total()))
 }
@@ -111,7 +111,7 @@ pub(super) fn record(config: &Config, name: &str) -> Result<Record, ExperimentEr
     let rows = own.stepper.linearized().rows();
     let takes_part = |c: &&Choice| rows <= DENSE_ROWS || !matches!(c.backend, Backend::Dense(_));
     let choices = config.choices.iter().filter(takes_part);
-    // What cannot take the scene drops out.
+    // Solvers that do not take the scene drop out.
     let contestants = choices.filter_map(|c| Contestant::new(&scene, c, config.dt).ok());
     let mut others: Vec<Contestant> = contestants.collect();
     let fastest = others.iter().map(|c| c.warm).fold(own.warm, f64::min);

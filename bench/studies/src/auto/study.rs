@@ -23,7 +23,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     /// Scenes, each a name with overrides KEY=VALUE after blanks, in place of its own
@@ -92,7 +91,6 @@ fn missed(records: &[Record]) -> Option<String> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     set([
         ("scenes", config.scenes.len().to_string()),

@@ -1,4 +1,4 @@
-//! What is wrong with a file of cases, or with several.
+//! Faults of one or several files of cases.
 
 use super::Shard;
 use super::journal::Key;
@@ -14,7 +14,7 @@ pub enum CasesError {
     Elsewhere,
     /// A file that cannot be read or written.
     File(FileError),
-    /// A file that is no file of cases, or one of another format.
+    /// A file without cases, or in another format.
     NotCases(PathBuf),
     /// A file that ends within its header.
     NoHeader(PathBuf),
@@ -24,15 +24,13 @@ pub enum CasesError {
     InUse(PathBuf),
     /// A file of another version of the program, other options or other input files than another, or than this run.
     Differs {
-        /// The file.
         path: PathBuf,
-        /// In what they differ.
+        /// Name of the differing part.
         what: &'static str,
-        /// What is in the file.
         found: String,
-        /// What the other is, `this run` or a file.
+        /// Origin of the other: `this run` or a file.
         other: String,
-        /// What is there.
+        /// Content of the other.
         wanted: String,
     },
     /// Two files of the same shard.
@@ -41,7 +39,6 @@ pub enum CasesError {
     Kept(PathBuf),
     /// Shards without a file.
     Absent {
-        /// Their numbers.
         numbers: Vec<usize>,
         /// How many shards there are.
         of: usize,
@@ -66,7 +63,7 @@ pub enum CasesError {
 }
 
 impl CasesError {
-    /// Whether an error is [`Elsewhere`](Self::Elsewhere).
+    /// True for [`Elsewhere`](Self::Elsewhere).
     #[must_use]
     pub fn is_elsewhere(error: &ExperimentError) -> bool {
         matches!(error.downcast_ref(), Some(Self::Elsewhere))

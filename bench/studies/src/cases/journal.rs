@@ -17,13 +17,13 @@ use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, FileError};
 
-/// What every file begins with: the tag 55799.
+/// First bytes of every file: the CBOR tag 55799.
 const TAG: [u8; 3] = [0xd9, 0xd9, 0xf7];
 
 /// Most bytes of a file that is read.
 const MOST: u64 = 1 << 30;
 
-/// What cases come from.
+/// Identity of a study's cases.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the program, with its sources' and how it was built.
@@ -123,11 +123,11 @@ impl fmt::Display for Key {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Item {
     key: Key,
-    /// CRC-32 of what the case is.
+    /// CRC-32 of the case's description.
     pub(super) label: u32,
     /// CRC-32 of the record.
     checksum: u32,
-    /// What it came to, as encoded CBOR.
+    /// Record as encoded CBOR.
     record: Value,
 }
 
@@ -158,7 +158,7 @@ impl Item {
 /// The cases that are known.
 pub type Known = HashMap<Key, Item>;
 
-/// What follows the header.
+/// Entry after the header.
 #[derive(Serialize, Deserialize)]
 enum Entry<I> {
     /// The machine that the cases from here on ran on.
@@ -172,9 +172,7 @@ enum Entry<I> {
 /// A file of cases as it was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
-    /// The file.
     pub path: PathBuf,
-    /// What its cases come from.
     pub header: Header,
     /// The machines that they ran on.
     pub machines: Vec<String>,
@@ -219,7 +217,7 @@ impl Written {
         }
     }
 
-    /// What these bytes are, all of a file.
+    /// Reads a whole file from its bytes.
     ///
     /// # Errors
     /// [`CasesError`].
@@ -264,7 +262,7 @@ fn error(path: &Path, doing: &'static str, source: io::Error) -> FileError {
     }
 }
 
-/// Refuses what is no file, such as a pipe, whose reading might never end.
+/// Refuses a path that is not a regular file: reading a pipe might never end.
 fn regular(path: &Path) -> Result<(), CasesError> {
     match fs::metadata(path) {
         Ok(there) if !there.is_file() => Err(CasesError::NotCases(path.to_owned())),
@@ -272,7 +270,7 @@ fn regular(path: &Path) -> Result<(), CasesError> {
     }
 }
 
-/// What a file holds.
+/// Content of a file up to [`MOST`] bytes.
 fn content(file: &File) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     Read::take(file, MOST + 1).read_to_end(&mut bytes)?;
@@ -283,7 +281,7 @@ fn content(file: &File) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What became of a lock.
+/// Maps the outcome of taking a lock to an error.
 fn lock(path: &Path, locked: Result<(), TryLockError>) -> Result<(), CasesError> {
     match locked {
         Err(TryLockError::WouldBlock) => Err(CasesError::InUse(path.to_owned())),
@@ -302,8 +300,8 @@ pub struct Journal {
     file: File,
     is_asked_for: bool,
     is_complete: bool,
-    /// What the first case is written after: the bytes that are kept, and those that follow them. Until then the file stays as it
-    /// was: a study that refuses its options costs no cases.
+    /// Bytes to keep, and bytes to write after them before the first case. Until then the file
+    /// stays as it was: a study that refuses its options costs no cases.
     start: Option<(usize, Vec<u8>)>,
 }
 
@@ -330,7 +328,7 @@ impl Journal {
         let file = options.open(path).map_err(failed)?;
         lock(path, file.try_lock())?;
         let mut written = match Written::of(path, &content(&file).map_err(failed)?) {
-            // Nothing that is no file of cases is overwritten.
+            // A file that does not hold cases is never overwritten.
             Err(e @ CasesError::NotCases(_)) => return Err(e),
             Ok(written) if resume => {
                 written.header.check(path, &header, "this run")?;
@@ -342,7 +340,7 @@ impl Journal {
             Ok(written) if header.shard != Shard::WHOLE && !written.known.is_empty() => {
                 return Err(CasesError::Kept(path.to_owned()));
             }
-            // Of a run that was killed before its first case there is nothing to resume.
+            // A run killed before its first case left nothing to resume.
             Err(e) if resume && !matches!(e, CasesError::NoHeader(_)) => return Err(e),
             _ => Written::empty(path, header),
         };
@@ -367,12 +365,11 @@ impl Journal {
         Ok((journal, written))
     }
 
-    /// Whether somebody asked for it.
+    /// True if the user asked for the file. Otherwise failing to write it is harmless.
     pub(super) fn is_asked_for(&self) -> bool {
         self.is_asked_for
     }
 
-    /// Appends a case.
     pub(super) fn append(&mut self, item: &Item) -> Result<(), CasesError> {
         self.write(&Entry::Case(item))
     }

@@ -5,7 +5,7 @@ use super::{CasesError, Header, Known, Shard, Written};
 /// A study whose cases are all known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joined {
-    /// What its cases come from; the whole of it.
+    /// Header of the whole study.
     pub header: Header,
     /// The machines that they ran on.
     pub machine: String,
@@ -14,7 +14,7 @@ pub struct Joined {
 }
 
 impl Joined {
-    /// Of the files of all shards.
+    /// Joins the files of all shards.
     ///
     /// # Errors
     /// [`CasesError`]: files of different commands, versions or inputs, a shard that is absent, unfinished or there twice.

@@ -20,7 +20,7 @@ impl Shard {
     /// The only one.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Whether there is such a shard.
+    /// True for a number from 1 to `of`, and at most [`MOST`] shards.
     pub(super) fn is_one(self) -> bool {
         1 <= self.number && self.number <= self.of && self.of <= MOST
     }

@@ -60,7 +60,6 @@ fn read(path: &Path) -> Written {
     Written::read(path).expect("a file of cases")
 }
 
-/// What the files of these shards are joined to.
 fn joined(paths: &[PathBuf]) -> Result<Joined, CasesError> {
     Joined::of(paths.iter().map(|path| read(path)).collect())
 }
@@ -274,12 +273,12 @@ fn damage_is_found() {
             }
         }
     }
-    // Header and machine are no cases.
+    // Header and machine are not cases.
     assert!(unnoticed < 100, "{unnoticed} of {}", 2 * good.len());
     let _ = fs::remove_dir_all(at);
 }
 
-/// A record of another case is none of this one, even where it stands in its place.
+/// A record is refused in the place of another case.
 #[test]
 fn records_of_other_cases_are_not_taken() {
     let at = folder("labels");

@@ -10,44 +10,38 @@ use taut_integrator::{GeometricStiffness, Scheme, StepError, Stepper};
 /// Steps of a window: 20 s at 1/60 s, three swings of a cable of 10 m.
 pub(super) const WINDOW: usize = 1200;
 
-/// What is run.
+/// Case of an energy band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BandCase {
     /// Segments of the cable.
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// The scheme.
     pub scheme: Scheme,
-    /// The geometric stiffness.
     pub stiffness: GeometricStiffness,
-    /// Whether the guard is on.
     pub guarded: bool,
-    /// Whether the motion starts with random angular velocities, else it is exactly planar.
+    /// The motion starts with random angular velocities; otherwise it is exactly planar.
     pub seeded: bool,
 }
 
-/// What came of it. Energies are those of [`Stepper::energy`] over the load's largest kinetic energy in the first
-/// window.
+/// Energy band of a run. Energies are those of [`Stepper::energy`] over the load's largest kinetic
+/// energy in the first window.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     /// Segments of the cable.
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// The scheme.
     pub scheme: String,
-    /// The geometric stiffness.
     pub stiffness: String,
-    /// Whether the guard is on.
     pub guarded: bool,
-    /// Whether the motion leaves its plane.
+    /// The motion leaves its plane.
     pub seeded: bool,
     /// Steps made, those while the anchor moved not counted.
     pub steps: usize,
     /// Largest minus smallest energy of the first window.
     pub first_band: Option<f64>,
-    /// The same of the last window.
+    /// Largest minus smallest energy of the last window.
     pub last_band: Option<f64>,
     /// Mean of the last tenth of the windows minus that of the first tenth.
     pub drift: Option<f64>,
@@ -59,7 +53,7 @@ pub struct Band {
     pub failure: Option<Failure>,
 }
 
-/// Largest and smallest energy, and their sum.
+/// Least, largest and mean energy of a window.
 #[derive(Debug, Clone, Copy)]
 struct Window {
     least: f64,
@@ -68,7 +62,7 @@ struct Window {
 }
 
 impl Window {
-    /// Of one window of energies above `floor`, a number near them that keeps their digits.
+    /// Window of `energies`. The mean is taken relative to the first one, which keeps its digits.
     fn of(energies: &[f64]) -> Self {
         let floor = energies.first().copied().unwrap_or(0.0);
         let sum: f64 = energies.iter().map(|e| e - floor).sum();

@@ -16,7 +16,6 @@ use taut_model::{
 /// One run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spin {
-    /// The scheme.
     pub scheme: String,
     /// The geometric stiffness.
     pub stiffness: String,

@@ -26,7 +26,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
@@ -45,7 +44,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn set_to(config: &Config) -> Vec<settings::Setting> {
     let setting = |(scheme, stiffness): &Setting| format!("{scheme} K {stiffness}");
     set([

@@ -30,7 +30,6 @@ impl Amplitude {
 pub struct Swing {
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// The scheme.
     pub scheme: String,
     /// The geometric stiffness.
     pub stiffness: String,

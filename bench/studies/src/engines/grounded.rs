@@ -25,7 +25,6 @@ impl Errors for Stood {
 /// One row: an engine in a setting on a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The scene.
     pub scene: String,
     /// The heaviest mass over the lightest.
     pub mass_ratio: f64,

@@ -9,19 +9,18 @@ use taut_ground::engine::{Engine, Frame, Setting};
 use taut_ground::trajectory::{Timing, steps_in};
 use taut_integrator::StepError;
 
-/// What came of a setting, with the errors `E` of its motions.
+/// Errors `E` of the motions with a setting, and its times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome<E = Hung> {
     /// Steps a frame.
     pub substeps: usize,
-    /// The errors.
     #[serde(flatten)]
     pub errors: E,
     /// Frame, median; NaN where the motion failed \[ns].
     pub frame_ns: f64,
     /// Frame, minimum, likewise \[ns].
     pub frame_ns_min: f64,
-    /// Why a motion has no error: times are no numbers then, null in JSON.
+    /// Reason for a missing error; times are NaN then, null in JSON.
     pub failure: Option<String>,
 }
 
@@ -47,7 +46,7 @@ impl Errors for Hung {
 }
 
 impl<E: Errors> Outcome<E> {
-    /// Of a run of a setting: why it ended early, and the times of its frames.
+    /// Outcome of a run that took `times`, or ended early for the reason in `ran`.
     pub(super) fn new<M, P>(
         setting: &Setting<M, P>,
         errors: E,
@@ -85,21 +84,18 @@ pub(super) struct Row<'a, E = Hung, M = Motion, P = Vector3<f64>> {
     pub(super) tried: usize,
 }
 
-/// What a table says of a row, wherever the engine runs.
+/// Row of a table, for any engine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry<E = Hung> {
-    /// The engine.
     pub engine: String,
-    /// Its setting.
     pub setting: String,
-    /// Whether the setting was searched for.
+    /// A search chose the setting.
     pub searched: bool,
     /// Settings tried.
     pub tried: usize,
-    /// Errors and times.
     #[serde(flatten)]
     pub outcome: Outcome<E>,
-    /// Whether both errors are within the bar.
+    /// Both errors are within the bar.
     pub within: bool,
 }
 

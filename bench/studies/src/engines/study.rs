@@ -28,7 +28,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
@@ -61,7 +60,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     set([
         ("segments", counts(&config.segments)),

@@ -103,7 +103,7 @@ pub(super) fn text(data: &Value, results: &Results, config: &Config) -> String {
     out
 }
 
-/// What is said of a row on that scene that is not within the bar, given in %.
+/// Note on a row beyond the bar (in %) on a scene; `None` within it.
 fn remark<E: Errors>(entry: &Entry<E>, scene: &str, bar: &str) -> Option<String> {
     let (setting, tried) = (&entry.setting, entry.tried);
     let best = percent(Some(entry.outcome.error()));

@@ -2,7 +2,7 @@
 
 use taut_model::{SceneError, SceneSource};
 
-/// What drives the gantries.
+/// Table of inputs of the gantries.
 const DRIVE: &str = "time,trolley_speed,hoist_speed\n0,0,0\n1,0.5,0.1\n4,0.5,0.1\n5,0,0\n";
 
 /// A scene with its parameters.
@@ -10,7 +10,7 @@ const DRIVE: &str = "time,trolley_speed,hoist_speed\n0,0,0\n1,0.5,0.1\n4,0.5,0.1
 pub(super) struct Case {
     scene: &'static str,
     parameters: String,
-    /// What drives it.
+    /// Table of inputs.
     pub(super) controls: Option<&'static str>,
     /// Time after which nothing is asked: loads of capstans fall \[s].
     pub(super) longest: f64,
@@ -86,7 +86,7 @@ pub(super) fn all(ratios: &[&str]) -> Vec<Case> {
     all
 }
 
-/// Those whose times are compared.
+/// Scenes for the comparison of times.
 pub(super) fn timed() -> Vec<Case> {
     let hoist = |segments: usize| {
         Case::new(

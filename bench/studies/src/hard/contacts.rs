@@ -23,7 +23,6 @@ use taut_model::{Body, Scene};
 const GRAVITY: f64 = 9.81;
 const DT: f64 = 1.0 / 60.0;
 
-/// The cases.
 pub const CASES: &[Case] = &[
     Case {
         name: "H41",

@@ -32,7 +32,6 @@ use taut_ground::pace;
 use taut_integrator::{Energy, StepError, StepOptions, Stepper};
 use taut_model::{Control, Drive, Scene};
 
-/// The cases.
 pub const CASES: &[Case] = &[
     Case {
         name: "gantry",

@@ -22,7 +22,6 @@ use taut_solver::{
     Backend, DenseOptions, Precision, SolveError, SymBlockMatrix, reference_solution,
 };
 
-/// The cases.
 pub const CASES: &[Case] = &[
     Case {
         name: "H40",

@@ -19,7 +19,6 @@ mod routed;
 use super::{Case, no_scenes};
 use taut_output::check::Check;
 
-/// The cases.
 pub const CASES: &[Case] = &[
     Case {
         name: "H01",

@@ -18,7 +18,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     /// Cases by name, such as H42 (default: all)
@@ -29,7 +28,6 @@ struct Options {
     quick: bool,
 }
 
-/// What the columns of the checks are.
 const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends, and says so. Numbers at the end of a row:
 the notes below the table that it needs";

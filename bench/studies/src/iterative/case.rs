@@ -13,7 +13,7 @@ use taut_solver::forward_error;
 /// Fewest timed solves.
 const REPEATS: usize = 3;
 
-/// What is timed.
+/// Phases that are timed.
 const PHASES: [Phase; 4] = [
     Phase::Assemble,
     Phase::Factorize,

@@ -26,7 +26,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
@@ -42,7 +41,6 @@ struct Options {
     quick: Quick,
 }
 
-/// What the cells of the tables are.
 const LEGEND: &str = "\
 Each cell: fewest iterations that reach the error of the multipliers against extended precision (∞-norm): µs from the
 pieces to the multipliers (assembly, factorisation, solve), × the direct solver's time over it: above 1 it wins. First
@@ -99,7 +97,6 @@ fn config(options: &Options) -> Result<Config, ExperimentError> {
     Ok(config)
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     let network = |(network, size): &(Network, usize)| format!("{} of {size}", network.name());
     set([

@@ -2,19 +2,16 @@
 
 use super::{Record, Start};
 
-/// What the rows say of one error and start: where iterations win.
+/// Result for one error and start: the cases where iterations win.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// The error.
     pub target: f64,
-    /// The start.
     pub start: Start,
-    /// Cases in which what it starts from is not within the error already.
+    /// Cases whose start is not within the error already.
     pub cases: usize,
-    /// Those in which some iterative solver is faster than the direct one: the fastest
-    /// row of each, the largest gain first.
+    /// Rows faster than the direct solver, the fastest of each case, the largest gain first.
     pub wins: Vec<Record>,
-    /// The row that loses least, where none wins.
+    /// The row that loses least if none wins.
     pub nearest: Option<Record>,
 }
 

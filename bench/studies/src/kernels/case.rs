@@ -18,9 +18,9 @@ const ANGLE: [f64; 2] = [0.3, 0.02];
 pub enum Joint {
     /// Three rows of stretch.
     Spherical,
-    /// Those and two of bending.
+    /// Three rows of stretch and two of bending.
     Untwisted,
-    /// Those and one of twist.
+    /// Three rows of stretch, two of bending and one of twist.
     Cosserat,
 }
 
@@ -136,7 +136,7 @@ impl Case {
         &self.exact
     }
 
-    /// What the geometric stiffness is made of.
+    /// Tensions that form the geometric stiffness.
     pub(super) fn tension(&self) -> &[f64] {
         &self.tension
     }

@@ -22,10 +22,10 @@ const OTHERS: [&str; 7] = [
     "lapack:upper",
 ];
 
-/// What follows a solver's name for a solve with refinement.
+/// Suffix of a solver's name for a solve with refinement.
 const REFINE: &str = "+refine";
 
-/// What follows a solver's name for [`BATCH`] right-hand sides a factorisation.
+/// Suffix of a solver's name for [`BATCH`] right-hand sides per factorisation.
 const MANY: &str = "+many";
 
 pub(super) const NO_LAPACK: SolveError = SolveError::NotCompiled {

@@ -25,7 +25,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
@@ -39,7 +38,6 @@ struct Options {
     quick: Quick,
 }
 
-/// What the columns of the tables are.
 const LEGEND: &str = "\
 ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded:
 over banded's of the same table; normwise, compon.: backward errors on the system solved, the latter of its worst row;
@@ -78,7 +76,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     set([
         ("segments", counts(&config.segments)),

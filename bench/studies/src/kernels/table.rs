@@ -1,4 +1,4 @@
-//! What one solve costs, a table for each case.
+//! Cost of one linear solve, a table for each case.
 
 use taut_output::row::{Row, has_no_error, number_of};
 use taut_output::sheet::{self, Sheet, Show, column};

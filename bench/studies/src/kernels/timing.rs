@@ -14,7 +14,7 @@ use taut_solver::{
     backward_error, batch_index, batch_len, forward_error,
 };
 
-/// What a sample lasts at least: a thousand times what reading the clock takes.
+/// Least duration of a sample: a thousand times that of reading the clock.
 const SAMPLE: Duration = Duration::from_micros(25);
 
 /// Fewest samples of a rival.
@@ -28,7 +28,7 @@ enum Work<'a> {
     Solver {
         solver: Box<dyn LinearSolver>,
         system: (&'a SymBlockMatrix, &'a [f64]),
-        /// Whether `x` is where it starts from.
+        /// The solver starts from `x`.
         iterates: bool,
         form: Form,
         x: Vec<f64>,
@@ -275,7 +275,7 @@ impl Errors {
     }
 }
 
-/// What a pass takes \[ns].
+/// Time of a pass \[ns].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Time {
     pub(super) least: f64,
@@ -288,7 +288,7 @@ pub(super) struct Contestant<'a> {
     ready: Result<(Work<'a>, Errors), StepError>,
     /// Passes of a sample.
     passes: usize,
-    /// Whether a pass outlasts ten turns: then caches are no matter.
+    /// A pass outlasts ten turns, so the state of the caches is irrelevant.
     slow: bool,
     spent: Duration,
     /// Time of a pass in each sample \[ns].
@@ -352,7 +352,7 @@ impl<'a> Contestant<'a> {
         self.samples.len()
     }
 
-    /// Its errors and times; why there are none.
+    /// Errors and times, or the error that ended it.
     pub(super) fn measured(&self) -> Result<(Errors, Time), &StepError> {
         let (_, errors) = self.ready.as_ref()?;
         Ok((*errors, summary(&self.samples)))

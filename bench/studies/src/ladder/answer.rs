@@ -1,5 +1,6 @@
-//! What the main job answers: for each scene the fastest solver within each error, the next one of another family and by
-//! what factor it is behind, and the iteration that comes furthest; in a sentence, which solver to use.
+//! Answer of the main job. For each scene: the fastest solver within each error, the runner-up of
+//! another family with its factor, and the iteration that comes furthest. In a sentence: which
+//! solver to use.
 
 use super::{LEVELS, Record};
 use serde_json::{Value, json};
@@ -12,7 +13,7 @@ type Placed<'a> = (&'a Record, f64);
 /// A level, the fastest within it, and the next.
 type Outcome<'a> = (f64, [Option<Placed<'a>>; 2]);
 
-/// What the table shows of a solver and its time.
+/// Name and time of a solver, for the table.
 fn shown(placed: Option<Placed<'_>>) -> Option<(String, String)> {
     placed.map(|(r, ns)| (name(r), nanoseconds(ns)))
 }
@@ -44,7 +45,8 @@ fn places(scene: &[Record], level: f64) -> [Option<Placed<'_>>; 2] {
     [first, next]
 }
 
-/// Of the iterations the fastest within the strictest level that any is within, else the one with the least error.
+/// Best iteration: the fastest within the strictest level that any reaches, else the one with the
+/// least error.
 fn best_iteration(scene: &[Record]) -> Option<Placed<'_>> {
     let iterations = || scene.iter().filter(|r| r.iterations > 0);
     let within = LEVELS.iter().rev();
@@ -117,7 +119,6 @@ const OWN: Sheet = Sheet {
 };
 
 impl Answer {
-    /// What the rows answer.
     #[must_use]
     pub fn of(records: &[Record]) -> Self {
         let is_own = records.first().is_some_and(|r| r.segments.is_none());
@@ -134,7 +135,6 @@ fn or_blank(value: Option<impl Into<Value>>) -> Value {
     value.map_or_else(|| "".into(), Into::into)
 }
 
-/// The rows of a scene.
 fn rows(scene: &[Record]) -> Vec<Value> {
     let outcomes: Vec<Outcome<'_>> = LEVELS.iter().map(|l| (*l, places(scene, *l))).collect();
     let alike = |a: &Outcome<'_>, b: &Outcome<'_>| a.1.map(shown) == b.1.map(shown);

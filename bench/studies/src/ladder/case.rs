@@ -19,17 +19,16 @@ const FRAMES: usize = 16;
 /// Steps of a frame, of the coarser of the two runs that the reference motion of a scene other than the hoist comes from.
 const SUBSTEPS: usize = 16;
 
-/// The same of a scene with contacts.
+/// `SUBSTEPS` of a scene with contacts.
 const CONTACT_SUBSTEPS: usize = 2;
 
-/// A scene other than the hoist, and what drives it.
+/// A scene other than the hoist, with its drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnScene {
-    /// What its rows and plots call it.
+    /// Name in rows and plots.
     pub name: String,
-    /// The scene.
     pub scene: Scene,
-    /// What drives it.
+    /// Drive over time.
     pub inputs: Inputs,
 }
 
@@ -44,9 +43,8 @@ pub(super) enum Subject {
 
 /// A scene of the main job with what all its rows share.
 pub(super) struct Case {
-    /// Its name.
     pub(super) name: String,
-    /// Of a hoist its parameters, which tell its exact elongation.
+    /// Parameters of a hoist, which give its exact elongation.
     pub(super) hoist: Option<HoistParams>,
     /// Load over segment mass of a hoist; else of the moving bodies the heaviest over the lightest.
     pub(super) mass_ratio: f64,
@@ -68,7 +66,7 @@ pub(super) struct Case {
     pub(super) failure: Option<Failure>,
 }
 
-/// What a scene of the user's own ends with before any solver is compared.
+/// Error of a scene of the user's own before any solver is compared.
 #[derive(Debug)]
 struct Named {
     scene: String,
@@ -83,7 +81,7 @@ impl fmt::Display for Named {
 
 impl std::error::Error for Named {}
 
-/// Whether the motion of a scene was lost, which is no fault of its text.
+/// True if the motion of a scene was lost: its text is sound.
 #[must_use]
 pub fn is_lost(error: &ExperimentError) -> bool {
     let named = error.downcast_ref::<Named>().map(|named| &named.error);
@@ -107,7 +105,7 @@ impl Subject {
         }
     }
 
-    /// What it is, in a line.
+    /// Description in a line.
     pub(super) fn title(&self) -> String {
         match self {
             Self::Hoist(params) => {
@@ -204,7 +202,7 @@ impl Case {
         Ok(case)
     }
 
-    /// Whether shapes may touch.
+    /// True if the scene has shapes that may touch.
     pub(super) fn has_contacts(&self) -> bool {
         !self.common.colliders.is_empty()
     }

@@ -2,14 +2,13 @@
 
 use super::Record;
 
-/// What a solver claimed over all its rows.
+/// Claims of a solver over all its rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Claims {
-    /// The solver.
     pub backend: String,
     /// Solves measured.
     pub solves: usize,
-    /// Those that it claimed to have solved.
+    /// Solves claimed.
     pub claimed: usize,
     /// Claims whose residual met the tolerance by the letter.
     pub verified: usize,
@@ -39,7 +38,7 @@ pub fn claims(records: &[Record]) -> Vec<Claims> {
         let counts = (r.claimed_converged, r.verified_converged);
         let (claimed, verified, to_rounding) = match (counts, &r.error) {
             ((Some(claimed), Some(verified)), _) => (claimed, verified, r.verified_to_rounding),
-            // What failed claims nothing.
+            // A failed row claims nothing.
             (_, Some(_)) => (0, 0, Some(0)),
             _ => continue,
         };

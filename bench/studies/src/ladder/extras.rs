@@ -1,5 +1,5 @@
-//! What the rows of the main job do not hold: cost against size, error against mass ratio and condition, error against
-//! the time step, the times of single steps, energies, patterns.
+//! Measurements of the main job beside its rows: cost against size, error against mass ratio and
+//! condition, error against the time step, the times of single steps, energies, patterns.
 
 use super::{Config, OwnScene, nan_for_null};
 use crate::cases::Cases;
@@ -17,7 +17,7 @@ use taut_model::{HoistParams, Network, NetworkParams, Scene};
 use taut_output::check::ExperimentError;
 use taut_solver::{BlockPattern, SymBlockMatrix};
 
-/// What the rows of the main job do not hold.
+/// Measurements beside the rows.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Extras {
@@ -37,12 +37,11 @@ pub struct Extras {
     pub patterns: Vec<Pattern>,
 }
 
-/// What a step costs on a hoist of some size.
+/// Cost of a step on a hoist of some size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Size {
     /// Backend and form.
     pub backend: String,
-    /// Segments.
     pub segments: usize,
     /// A whole step, median \[ns].
     pub step_ns: f64,
@@ -65,7 +64,6 @@ pub struct Rung {
 /// A motion with some Δt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
-    /// The scheme.
     pub scheme: String,
     /// Backend and form where solvers are compared, with the default scheme and no guard; `None` where schemes are, with the
     /// default solver.
@@ -113,7 +111,6 @@ impl Trace {
 /// The energy of a swing with a scheme.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
-    /// The scheme.
     pub scheme: String,
     /// (time \[s], change of the total energy over the largest kinetic energy).
     pub points: Vec<[f64; 2]>,
@@ -128,7 +125,7 @@ pub struct Pattern {
     pub blocks: usize,
     /// (row, column) of the matrix's blocks.
     pub matrix: Vec<[usize; 2]>,
-    /// Of those that the factor has besides.
+    /// (row, column) of the further blocks of the factor.
     pub fill: Vec<[usize; 2]>,
 }
 
@@ -205,7 +202,7 @@ pub(super) fn measure(
     Ok(parts.into_iter().fold(Extras::default(), Extras::with))
 }
 
-/// Of scenes other than the hoist: the patterns, and the step times of the first.
+/// For scenes other than the hoist: their patterns, and the step times of the first.
 ///
 /// # Errors
 /// As [`Stepper::new`] and [`Stepper::solve`].

@@ -1,4 +1,5 @@
-//! What makes a row of the main job: the errors on common states, the motion, the hanging cable, and the times.
+//! Measurements for a row of the main job: errors on common states, the motion, the hanging cable,
+//! the times.
 
 use super::trial::{self, Trial};
 use super::{Case, Config, Record, Task, Untimed};
@@ -80,7 +81,7 @@ impl Record {
 fn measure_row(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Untimed {
     let mut row = Record::new(config, case, trial, rung);
     if let Err(e) = measure_algebra(config, case, trial, &mut row) {
-        // What was measured before it failed is not the worst of all frames.
+        // Drops the measurements before the failure: their maximum is not that of all frames.
         row = Record {
             error: Some(e.to_string()),
             ..Record::new(config, case, trial, rung)

@@ -51,7 +51,7 @@ pub struct Record {
     /// Relative error of the multipliers against extended precision, as stepped; largest of the frames.
     #[serde(deserialize_with = "nan_for_null")]
     pub forward_error: f64,
-    /// The same without refinement.
+    /// `forward_error` without refinement.
     #[serde(deserialize_with = "nan_for_null")]
     pub forward_error_unrefined: f64,
     /// Relative error of the velocities after a step, of scenes with contacts; largest of the frames.
@@ -62,7 +62,7 @@ pub struct Record {
     pub complementarity: Option<f64>,
     /// Relative error of the hanging cable's elongation against the exact discrete value after half a second.
     pub elongation_error: Option<f64>,
-    /// The same against the massless continuum M g L/(YA).
+    /// Relative error of the elongation against the massless continuum, M g L/(YA).
     pub elongation_error_continuum: Option<f64>,
     /// Largest distance of the load from the reference motion while the run was stable \[m].
     pub load_error_m: Option<f64>,
@@ -70,7 +70,8 @@ pub struct Record {
     pub energy_drift: Option<f64>,
     /// Largest gap of a joint \[m].
     pub max_violation_m: Option<f64>,
-    /// Whether the run of `simulated_s` seconds stayed stable, and the step itself, solved directly, for 30 s.
+    /// The run of `simulated_s` seconds stayed stable, and so did the step itself, solved directly,
+    /// for 30 s.
     pub stable: bool,
     /// Simulated time asked for \[s].
     pub simulated_s: f64,
@@ -78,24 +79,26 @@ pub struct Record {
     pub failure: Option<Failure>,
     /// Frames whose solver claimed a solution: an iteration by its convergence, a direct solver by its status.
     pub claimed_converged: Option<usize>,
-    /// Those of them where the true residual, in extended precision, met the tolerance; of a direct solver as below.
+    /// Claims of these that are true: the residual in extended precision met the tolerance. For
+    /// direct solvers as below.
     pub verified_converged: Option<usize>,
-    /// Those of them where it did, or where rounding alone leaves that much: a normwise backward error of at most 10⁻¹⁴.
+    /// Claims of these that are true to rounding: also those with a normwise backward error of at
+    /// most 10⁻¹⁴.
     #[serde(default)]
     pub verified_to_rounding: Option<usize>,
     /// Frames measured.
     pub frames: usize,
     /// Error levels at which this row is the fastest of its scene.
     pub fastest_at: Vec<Fastest>,
-    /// Why there are no numbers, where the solver failed on the common states: they are null in JSON then. Without it
-    /// null is what was not measured.
+    /// Reason for missing numbers if the solver failed on the common states: they are null in JSON.
+    /// Without it null means not measured.
     pub error: Option<String>,
 }
 
-/// A number, or NaN for the null that JSON has for what is none.
+/// A number; JSON's null is read as NaN.
 ///
 /// # Errors
-/// What is neither.
+/// A value that is neither.
 pub fn nan_for_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
@@ -103,15 +106,14 @@ pub fn nan_for_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error>
 /// The fastest of a scene within an error level: the multipliers' forward error and the elongation error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Fastest {
-    /// The level.
     pub level: f64,
-    /// Whether it takes the row's refinement to be within it.
+    /// The error requires the row's refinement.
     pub refined: bool,
     /// Step, median, without the refinement where that is not needed \[ns].
     pub step_ns: f64,
 }
 
-/// What rows of the same scene have in common: its name, segments and mass ratio.
+/// Identity of a scene in rows: its name, segments and mass ratio.
 pub type SceneKey<'a> = (&'a str, Option<usize>, u64);
 
 /// Marks, for each scene and error level, the fastest row whose error is within the level.
@@ -130,7 +132,6 @@ pub(super) fn mark_fastest(records: &mut [Record]) {
 }
 
 impl Record {
-    /// Its scene.
     #[must_use]
     pub fn scene_key(&self) -> SceneKey<'_> {
         (&self.scene, self.segments, self.mass_ratio.to_bits())
@@ -152,11 +153,12 @@ impl Record {
         self.velocity_error.unwrap_or(self.forward_error)
     }
 
-    /// What a step costs with errors within `level`, without the refinement where it is not needed for that.
+    /// Time of a step with errors within `level`, less the refinement if the level does not need
+    /// it. `None` if no error is within.
     #[must_use]
     pub fn within(&self, level: f64) -> Option<Fastest> {
         let held = self.error.is_none() && self.failure.is_none();
-        // Of a hoist that was not held there is none, and it is not sound.
+        // A hoist that did not hold has no elongation error and is not sound.
         let hangs = self.segments.is_none() || self.elongation_error.is_some_and(|e| e <= level);
         let sound = held && hangs;
         if !sound || !self.step_ns.is_finite() {
@@ -171,7 +173,7 @@ impl Record {
                 step_ns,
             });
         }
-        // An error that is no number is within nothing.
+        // NaN is within no level.
         let refined = self.forward_error_unrefined.is_nan() || self.forward_error_unrefined > level;
         let step_ns = if refined {
             self.step_ns

@@ -1,4 +1,4 @@
-//! What the main job was set to.
+//! Settings of the main job, for its page.
 
 use super::Config;
 use taut_model::SceneError;

@@ -38,7 +38,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     /// Other scenes instead of the hoist, by name or as TOML files; the networks ring, junction, cranes, ladder, net as in
@@ -141,19 +140,20 @@ fn own_scenes(options: &Options, ratios: &[f64]) -> Result<Vec<OwnScene>, Experi
     Ok(own)
 }
 
-/// What makes a pile small enough for hundreds of rows: a step of its default size takes up to seconds.
+/// Overrides for a pile: a step of its default size takes up to seconds, too long for hundreds of
+/// rows.
 fn shorter(name: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
     let is_pile = Grounded::named(name) == Some(Grounded::Pile);
     is_pile.then_some(("segments", "6")).into_iter()
 }
 
-/// Whether a scene is one on the ground, which is measured over mass ratios as the hoist is.
+/// True for a scene on the ground, which is measured over mass ratios as the hoist is.
 fn is_swept(name: &str) -> bool {
     Grounded::named(name).is_some()
 }
 
-/// Whether networks are asked for, which the study of branches and loops runs: it sets them swinging, grows them, and
-/// compares orders of elimination.
+/// True if networks are asked for. The study of branches and loops runs these: it sets them
+/// swinging, grows them, and compares orders of elimination.
 ///
 /// # Errors
 /// Networks beside other scenes, or with options that their study does not read.
@@ -193,12 +193,12 @@ fn hoist(
     }
 }
 
-/// What the columns of its answer are.
+/// Legend of the answer.
 const ANSWER: &str = "\
 Fastest: the least median time of a whole step with multipliers and elongation within the error, unrefined where that
 suffices; next: the same of another family of solvers, and how many times as long it takes; k×: iterations a step";
 
-/// What is within the error in scenes on the ground.
+/// Legend of the answer for scenes on the ground.
 const ON_THE_GROUND: &str =
     "\nOn the ground: with the velocities after a refined step within the error";
 
@@ -206,7 +206,7 @@ const ON_THE_GROUND: &str =
 const MORE: &str =
     "Every row: `taut bench --rows`, target/taut/bench.json; plots: target/taut/report.html";
 
-/// What was run.
+/// Description of the run.
 fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentError> {
     let rate = 1.0 / config.dt;
     let scene = if config.own.is_empty() {
@@ -255,7 +255,7 @@ fn missed(config: &Config, scenes: &[SceneNote]) -> Option<String> {
     (!config.own.is_empty() && !lost.is_empty()).then(|| lost.join("; "))
 }
 
-/// What is told of the rows.
+/// Text of the run: all rows, or the answer alone.
 fn told(options: &Options, config: &Config, results: &Results) -> Result<String, ExperimentError> {
     let scene = about(config, &results.scenes)?;
     let answer = answer(results);

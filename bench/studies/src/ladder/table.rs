@@ -94,7 +94,6 @@ pub const CLAIMS: Sheet = Sheet {
     ..sheet::PLAIN
 };
 
-/// What the columns of the main job's tables are.
 pub const LEGEND: &str = "\
 step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
 its own); backw.: componentwise backward error without that refinement, the worst row's; error: of the multipliers
@@ -125,7 +124,7 @@ pub fn data_of(records: &[Record]) -> Vec<Value> {
     records.iter().map(row).collect()
 }
 
-/// What the rows of a scene share.
+/// Facts common to the rows of a scene.
 fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
     let same = |n: &&SceneNote| {
         let segments = row["segments"].as_u64() == n.segments.map(|n| n as u64);
@@ -145,7 +144,7 @@ fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
     ))
 }
 
-/// What the main job answers, in a table and a sentence; what was left out.
+/// Answer of the main job as a table and a sentence, with the omissions.
 pub(super) fn answer(results: &Results) -> String {
     let Answer {
         sheet,

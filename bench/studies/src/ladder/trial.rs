@@ -29,8 +29,8 @@ const METHODS: [&str; 5] = [
 /// Refinements of the reference.
 const REFINEMENTS: usize = 3;
 
-/// The methods for a solver in a scene: one that says none where there are no contacts. All of them run on the first of
-/// the solvers; the others, which make the same dense problem, run with Newton's alone.
+/// Contact methods for a solver: `None` alone in a scene without contacts. The first solver runs
+/// with all methods. The others, which make the same dense problem, run with Newton's alone.
 pub(super) fn methods(has_contacts: bool, is_first: bool) -> Vec<Option<ContactMethod>> {
     if !has_contacts {
         return vec![None];

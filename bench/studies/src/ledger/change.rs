@@ -1,4 +1,4 @@
-//! What a ledger changes of a scene and its step.
+//! Changes of a scene and its step that a ledger tries.
 
 use super::Setup;
 use taut_ground::Choice;
@@ -6,10 +6,8 @@ use taut_integrator::{Form, GeometricStiffness, Scheme, StepOptions};
 use taut_model::scene_file::Part;
 use taut_model::{SceneError, SceneSource};
 
-/// A change.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
-    /// The scene without a thing that it models.
     Without(Part),
     /// So many times as many segments.
     Segments(f64),
@@ -17,9 +15,7 @@ pub enum Change {
     Ruled,
     /// No geometric stiffness.
     NoStiffness,
-    /// No guard.
     NoGuard,
-    /// No refinement.
     NoRefinement,
     /// Another scheme.
     Scheme(Scheme),
@@ -41,7 +37,7 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
     all.extend([0.5, 2.0].map(Change::Substeps));
     all.push(Change::Step(2));
     let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
-    // The reference is no solver to run with.
+    // The dense reference is too slow to run with.
     let fast = compiled.filter(|c| c.backend.name() != "dense");
     let own = |choice: &Choice| {
         choice.backend == whole.options.backend && choice.form == whole.options.form
@@ -51,7 +47,6 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
 }
 
 impl Change {
-    /// What is changed, in words.
     #[must_use]
     pub fn what(&self) -> String {
         match self {
@@ -105,7 +100,8 @@ impl Change {
         }
     }
 
-    /// Whether a motion used what is left out, in which shapes touched, cables gripped sheaves, the guard took a step back.
+    /// True if the motion exercised the omitted feature. The flags: shapes touched, cables gripped
+    /// sheaves, the guard took a step back.
     pub(super) fn used(&self, [touched, gripped, guarded]: [bool; 3]) -> bool {
         match self {
             Self::Without(Part::Contacts) => touched,
@@ -115,7 +111,7 @@ impl Change {
         }
     }
 
-    /// Whether it is told, but not taken.
+    /// True if the ledger lists the change but never takes it into the lean scene.
     pub(super) fn is_told_only(&self) -> bool {
         match self {
             Self::Solver(choice) => choice.backend.is_iterative(),
@@ -124,7 +120,7 @@ impl Change {
         }
     }
 
-    /// Whether it would undo another one.
+    /// True if the change would undo another one.
     pub(super) fn replaces(&self, other: &Self) -> bool {
         match self {
             Self::Solver(_) => matches!(other, Self::Solver(_)),

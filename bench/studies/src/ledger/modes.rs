@@ -1,4 +1,5 @@
-//! What a step does to a scene's own slow oscillations: predicted by the scheme's law, and measured.
+//! Effect of a step on a scene's own slow oscillations: predicted by the scheme's law, and
+//! measured.
 //!
 //! The scene rests in its equilibrium and is moved by a small part of a mode φ. Its coordinate x = φᵀM (q − q₀) then obeys the
 //! recurrence of the module `law`, undamped, with Ω_e² of the elastic rows and Ω_g² of the tension, of which φᵀKφ has the weights
@@ -37,7 +38,7 @@ pub struct Row {
     /// Phase error and damping of a sub-step by the law; `None` where the options or the scene have more than it knows: damping,
     /// limits of force, friction, links with transverse rows, torques.
     pub predicted: Option<[f64; 2]>,
-    /// The same as measured.
+    /// Phase error and damping as measured.
     pub measured: [f64; 2],
 }
 

@@ -76,7 +76,7 @@ fn a_swing_has_the_phase_error_and_the_damping_of_its_scheme() {
         near(row.measured[0], phase);
         assert!((row.measured[1] - damping).abs() < 0.05 * damping + 1e-9);
     }
-    // What the roots are to leading order: x taken at x + a δ²x + γ δ³x, and at x alone.
+    // Roots to leading order: x taken at x + a δ²x + γ δ³x, and at x alone.
     let Scheme::ThirdDifference { a, gamma } = Scheme::THIRD_DIFFERENCE else {
         panic!("the default scheme");
     };

@@ -26,7 +26,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
@@ -39,7 +38,6 @@ struct Options {
     quick: Quick,
 }
 
-/// What the columns of the tables are.
 const LEGEND: &str = "\
 Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements, compared by
 the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
@@ -85,7 +83,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     set([
         ("segments", counts(&config.segments)),

@@ -35,7 +35,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     /// The matrices
@@ -50,7 +49,6 @@ struct Options {
     quick: Quick,
 }
 
-/// What the columns of the tables are.
 const LEGEND: &str = "\
 factor+solve: what a step pays, and its ratio to the fastest that did not run out of iterations; ns/block: the same for
 each block row; compon.: componentwise backward error; error: relative error of x in the largest norm; times are minima
@@ -134,7 +132,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     let family = |backend: &Backend| Choice::schur(backend.clone()).family();
     set([

@@ -50,7 +50,7 @@ pub const CHAIN_SEED: u64 = 7;
 /// Seed of the random velocities of rings and nets.
 pub const NETWORK_SEED: u64 = 1;
 
-/// What bodies and joints make.
+/// Arrangement of bodies and joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Topology {
@@ -91,17 +91,14 @@ pub enum Compliance {
 /// One case of the set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
-    /// Topology.
     pub topology: Topology,
     /// Size N.
     pub size: usize,
-    /// State.
     pub state: State,
     /// Mass of the load over that of a segment.
     pub mass_ratio: f64,
-    /// Compliance.
     pub compliance: Compliance,
-    /// Whether the KKT form is written too.
+    /// Writes the KKT form too.
     pub kkt: bool,
 }
 
@@ -110,11 +107,9 @@ pub struct Case {
 pub struct Entry {
     /// Name of its matrix, without `.mtx`.
     pub name: String,
-    /// Topology.
     pub topology: Topology,
     /// Segments, or nodes of the net.
     pub size: usize,
-    /// State.
     pub state: State,
     /// Mass of the load over that of a segment.
     pub mass_ratio: f64,
@@ -130,9 +125,10 @@ pub struct Entry {
     pub entries: usize,
     /// Estimate of the condition number in the ∞-norm; beyond 10¹⁶ it says no more than that.
     pub condition: Option<f64>,
-    /// The same with rows and columns scaled to the same size: bad units apart.
+    /// Condition number after scaling rows and columns to one size, without the effect of bad
+    /// units.
     pub condition_scaled: Option<f64>,
-    /// Whether the exact solution was found and is in `_x`.
+    /// The exact solution was found and is in `_x`.
     pub solution: bool,
     /// Seed of the random velocities.
     pub seed: u64,
@@ -418,7 +414,7 @@ pub fn generate(
 /// Folder of the sequence, in that of the set.
 pub const SEQUENCE: &str = "gantry12_driven_r1e5";
 
-/// What the operator of its gantry does: ten seconds of 600 steps.
+/// Drive of the gantry: ten seconds of 600 steps.
 const DRIVE: &str = "\
 time,trolley_speed,hoist_speed
 0,0,0

@@ -61,7 +61,7 @@ const SOLVED: Sheet = Sheet {
     ..sheet::PLAIN
 };
 
-/// What a step pays \[ns].
+/// Factorisation and solve \[ns].
 fn total(row: &Row) -> Option<f64> {
     Some(number_of(row, "factorize_ns")? + number_of(row, "solve_ns")?)
 }
@@ -70,12 +70,12 @@ fn shown_total(row: &Row) -> String {
     nanoseconds(total(row).unwrap_or(f64::NAN))
 }
 
-/// Whether the row came to an end of its own, as [`Record::ended`] has it.
+/// True if the row came to an end of its own, as [`Record::ended`] has it.
 fn ended(row: &Row) -> bool {
     [DIRECT, CONVERGED].contains(&text_of(row, "status"))
 }
 
-/// What has no rows, and why: those with the same reason together.
+/// Backends without rows, grouped by reason.
 fn omissions(omissions: &[Omission]) -> String {
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for Omission { backend, reason } in omissions {
@@ -98,7 +98,7 @@ fn omissions(omissions: &[Omission]) -> String {
     format!("\nLeft out\n{}", text(&t).trim_start_matches('\n'))
 }
 
-/// What a system is, in a few lines.
+/// Description of a system, in a few lines.
 fn heading(about: &About) -> String {
     let kind = if about.symmetric {
         "symmetric"
@@ -214,7 +214,7 @@ pub fn suite(entries: &[Entry]) -> String {
     SUITE.of(&groups.map(of_size).collect::<Vec<_>>())
 }
 
-/// What the systems of a topology and size have in common.
+/// Facts common to the systems of a topology and size.
 fn of_size(group: &[Entry]) -> Value {
     let conditions = || group.iter().filter_map(|e| e.condition);
     let scaled = || group.iter().filter_map(|e| e.condition_scaled);

@@ -1,4 +1,4 @@
-//! What the paper claims in words, each with a number \[SL §I-C, §III, §VII, §IX].
+//! Claims of the paper in words, each with a number \[SL §I-C, §III, §VII, §IX].
 //!
 //! **Explicit bending.** The chain of links (a) with the bending of (f) as an external force, −Jᵀ φ/ε from the state at
 //! the beginning of the step, against the same bending as regularised rows. An explicit spring does nothing against what
@@ -19,7 +19,6 @@ use taut_output::check::{Check, ExperimentError, Measure, Outcome, Verdict, csv}
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Bending compliances \[rad/(N m)].
@@ -228,7 +227,7 @@ fn best(records: &[Record], pick: impl Fn(&&Record) -> bool) -> f64 {
     limits.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// What the chains say of bending as a force and as rows, and of their length.
+/// Checks of bending as a force and as rows, and of the chains' length.
 #[must_use]
 pub fn bending_checks(records: &[Record]) -> Vec<Check> {
     let particles = chain(&LINKS, 0.0).particles;
@@ -298,7 +297,7 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
     checks
 }
 
-/// What Table I says of the supplementary rows.
+/// Checks of the supplementary rows by Table I.
 fn supplementary(records: &[table1::Record]) -> Vec<Check> {
     let limit = |model: &str| {
         let of = records.iter().filter(|r| r.model == model);
@@ -335,7 +334,7 @@ fn supplementary(records: &[table1::Record]) -> Vec<Check> {
     ]
 }
 
-/// What the times of a step say.
+/// Checks by the times of a step.
 fn cost(records: &[timing::Record], config: &timing::Config) -> Vec<Check> {
     let sweeps = config.sweeps[0];
     let of = |r: &&timing::Record| r.sweeps == sweeps;

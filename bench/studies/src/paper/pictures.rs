@@ -227,7 +227,7 @@ fn carried(stepper: &Stepper) -> Result<[f64; 2], ExperimentError> {
 /// Fig. 15.
 pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let load = 300.0;
-    // Of a solid wire of the cable's mass.
+    // Bending stiffness of a solid wire of the cable's mass.
     let area = CABLE / GantryParams::default().cable_length / Material::STEEL.density;
     let steel = Material::STEEL.young * area * area / (4.0 * PI);
     let stiffnesses = [("steel", steel), ("soft", 0.01 * steel)];

@@ -88,7 +88,7 @@ pub fn params(
     }
 }
 
-/// What the rows of a joint read.
+/// Values of the rows of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Reading {
     /// Gap along x, positive when open \[m].

@@ -21,7 +21,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     /// What to reproduce: table1, fig2, fig3, fig4, fig5, fig9, fig10, fig11, fig12, table2, fig13, fig14, fig15, fig16, claims (default: all)
@@ -35,12 +34,11 @@ struct Options {
     out: PathBuf,
 }
 
-/// What the columns of the checks are.
 const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends; holds, holds only if, does not hold: what
 the paper says, in our measurement. Numbers at the end of a row: the notes below the table that it needs";
 
-/// What `NAME.json` holds.
+/// Content of `NAME.json`.
 #[derive(Serialize)]
 struct Record<'a> {
     experiment: &'static str,

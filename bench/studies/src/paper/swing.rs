@@ -42,10 +42,8 @@ use taut_integrator::{
 use taut_model::{End, GantryParams, HoistParams, Scene, SceneError};
 use taut_output::check::{ExperimentError, Outcome, csv};
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Number of segments.
     pub segments: usize,
     /// Length of the cable \[m].
     pub length: f64,
@@ -137,10 +135,9 @@ impl Config {
 /// Acceleration of gravity of the paper \[m/s²].
 const GRAVITY: f64 = 10.0;
 
-/// A run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// What swings, and how it is stepped.
+    /// Name of the model and of the step.
     pub name: String,
     /// Bending stiffness \[N m²].
     pub ei: f64,
@@ -148,7 +145,7 @@ pub struct Run {
     pub amplitude: f64,
     /// Energy above that of rest, over its value at the start, after each step; each belongs to the step's beginning.
     pub energy: Vec<f64>,
-    /// What the modes predict of it, where it is the paper's step.
+    /// `energy` as predicted by the modes, for the paper's step.
     pub predicted: Vec<f64>,
     /// How it was lost.
     pub failure: Option<Failure>,
@@ -168,7 +165,6 @@ impl Run {
     }
 }
 
-/// What [`run`] finds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
     /// Bending stiffness for which the wanted share is predicted to be lost \[N m²].
@@ -190,7 +186,6 @@ pub struct Results {
 /// A row of the CSV file: a sample of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
-    /// The run.
     pub run: String,
     /// Bending stiffness \[N m²].
     #[serde(rename = "ei_n_m2")]
@@ -203,7 +198,7 @@ pub struct Record {
     /// Energy over that at the start.
     #[serde(rename = "energy_share")]
     pub energy: f64,
-    /// What the modes predict.
+    /// `energy` as predicted by the modes.
     pub predicted: Option<f64>,
 }
 

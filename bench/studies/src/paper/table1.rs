@@ -29,7 +29,6 @@ const SAME_DECADE: f64 = 0.5;
 /// One row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// The model.
     pub model: ChainModel,
     /// Compliance of the links \[m/N].
     pub links: f64,
@@ -66,10 +65,8 @@ pub const ROWS: [Row; 12] = {
     ]
 };
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// The rows.
     pub rows: Vec<Row>,
     /// Simulated time \[s].
     pub time: f64,
@@ -125,7 +122,7 @@ pub struct Record {
     pub paper_log10: Option<f64>,
     /// log₁₀ of the largest ratio up to which all are stable.
     pub limit_log10: f64,
-    /// Whether the scan ended stable, so that the limit is at least that.
+    /// The scan ended stable: `limit_log10` is a lower bound.
     pub at_least: bool,
     /// Largest |φ_d|/d a little below the limit.
     pub below: f64,
@@ -145,7 +142,7 @@ pub(super) struct Fate {
     pub(super) violation: f64,
     /// When it ended \[s].
     pub(super) time: f64,
-    /// Whether it ended at its time, whole.
+    /// The run reached its end unbroken.
     pub(super) stable: bool,
 }
 
@@ -159,7 +156,6 @@ pub(super) fn options() -> StepOptions {
     }
 }
 
-/// The letter of a model.
 pub(super) fn letter(model: ChainModel) -> &'static str {
     model.scene_name().trim_start_matches("particles-")
 }
@@ -175,11 +171,11 @@ pub(super) fn chain(row: &Row, decade: f64) -> ParticleChainParams {
     }
 }
 
-/// Runs a chain until `time` or until a link's violation over its length is no longer below `bar`; `each` sees every
-/// state before that.
+/// Runs a chain until `time`, or until a link's violation over its length reaches `bar`. `each`
+/// sees every state before that.
 ///
 /// # Errors
-/// Scenes that are not sound. A step that fails is an end of the run.
+/// Unsound scenes. A failing step ends the run without an error.
 pub(super) fn drop_chain(
     params: &ParticleChainParams,
     options: StepOptions,
@@ -307,7 +303,7 @@ fn power(decade: f64) -> String {
     format!("10^{decade:.2}")
 }
 
-/// What the scan shows of a row's ratio.
+/// Ratio of a row as the scan shows it.
 fn printed(row: &Row) -> String {
     let readings: Vec<String> = row.paper.iter().map(|p| format!("10^{p}")).collect();
     match readings.len() {
@@ -382,7 +378,7 @@ pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
     );
     let space = records.iter().filter(|r| r.noise_m > 0.0);
     for record in space.filter(|r| ["e", "f"].contains(&r.model.as_str())) {
-        // What the paper's bending reaches in the plane with the same compliances.
+        // Limit of the paper's bending in the plane, with the same compliances.
         let planar = records.iter().find(|r| {
             r.model == "e"
                 && r.noise_m == 0.0

@@ -58,7 +58,7 @@ pub const LENGTH: f64 = 1.0;
 pub enum Setting {
     /// The paper's joint and step, nothing out of the plane.
     Planar(TwistDefinition),
-    /// The same with angular velocities of up to 10⁻⁶ rad/s in all directions.
+    /// The paper's joint and step with angular velocities of up to 10⁻⁶ rad/s in all directions.
     Seeded(TwistDefinition),
     /// The paper's step with the Cosserat joint, seeds of up to 10⁻³ rad/s.
     Cosserat,
@@ -158,7 +158,7 @@ pub enum Solver {
 }
 
 impl Solver {
-    /// Those of the tables.
+    /// Solvers of the tables.
     pub const ALL: [Self; 4] = [Self::Sweeps(3), Self::Sweeps(20), Self::Cg, Self::Direct];
 
     fn backend(self) -> Backend {
@@ -205,11 +205,9 @@ pub struct Case {
     pub ends: Ends,
     /// Joint, seeds, step.
     pub setting: Setting,
-    /// Solver.
     pub solver: Solver,
 }
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// The cells.
@@ -306,7 +304,7 @@ pub(super) fn sweeps_only(rows: &[Row]) -> Config {
     }
 }
 
-/// What was found for a cell.
+/// Result for a cell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
     /// Young's modulus Y \[GN/m²].
@@ -315,7 +313,6 @@ pub struct Record {
     /// ζ = A/I_a \[1/m²].
     #[serde(rename = "zeta_per_m2")]
     pub zeta: f64,
-    /// Number of segments.
     pub segments: usize,
     /// The paper's ratio, as read.
     pub paper: f64,
@@ -326,11 +323,10 @@ pub struct Record {
     pub ends: String,
     /// Joint and seeds.
     pub setting: String,
-    /// Solver.
     pub solver: String,
     /// Largest stable ratio; `None` where 1 is unstable.
     pub stable: Option<f64>,
-    /// Whether that is the largest tried.
+    /// The largest ratio tried is stable.
     pub capped: bool,
     /// When the first unstable ratio of the search above it failed \[s].
     #[serde(rename = "failure_time_s")]
@@ -440,7 +436,7 @@ fn record(case: &Case, found: Found) -> Result<Record, StepError> {
 /// Searches every cell, in parallel. `progress` advances once for each.
 ///
 /// # Errors
-/// Scenes and options that are not sound; an unstable run is none.
+/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
     progress.set_length(config.cases.len() as u64);
     config

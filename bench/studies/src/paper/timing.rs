@@ -26,7 +26,6 @@ use taut_model::HoistParams;
 use taut_output::check::{ExperimentError, Outcome, csv};
 use taut_solver::{Backend, GaussSeidelOptions, Partition, Start};
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of elements, ascending.
@@ -78,7 +77,6 @@ impl Config {
 /// Time of the steps of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
-    /// Solver.
     pub solver: String,
     /// Sweeps; 0 for the direct solver.
     pub sweeps: usize,
@@ -219,7 +217,7 @@ pub fn line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |_| 1.0)
 }
 
-/// The same with weights.
+/// Weighted least-squares line: offset and slope.
 fn weighted_line(points: &[[f64; 2]], weight: impl Fn(&[f64; 2]) -> f64) -> [f64; 2] {
     let total: f64 = points.iter().map(&weight).sum();
     let mean = |i: usize| points.iter().map(|p| weight(p) * p[i]).sum::<f64>() / total;

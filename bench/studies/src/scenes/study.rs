@@ -28,7 +28,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 pub struct Options {
     /// Cables with branches and loops: ring, junction, cranes, ladder, net; `--segments` are the ladder's cables, the
@@ -94,7 +93,6 @@ pub fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn settings(config: &Config) -> Vec<Setting> {
     let sizes = |(network, sizes): &(Network, Vec<usize>)| {
         format!("{} of {}", network.name(), counts(sizes))

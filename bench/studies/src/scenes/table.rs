@@ -86,7 +86,7 @@ fn size(row: &Row) -> String {
     }
 }
 
-/// Whether it is one of those that are compared: what failed, missed the bar or ran out of iterations is not.
+/// True for a row to compare: it did not fail, miss the bar or run out of iterations.
 fn counts(row: &Row) -> bool {
     mark(row).is_empty() && has_ended(row)
 }
@@ -101,7 +101,8 @@ fn mark(row: &Row) -> String {
     .to_owned()
 }
 
-/// Of the ring: border rows, other orders, solvers that order by themselves, groups.
+/// True for rows of the ring by solvers that close the loop: border rows, other orders, solvers
+/// that order by themselves, groups.
 fn closes_a_loop(row: &Row) -> bool {
     let kept = ["banded", "faer", "umfpack", "gauss-seidel:groups"];
     let is_kept = kept.iter().any(|k| text_of(row, "backend").starts_with(k));
@@ -117,7 +118,6 @@ fn least(row: &Row) -> Option<f64> {
     number_of(row, "solve_ns_min")
 }
 
-/// What the columns of the tables are.
 pub(super) const LEGEND: &str = "\
 step: median time of a whole step; solve, min: median and minimum of its linear solve with refinement; error: of the
 multipliers against extended precision (r0: without refinement); load: distance of the load from that of the reference

@@ -37,7 +37,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     /// Folder of the sequence
@@ -49,7 +48,6 @@ struct Options {
     iterations: Iterations,
 }
 
-/// What the columns of the table are.
 const LEGEND: &str = "\
 iter: mean of a step, of the limit; analyse: the pattern, once; factorise, solve: medians of the steps; longest: both in
 the longest step; claims: steps whose solver claims a solution; compon.: componentwise backward error; error: relative

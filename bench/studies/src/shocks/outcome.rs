@@ -1,4 +1,4 @@
-//! What a run through a shock comes to, and the verdicts on it.
+//! Records of runs through shocks, and the verdicts on them.
 
 use super::scene::{Shock, scene};
 use nalgebra::Vector3;
@@ -28,7 +28,7 @@ const LOST: f64 = 10.0;
 /// the heaviest load.
 const LAST: (f64, f64) = (1.0, 5.0);
 
-/// What is kept of a run.
+/// Record of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Run {
     /// Why and when it ended early: a step failed or the load was lost.
@@ -45,7 +45,7 @@ pub struct Run {
     pub last_energy: f64,
     /// Largest elongation (sum of the gaps) in the last second \[m].
     pub elongation: f64,
-    /// The same in the last 5 s \[m].
+    /// Largest elongation in the last 5 s \[m].
     pub swing_elongation: f64,
     /// Largest gap of a joint in the last second \[m].
     pub gap: f64,
@@ -53,7 +53,7 @@ pub struct Run {
     pub redone: usize,
     /// The guard's implicit sub-steps.
     pub implicit_substeps: usize,
-    /// Those of them whose Newton passes did not converge.
+    /// Implicit sub-steps whose Newton passes did not converge.
     pub unconverged_substeps: usize,
     /// Steps taken.
     pub steps: usize,
@@ -311,7 +311,7 @@ impl Reference {
     }
 }
 
-/// Whether the load is where it should be.
+/// Verdict on the load's final position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Swing {
@@ -326,20 +326,17 @@ pub enum Swing {
 /// A setting's run through one shock, against the reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Name of the setting.
     pub setting: String,
-    /// The shock.
     pub shock: Shock,
     /// Mass of the load over that of a segment.
     pub ratio: f64,
     /// Length of the cable \[m].
     pub length: f64,
-    /// The run.
     #[serde(flatten)]
     pub run: Run,
     /// Distance of the load at the end from the reference's \[m].
     pub error_m: f64,
-    /// What is not known of the reference's \[m].
+    /// Uncertainty of the reference's load position \[m].
     pub uncertainty_m: f64,
     /// Largest energy after the shock less that which the motion started with, over `scale_j`.
     pub gain: f64,
@@ -349,13 +346,12 @@ pub struct Outcome {
     pub elongation_bar_m: f64,
     /// Largest gap of the last second less the largest at rest, over a segment's length.
     pub excess_gap: f64,
-    /// Whether it ran to the end.
+    /// The run reached its end.
     pub finite: bool,
-    /// Whether the elongation is within its bar.
+    /// The elongation is within its bar.
     pub keeps_length: bool,
-    /// Whether the energy's gain is at most [`GAIN`].
+    /// The gain of energy is at most [`GAIN`].
     pub no_gain: bool,
-    /// Whether the load is where it should be.
     pub swing: Swing,
     /// Worst step, of the setting whose steps are timed \[ns].
     pub worst_step_ns: Option<f64>,
@@ -404,19 +400,19 @@ impl Outcome {
         }
     }
 
-    /// Whether it is finite, keeps its length and gains no energy.
+    /// True if the run is finite, keeps its length and gains no energy.
     #[must_use]
     pub fn survives(&self) -> bool {
         self.finite && self.keeps_length && self.no_gain
     }
 
-    /// Whether all four verdicts are good.
+    /// True if all four verdicts are good.
     #[must_use]
     pub fn passes(&self) -> bool {
         self.survives() && self.swing == Swing::Right
     }
 
-    /// Whether a verdict is bad; a swing that nobody knows is not.
+    /// True if a verdict is bad. A chaotic swing is not.
     #[must_use]
     pub fn fails(&self) -> bool {
         !self.survives() || self.swing == Swing::Wrong

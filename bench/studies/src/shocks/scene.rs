@@ -27,7 +27,7 @@ pub const PLUCK: f64 = 0.02;
 /// Seed of the direction of the kicks.
 const KICK_SEED: u64 = 1;
 
-/// What happens to the cable.
+/// Disturbance of a hanging cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shock {
     /// The middle third of the segments is given a velocity in a random direction in space, the same for all.

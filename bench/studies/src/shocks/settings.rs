@@ -5,9 +5,7 @@ use taut_integrator::{GeometricStiffness, Guard, Scheme, StepOptions};
 /// Options of the step under a name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// The name.
     pub name: String,
-    /// The options.
     pub options: StepOptions,
 }
 

@@ -24,7 +24,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
@@ -53,7 +52,6 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// What it was set to.
 fn set_to(config: &Config) -> Vec<settings::Setting> {
     set([
         ("shocks", list(&config.shocks, ToString::to_string)),

@@ -146,7 +146,6 @@ fn millimetres(metres: f64) -> String {
     }
 }
 
-/// A part in percent.
 fn percent(part: f64) -> String {
     let percent = 100.0 * part;
     if percent.abs() < 1000.0 {
@@ -156,7 +155,7 @@ fn percent(part: f64) -> String {
     }
 }
 
-/// What each failed run misses.
+/// List of the failed runs with their faults.
 fn failures(runs: &[Outcome]) -> String {
     let mut out = String::new();
     for r in runs.iter().filter(|r| r.fails()) {

@@ -61,7 +61,7 @@ const PRINTED: Sheet = Sheet {
     ..sheet::PLAIN
 };
 
-/// Whether the record is of the cable of the paper's readable entry.
+/// True for the cable of the paper's readable entry.
 fn readable(row: &Row) -> bool {
     text_of(row, "cable") == square("steel", READABLE_AREA).name()
 }

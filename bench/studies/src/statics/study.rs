@@ -25,7 +25,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// What it reads.
 #[derive(Debug, Args)]
 struct Options {
     /// Numbers of segments
@@ -56,7 +55,7 @@ struct Options {
     limit: usize,
 }
 
-/// What the second table is.
+/// Legend of the second table.
 const NEEDED_LEGEND: &str = "\
 Iterations a step (to 2 % above 64) that hold the hanging cable for half a second within a relative error of its length.
 A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are

@@ -64,7 +64,8 @@ impl<'a> Condensed<'a> {
     /// Condenses a problem whose files are in `folder`.
     ///
     /// # Errors
-    /// [`MarketError`] with M where it is no matrix of regular positive blocks of at most 64 rows, or with G.
+    /// [`MarketError`] for M unless it consists of regular positive blocks of at most 64 rows, and
+    /// for G.
     pub fn new(problem: &'a ContactProblem, folder: &Path) -> Result<Self, MarketError> {
         let mut bodies =
             blocks(problem).map_err(|message| shape(&folder.join("M.mtx"), message))?;

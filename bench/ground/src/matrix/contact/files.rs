@@ -26,10 +26,9 @@ pub const INFO: &str = "info.toml";
 /// Most rows of contacts: W holds their square, half a gigabyte.
 pub const MOST_ROWS: usize = 8190;
 
-/// What the numbers mean: the first three as FCLIB has them.
+/// Description of the numbers. The first three fields are FCLIB's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Info {
-    /// What it is.
     pub title: String,
     /// Where it comes from.
     #[serde(default)]
@@ -41,11 +40,10 @@ pub struct Info {
     pub spacedim: usize,
     /// Components of velocity n, rows of joints p, and of contacts m.
     pub sizes: [usize; 3],
-    /// The step.
     pub step: Option<Step>,
 }
 
-/// The step that a problem is of.
+/// Step in which the problem arose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// The scene, with what was set.
@@ -56,7 +54,7 @@ pub struct Step {
     pub time: f64,
     /// Its length \[s].
     pub dt: f64,
-    /// What found r, λ and v: method and backend.
+    /// Solver of r, λ and v: method and backend.
     pub solver: String,
 }
 
@@ -81,7 +79,7 @@ Contacts that stay open are left out.
 ";
 
 impl Info {
-    /// Of a problem, with its step.
+    /// Description of a problem in its step.
     #[must_use]
     pub fn new(problem: &ContactProblem, step: Step) -> Self {
         Self {
@@ -107,13 +105,8 @@ pub enum ProblemError {
     None(PathBuf),
     /// A file that cannot be read.
     File(FileError),
-    /// A description that is none.
-    Info {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        fault: String,
-    },
+    /// A malformed description.
+    Info { path: PathBuf, fault: String },
     /// A file that is missing, damaged or does not fit the others.
     Member(MarketError),
 }
@@ -162,7 +155,8 @@ pub fn write(
     let title = [info.title.clone()];
     let mut written = Vec::new();
     let mut put = |name: &str, text: &str| {
-        // What an earlier problem left with the other ending would be read with these.
+        // Removes a file of an earlier problem with the other ending: the reader would take it for
+        // one of these.
         for ending in ["mtx", "mtx.gz"] {
             remove(&folder.join(format!("{name}.{ending}")))?;
         }

@@ -22,7 +22,7 @@ use taut_solver::{SolveError, forward_error, norm_inf};
 /// Solutions through W at most, and the violation that needs no further one.
 const PASSES: (usize, f64) = (6, 1e-10);
 
-/// What stands for the backend where there are no joints.
+/// Backend name for a problem without joints.
 pub const NO_JOINTS: &str = "none";
 
 /// The methods that have a row.
@@ -70,7 +70,7 @@ pub struct Record {
 /// All methods on a problem.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// What the problem is.
+    /// Description of the problem.
     pub about: Info,
     /// A row a backend and method.
     pub records: Vec<Record>,
@@ -160,7 +160,7 @@ struct Dense {
     solved: bool,
 }
 
-/// What a method came to.
+/// Solution of one method, with its effort.
 struct Outcome {
     solution: ContactSolution,
     pivots: usize,

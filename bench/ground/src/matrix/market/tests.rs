@@ -214,7 +214,7 @@ fn entries_that_make_no_sense_say_why_and_what_to_do() {
     );
 }
 
-/// Sizes that no file fills are no reason to ask for memory.
+/// Announced sizes that the file does not fill allocate nothing.
 #[test]
 fn a_header_alone_costs_nothing() {
     let e = parse(format!("{REAL}1000000 1000000 1000000000000\n1 1 1\n").as_bytes())

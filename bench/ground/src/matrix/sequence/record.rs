@@ -22,9 +22,9 @@ pub struct Wanted {
     pub scene: String,
     /// Lines about scene and step.
     pub comments: Vec<String>,
-    /// Whether the exact solutions are written.
+    /// Writes the exact solutions.
     pub exact: bool,
-    /// Whether the files are compressed.
+    /// Compresses the files.
     pub gzip: bool,
 }
 
@@ -45,10 +45,9 @@ pub struct Recorder {
     inexact: Vec<String>,
 }
 
-/// What [`Recorder::finish`] has written.
+/// Result of [`Recorder::finish`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// Its files.
     pub files: Vec<PathBuf>,
     /// Number of stretches.
     pub stretches: usize,
@@ -57,7 +56,8 @@ pub struct Written {
 }
 
 impl Recorder {
-    /// Of no steps so far; what an earlier sequence left in the folder is no sequence any more.
+    /// Recorder without steps. It removes the index of an earlier sequence from the folder, which
+    /// ends that sequence.
     ///
     /// # Errors
     /// A folder that cannot be made, an index there that cannot be removed.

@@ -85,7 +85,7 @@ fn a_sequence_comes_back_as_it_was() {
                 for (systems, (a, b)) in stretch.systems.iter().zip(both) {
                     let mut matrix = systems.first();
                     systems.put(step, &mut matrix);
-                    // Of diagonal blocks the lower triangle, which is all that counts and all that a file has.
+                    // Files hold, and solvers read, the lower triangle of a diagonal block only.
                     assert_eq!(matrix.pattern(), a.pattern());
                     assert_eq!(lower(&matrix), lower(&a));
                     assert_eq!(systems.rhs[step], b);
@@ -171,7 +171,7 @@ fn a_sequence_takes_the_place_of_another() {
         ..Wanted::default()
     };
     let mut recorder = Recorder::new(wanted).expect("a folder");
-    // Until it is finished there is none.
+    // An unfinished sequence cannot be read.
     assert!(matches!(read(&folder), Err(SequenceError::None(_))));
     recorder.take(0, &stepper()).expect("taken");
     recorder.finish().expect("written");

@@ -20,9 +20,9 @@ use taut_model::Scene;
 use taut_output::check::{Check, ExperimentError, Outcome};
 
 const MU: f64 = 0.3;
-/// Part of tan α by which what holds and what slides are apart.
+/// Relative distance in tan α between a case that holds and one that slides.
 const APART: f64 = 1e-3;
-/// The same for what tips.
+/// Relative distance in tan α between a case that stands and one that tips.
 const TIPS: f64 = 1e-2;
 /// Largest relative error of an acceleration.
 const BAR: f64 = 1e-6;

@@ -63,7 +63,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![hanging()])
 }
 
-/// What a lift came to.
+/// Figures of a lift.
 #[derive(Debug, Clone, Copy, Default)]
 struct Lift {
     /// Largest error of the floor's force over the weight.
@@ -103,7 +103,7 @@ fn lift(choice: &Choice) -> Result<Lift, StepError> {
     let weight = MASS * GRAVITY;
     let mut found = Lift::default();
     let mut winch = Winch::new();
-    // Of the cable under the whole load, and what the balance holds of the way down.
+    // Energy of the cable under the whole load; excess of the balance when the way down ends.
     let (taken_up, mut lying) = (0.5 * weight * STRETCH, 0.0);
     for _ in 0..360 {
         let now = speed(stepper.time() + 0.5 * DT);

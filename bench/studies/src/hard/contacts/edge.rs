@@ -181,7 +181,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
 /// Why energy comes from nowhere for a while.
 const SWINGS: &str = "energy comes from nowhere for some steps at 60 steps a second and goes again; at 240 there is none";
 
-/// What the edge carries, and the segment on top, after so many steps.
+/// Checks of the edge's load and of the segment on top, after `steps` steps.
 fn rest(options: StepOptions, steps: usize) -> Result<[Check; 2], ExperimentError> {
     let scene = smooth(1e5).build()?;
     let weight = scene.mass() * GRAVITY;
@@ -203,7 +203,7 @@ fn top(stepper: &Stepper) -> [f64; 2] {
     };
     let pulls = [pull(middle, 1), pull(middle + 1, 0)];
     let [a, b] = pulls.map(|p| p.norm());
-    // What the directions are off from opposite.
+    // Angle between one pull and the reverse of the other.
     let across = pulls[0].angle(&-pulls[1]);
     let body = parts.bodies[middle];
     let of = |c: &ContactForce| c.bodies.contains(&Some(body));

@@ -55,11 +55,11 @@ fn least(angle: f64) -> f64 {
     (1.0 + 3.0 * c * c) / (3.0 * s * c)
 }
 
-/// What a slide came to.
+/// Figures of a slide.
 struct Slide {
-    /// Largest energy less that of the start, over that.
+    /// Largest energy gain, over the energy at the start.
     gained: f64,
-    /// The same without the first step.
+    /// Largest gain after the first step, over the energy at the start.
     later: f64,
     said: Said,
     /// Speed of the end upwards at most in the first tenth of a second \[m/s].

@@ -37,7 +37,7 @@ fn chain(masses: usize) -> Scene {
             shape,
             rough(0.5),
         );
-        // What lies takes no room.
+        // Masses that lie on the scale do not collide with each other.
         let last = scene.colliders.len() - 1;
         (scene.colliders[last].groups, scene.colliders[last].meets) = (2, 1);
     }

@@ -145,9 +145,9 @@ fn pull(stepper: &Stepper) -> Vector3<f64> {
 /// The load under its slack cable.
 struct Lying {
     scene: Scene,
-    /// What the floor carries is off by in the last two seconds, over the weight.
+    /// Largest error of the floor's force in the last two seconds, over the weight.
     floor: f64,
-    /// What the cable adds to it \[N].
+    /// Downward pull of the cable on the load \[N].
     share: f64,
     gained: f64,
 }

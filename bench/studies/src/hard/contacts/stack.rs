@@ -62,7 +62,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![stack(&rising(1e3))])
 }
 
-/// What a stack came to.
+/// Figures of a stack's run.
 struct Stood {
     /// Largest relative error of an interface's normal force.
     force: f64,
@@ -115,7 +115,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
     Ok(checks.into())
 }
 
-/// What all solvers' runs say of the contacts.
+/// Checks of the contact conditions over all solvers' runs.
 fn conditions(name: &str, worst: &Said) -> [Check; 3] {
     let decided = format!("{} undecided", worst.undecided);
     let fallbacks = format!("{} steps beyond Newton's method", worst.fallbacks);

@@ -97,7 +97,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![dragged(12)?])
 }
 
-/// What a drag came to, means over its second half.
+/// Means over the second half of a drag.
 struct Dragged {
     /// Horizontal pull of the tug over that of the continuum.
     pull: f64,

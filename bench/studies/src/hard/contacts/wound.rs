@@ -83,7 +83,7 @@ fn accelerated(count: usize, loads: [f64; 2]) -> [f64; 2] {
         let first = loads[0] * (GRAVITY + a * leg);
         [first, carried(count, first, a)]
     };
-    // What the second load pulls with too much, linear in a.
+    // Pull of the second load beyond the leg's, linear in a.
     let excess = |a: f64| loads[1] * (GRAVITY - a * leg) - pulls(a)[1];
     let a = excess(0.0) / (excess(0.0) - excess(1.0));
     let [first, last] = pulls(a);
@@ -197,7 +197,7 @@ fn steady(count: usize) -> [f64; 2] {
     [alpha, one.powi(count as i32)]
 }
 
-/// The same ratio of segments without length.
+/// T'/T of [`steady`] in the limit of many segments.
 fn continuous() -> f64 {
     let part = EDGE / (EDGE + RADIUS);
     let excess = 4.0 * MU * MU * part * (1.0 - part);
@@ -224,7 +224,7 @@ fn yielding(count: usize) -> Result<f64, ExperimentError> {
     Ok(pull(count) / pull(0))
 }
 
-/// What slips, of more and more segments.
+/// Checks of slipping cables of more and more segments.
 fn slipping_segments() -> Result<Vec<Check>, ExperimentError> {
     let mut checks = Vec::new();
     let (counts, mut errors) = ([4, 8, 16, 32], Vec::new());
@@ -247,7 +247,8 @@ fn slipping_segments() -> Result<Vec<Check>, ExperimentError> {
     Ok(checks)
 }
 
-/// Whether the cable holds loads of that ratio: what slips is faster than this after half a second \[m/s].
+/// True if the cable holds loads of this ratio: the second one moves slower than [`FAST`] after
+/// half a second.
 fn is_held(joints: usize, ratio: f64) -> Result<bool, ExperimentError> {
     let scene = segments(joints, [1.0, ratio]).build()?;
     let (stepper, _) = run(scene, at(DT), 30, |_, _| {})?;
@@ -285,7 +286,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
     Ok(checks.into())
 }
 
-/// What holds and what slips, this side and that of the limit.
+/// Masses hold just below the limit and slip just above it.
 fn holds(count: usize) -> Result<Check, ExperimentError> {
     let limit = carried(count, GRAVITY, 0.0) / GRAVITY;
     let [below, above] = [1.0 - APART, 1.0 + APART].map(|part| [1.0, limit * part]);

@@ -184,7 +184,7 @@ fn beam(kind: Kind, last: usize, quick: bool) -> Result<Vec<Check>, ExperimentEr
         if k > 1 {
             continue;
         }
-        // The scheme's filter acts on the bending and, by K, on nothing: there is no tension.
+        // Without tension the scheme's filter acts on the bending alone; K does nothing.
         let dt = 2e-2 / shape.discrete;
         let stepped =
             crate::law::elastic_frequency(taut_integrator::Scheme::default(), shape.discrete, dt);

@@ -38,7 +38,7 @@ const OMEGAS: [f64; 10] = [
 ];
 /// Falls between 0.2 and 2 m.
 const HEIGHTS: usize = 61;
-/// What the mean rebound of a soft rope may lose beside the scheme's damping.
+/// Largest loss of the mean rebound of a soft rope beside the scheme's damping.
 const LOSS: f64 = 0.05;
 /// Gain over the energy of position that passes: rounding.
 const GAIN: f64 = 1e-9;

@@ -25,7 +25,7 @@ const GRAVITY: f64 = 9.81;
 const DT: f64 = 1.0 / 60.0;
 /// Largest relative error that passes.
 const BAR: f64 = 1e-8;
-/// That of a holding limit, and of the cone.
+/// Largest relative error of a holding limit, and excess over the cone, that passes.
 const EXACT: f64 = 1e-10;
 /// Largest energy from nowhere over the motion's own that passes. The balance leaves out the energy of the rope that a winch
 /// winds up, half its strain of the winch's work: 2·10⁻³ on two falls at any Δt, over points as over sheaves.
@@ -353,7 +353,7 @@ fn puck() -> Result<Vec<Check>, ExperimentError> {
     ])
 }
 
-/// What a minute of driving the gantry over its sheaves came to.
+/// Figures of a minute of driving the gantry over its sheaves.
 #[derive(Default)]
 struct Driven {
     /// Largest excess of a tension over its cone, relative.

@@ -86,8 +86,8 @@ fn ball(law: RowLaw) -> Scene {
     scene
 }
 
-/// The same ball, I = 0.4·2 kg·0.01 m², held by a cable joint of one `law` for bend and twist and turned by `turn`
-/// (rad).
+/// A ball, I = 0.4·2 kg·0.01 m², held by a cable joint of one `law` for bend and twist and turned
+/// by `turn` (rad).
 fn turned(law: RowLaw, turn: Vector3<f64>) -> Scene {
     let mut scene = Scene::new("turned");
     let turn = UnitQuaternion::from_scaled_axis(turn);

@@ -80,7 +80,7 @@ pub(super) fn chain(links: usize) -> Scene {
     scene
 }
 
-/// What a fall came to.
+/// Records of a fall.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Fall {
     /// The tip's fall after each step, over L.

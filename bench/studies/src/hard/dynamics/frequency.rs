@@ -12,7 +12,7 @@ use taut_integrator::{StepOptions, Stepper};
 use taut_model::Scene;
 use taut_output::check::ExperimentError;
 
-/// What `measure` (m or rad) is at the start and after each step over `time` (s).
+/// Values of `measure` (m or rad) at the start and after each step over `time` (s).
 pub(in crate::hard) fn record(
     scene: Scene,
     options: StepOptions,
@@ -23,7 +23,7 @@ pub(in crate::hard) fn record(
     samples(scene, options, steps, measure)
 }
 
-/// The same after as many steps.
+/// Values of `measure` (m or rad) at the start and after each of `steps` steps.
 pub(super) fn samples(
     scene: Scene,
     options: StepOptions,
@@ -56,13 +56,15 @@ pub(in crate::hard) fn of_motion(
     Ok(single(&samples, dt, stride(expected, dt)))
 }
 
-/// Angular frequency \[rad/s] of one oscillation in `samples`, which are `interval` (s) apart. NaN where there is none.
+/// Angular frequency \[rad/s] of one oscillation in `samples`, which are `interval` (s) apart. NaN
+/// if no oscillation fits.
 pub(in crate::hard) fn single(samples: &[f64], interval: f64, stride: usize) -> f64 {
     let fit = fit(samples, stride, 1);
     fit.map_or(f64::NAN, |c| angle(c[0]) / (interval * stride as f64))
 }
 
-/// The two angular frequencies \[rad/s] of two oscillations in `samples`, ascending. NaN where there are none.
+/// The two angular frequencies \[rad/s] of two oscillations in `samples`, ascending. NaN if none
+/// fit.
 pub(in crate::hard) fn pair(samples: &[f64], interval: f64, stride: usize) -> [f64; 2] {
     let Some(c) = fit(samples, stride, 2) else {
         return [f64::NAN; 2];
@@ -72,8 +74,8 @@ pub(in crate::hard) fn pair(samples: &[f64], interval: f64, stride: usize) -> [f
     [half + root, half - root].map(|u| angle(u) / (interval * stride as f64))
 }
 
-/// Places at which samples change sign, in intervals from the first one: by the cubic through four neighbours.
-/// `upwards` alone where that is wanted; jumps, larger than `jump`, are none.
+/// Sign changes of the samples, in intervals from the first one, by the cubic through four
+/// neighbours. With `upwards` only rising ones; jumps above `jump` do not count.
 pub(in crate::hard) fn passages(samples: &[f64], upwards: bool, jump: f64) -> Vec<f64> {
     let mut found = Vec::new();
     for n in 1..samples.len().saturating_sub(2) {

@@ -23,7 +23,7 @@ const DT: f64 = 1.0 / 60.0;
 /// Largest error of the positions of hook and load that passes \[m]: half a per cent of the cables' 4 m, half of what
 /// engines are compared at.
 const BAR: f64 = 0.02;
-/// The same between the reference and one in steps twice as long.
+/// Largest difference of these positions between the reference and one in steps twice as long \[m].
 const REFERENCE_BAR: f64 = 2e-3;
 /// Most that the slowest step may take, with what else the machine does in between \[s].
 const WORST_BAR: f64 = 1.0;
@@ -42,7 +42,7 @@ struct Run {
     failure: Option<String>,
 }
 
-/// What a drive at one ratio came to.
+/// Figures of a drive at one ratio.
 #[derive(Debug, Clone, PartialEq)]
 struct Row {
     ratio: f64,
@@ -176,7 +176,7 @@ fn checks(row: &Row, ours: &Run, finer: usize) -> Vec<Check> {
         Check::within(case(what), "16.7 ms a frame", ours, time, DT).by("seconds, wall clock")
     };
     let late = frame("all but the slowest 1 % of the steps", row.late_step_s);
-    // What else the machine does comes in here, which is no fault of the step's.
+    // Interruptions by other processes count here; the step is not to blame.
     let worst = frame("slowest step", row.worst_step_s).limited(
         row.worst_step_s <= WORST_BAR,
         "the system took the processor away: all but 1 % of the steps are judged above",

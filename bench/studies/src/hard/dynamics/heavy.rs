@@ -58,7 +58,7 @@ fn any(random: &mut Random, seed: u64) -> HoistParams {
     }
 }
 
-/// What became of a drop.
+/// Figures of a drop.
 struct Drop {
     /// Largest gain over 2MgL, in the mean of [`MEAN`] steps and at an instant.
     gain: f64,

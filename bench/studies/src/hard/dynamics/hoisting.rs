@@ -75,8 +75,8 @@ fn amplitude(angle: f64, rate: f64, length: f64) -> f64 {
     angle.hypot(rate / (GRAVITY / length).sqrt())
 }
 
-/// What a slow hoist keeps: the amplitude of x = θ L^(3/4), which swings with the frequency of the length it has, while
-/// the cable is hauled at `speed` (m/s).
+/// Adiabatic invariant of a slow hoist: the amplitude of x = θ L^(3/4) at the frequency of the
+/// present length, while the cable is hauled at `speed` (m/s).
 fn adiabatic(angle: f64, rate: f64, length: f64, speed: f64) -> f64 {
     let scale = length.powf(0.75);
     amplitude(
@@ -164,7 +164,8 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     hauled.into_iter().collect()
 }
 
-/// The same of the load on its cable, the amplitude from two periods.
+/// Amplitude of the load on its cable, from the two periods after the hoist, and the ratio of the
+/// adiabatic one to that at the start.
 fn of_cable(speed: f64, scene: Scene) -> Result<[f64; 2], ExperimentError> {
     let options = at(DT);
     let mut stepper = Stepper::new(scene, options)?;

@@ -38,7 +38,7 @@ pub(super) struct Line {
     pub(super) rod: Body,
     /// Stiffness of the cable.
     pub(super) stiffness: Stiffness,
-    /// Whether its joints bend and twist elastically; ball joints else.
+    /// The joints bend and twist elastically; otherwise they are ball joints.
     pub(super) bends: bool,
     /// Tension \[N].
     pub(super) tension: f64,

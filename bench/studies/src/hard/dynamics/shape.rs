@@ -21,7 +21,7 @@ pub(super) struct Shape<'a> {
     pub(super) number: usize,
     /// Exact frequency of the discrete scene \[rad/s].
     pub(super) discrete: f64,
-    /// That of the continuum \[rad/s].
+    /// Frequency of the continuum \[rad/s].
     pub(super) continuum: f64,
     /// Largest relative error beside the discrete scene that passes.
     pub(super) bar: f64,
@@ -33,7 +33,6 @@ impl Shape<'_> {
             .space_part((self.discrete / self.continuum - 1.0).abs())
     }
 
-    /// The eigenvalue.
     pub(super) fn eigenvalue(&self, case: impl Into<String>) -> Check {
         let found = self.modes.map_or(f64::NAN, |m| m.frequency(self.number));
         self.beside(case, found)
@@ -89,7 +88,7 @@ impl Shape<'_> {
         let found = of(options)?;
         let (stepped, by) = match stepped {
             Some(stepped) => (stepped, "by its law"),
-            // What is left in half the steps is a third of what they change.
+            // An error of second order left in half the steps is a third of the change.
             None => {
                 let change = found - of(finer)?;
                 (

@@ -151,7 +151,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
     Ok(checks.into())
 }
 
-/// What is largest of a motion.
+/// Largest values of a motion.
 struct Peak {
     /// Tension of the first rope \[N].
     tension: f64,

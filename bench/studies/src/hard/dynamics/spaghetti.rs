@@ -28,11 +28,10 @@ const STIFFNESS: Stiffness = Stiffness {
     ei: 500.0,
     gj: 500.0,
 };
-/// What throws it, and for how long \[s].
+/// Throw: force along x \[N], moment \[N m], duration \[s].
 const FORCE: f64 = 8.0;
 const MOMENT: [f64; 3] = [0.0, 80.0, 40.0];
 const THROW: f64 = 2.5;
-/// Bars: linear momentum (relative), order of the motion and of the angular momentum's drift (least), and gain of
 /// Bars: linear momentum and gain of energy after the throw (relative).
 const MOMENTUM_BAR: f64 = 1e-12;
 const GAIN_BAR: f64 = 1e-3;
@@ -73,7 +72,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![scene])
 }
 
-/// What a flight came to.
+/// Records of a flight.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Flight {
     /// Centres of the first and the last rod after each sixtieth of a second \[m].
@@ -82,10 +81,10 @@ struct Flight {
     momentum: f64,
     /// Largest change of the angular momentum about the origin after the throw, relative.
     angular: f64,
-    /// Energy at the throw's end \[J], largest one over it later, relative.
+    /// Energy at the end of the throw \[J].
     energy: f64,
     gain: f64,
-    /// The same of the last energy.
+    /// Relative change of the energy from the end of the throw to the last step.
     change: f64,
     redone: usize,
 }

@@ -210,7 +210,7 @@ fn string(
             )
         };
         checks.push(shape.eigenvalue(case("eigenvalue")).noting(stretch.clone()));
-        // Of rods the scheme filters the tension's part too.
+        // With rods the scheme also filters the tension's part; the law holds for point masses.
         let leapfrog = law::geometric_frequency(shape.discrete, DT);
         let stepped = (coordinates.len() == 1).then_some(leapfrog);
         if k == 1 || k == last {

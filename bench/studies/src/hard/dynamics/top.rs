@@ -56,7 +56,7 @@ pub(super) fn flip_time(y: &Vector3<f64>) -> f64 {
     2.0 * complete_k(k) * (i1 * i2 * i3 / spread).sqrt()
 }
 
-/// What a tumble came to.
+/// Records of a tumble.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Tumble {
     /// Angular velocity about the second axis at the end of each step \[rad/s].

@@ -17,14 +17,13 @@ const BAR: f64 = 0.01;
 /// Angular velocities \[rad/s].
 const RATES: [f64; 9] = [20.0, 47.0, 94.0, 150.0, 200.0, 300.0, 376.99, 600.0, 1000.0];
 
-/// What is whirled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Whirled {
     /// Bodies of the chain along x, 1 m long.
     bodies: usize,
-    /// Whether they are boxes of three different sides, not rods.
+    /// The bodies are boxes with three different sides; otherwise rods.
     boxes: bool,
-    /// Whether a chain hangs on the world by its end; a single body else is free.
+    /// The chain hangs on the world by its end. Otherwise a single body is free.
     held: bool,
 }
 

@@ -204,7 +204,7 @@ fn kept(midst: &Scene, first: f64) -> Result<[f64; 5], ExperimentError> {
     ])
 }
 
-/// Of the segments alone.
+/// Sums over the segments alone.
 struct Sums {
     mass: f64,
     length: f64,

@@ -38,12 +38,12 @@ use verify::{Verified, verify};
 /// Rows of a scene beyond which it has no part in this.
 const MOST_ROWS: usize = 3000;
 
-/// Rows beyond which there is no reference in 32 digits, and no dense solver.
+/// Rows beyond which the reference in 32 digits and the dense solver are left out.
 const SMALL_ROWS: usize = 400;
 
 const DT: f64 = 1.0 / 60.0;
 
-/// What came of a claim.
+/// Truth of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
     /// Claimed, and so.
@@ -71,7 +71,7 @@ pub struct Solve {
     pub backend: String,
     /// Its tolerance or limit where that is not the default.
     pub variant: String,
-    /// What it says.
+    /// Status that the solver reports.
     pub status: String,
     /// ‖r‖₂/‖b‖₂ as it says.
     pub claimed_residual: Option<f64>,
@@ -81,17 +81,18 @@ pub struct Solve {
     pub backward_error: f64,
     /// The residual over what was claimed of it: at most 1 where the claim is true.
     pub over_claim: f64,
-    /// By how much the residual exceeds what an iteration says of it, as a backward error over [`ROUNDING`]: 0 where it does
-    /// not, above 1 where rounding does not excuse it.
+    /// Excess of the true residual over the one reported, as a backward error in units of
+    /// [`ROUNDING`]. 0 without excess; above 1 rounding does not excuse it.
     pub over_told: Option<f64>,
-    /// The same by the letter: of an iteration ‖r‖₂/‖b‖₂ over its tolerance, whatever rounding leaves.
+    /// By the letter, without the excuse of rounding: for an iteration ‖r‖₂/‖b‖₂ over its
+    /// tolerance.
     pub over_letter: f64,
     /// ‖μ − μ*‖∞/‖μ*‖∞ against 32 digits, for small scenes.
     pub forward_error: Option<f64>,
-    /// Of a false claim of a direct solver: by how much one more refinement changes x, relative. Where it does not
-    /// contract the matrix is singular to rounding, which elimination without pivoting did not see.
+    /// For a false claim of a direct solver: relative change of x by one more refinement. Where it
+    /// does not contract the matrix is singular to rounding, which elimination without pivoting did
+    /// not see.
     pub next_change: Option<f64>,
-    /// What came of the claim.
     pub finding: Finding,
 }
 
@@ -124,18 +125,17 @@ fn variants(all: impl Iterator<Item = Choice>) -> Vec<(Choice, String)> {
     choices
 }
 
-/// The same of a solution that `backend` claims.
+/// Residual of a solution over the limit that a claim of `backend` sets: at most 1 if the claim is
+/// true.
 #[must_use]
 pub fn over_claim(seen: &Verified, backend: &Backend) -> f64 {
     over(seen.residual, seen.backward_error, backend.tolerance())
 }
 
-/// What was solved, and why some scenes were not.
+/// Solves of some scenes and matrices, and scenes that ended early.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Audit {
-    /// The scenes and matrices.
     pub audited: Vec<String>,
-    /// The solves.
     pub solves: Vec<Solve>,
     /// Scenes that ended before their last instant, and how.
     pub ended: Vec<String>,
@@ -246,7 +246,7 @@ impl Solve {
         matches!(self.finding, Finding::True | Finding::False)
     }
 
-    /// Whether it is a claim that is false by the letter; one that is no number is.
+    /// True for a claim that is false by the letter or whose excess is NaN.
     fn is_false_by_the_letter(&self) -> bool {
         self.is_claim() && (self.over_letter.is_nan() || self.over_letter > 1.0)
     }
@@ -269,7 +269,7 @@ struct Done {
     seen: Seen,
 }
 
-/// What the check found.
+/// Errors that the check found.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     residual: f64,

@@ -35,21 +35,18 @@ pub(super) const CONDITION_BAR: f64 = 1e-9;
 /// A backend on a matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// The matrix.
     pub matrix: String,
-    /// The backend.
     pub backend: String,
-    /// Whether it is direct.
     pub direct: bool,
-    /// Whether it claims to have solved.
+    /// The backend claims a solution.
     pub claimed: bool,
     /// η, or ω of a graded matrix; none where it refused.
     pub backward_error: Option<f64>,
     /// Error of x, of the largest entry, or of a graded matrix the largest of each entry, relative.
     pub forward_error: Option<f64>,
-    /// What it claims, or why it refused.
+    /// Status, or the reason for refusing.
     pub status: String,
-    /// Whether it had a reason to refuse.
+    /// The refusal is justified.
     pub has_to_refuse: bool,
 }
 
@@ -112,8 +109,8 @@ pub fn rows(specimen: &Specimen) -> Vec<Row> {
     compiled.map(row).collect()
 }
 
-/// Whether an error is none of the solver's: it is for symmetric matrices and this is none, or the condition is such that
-/// rounding may take the definiteness or a pivot.
+/// True if the solver is not to blame: the matrix is not symmetric but must be, or its condition
+/// lets rounding take the definiteness or a pivot.
 fn has_to_refuse(specimen: &Specimen, e: &SolveError) -> bool {
     match e {
         SolveError::NotSymmetric { .. } => !matches!(specimen.matrix, Matrix::Symmetric(_)),
@@ -211,7 +208,8 @@ fn judged(row: &Row, specimen: &Specimen) -> Check {
     check
 }
 
-/// Of a graded matrix: each entry of x as exact as ω ≤ 10⁻¹⁴ makes it.
+/// Check of a graded matrix: each entry of x is as exact as ω ≤ 10⁻¹⁴ makes it. `None` if the
+/// backend refused.
 fn exact(row: &Row, bound: f64) -> Option<Check> {
     let error = row.forward_error?;
     let ours = format!("each within {error:.0e}");

@@ -114,16 +114,16 @@ pub fn compliant(choice: &Choice, seconds: Option<f64>) -> Result<f64, StepError
     Ok(tension_error(&stepper))
 }
 
-/// What a run without compliance does.
+/// Fate of a run without compliance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rigid {
     /// It ends in a typed error.
     Refused {
         /// When \[s].
         time: f64,
-        /// Whether by an error of the solve, which names the joint; else the state was lost.
+        /// A typed error of the solve, which names the joint, ended it. Otherwise the state was
+        /// lost.
         typed: bool,
-        /// In words.
         message: String,
     },
     /// It goes on.
@@ -271,7 +271,7 @@ fn without_compliance(choice: &Choice, seconds: f64, plain: bool) -> Result<Chec
             check.note = format!(
                 "claims {claimed} of its solves; {unconverged} sub-steps of the guard did not converge"
             );
-            // There is no solution to converge to.
+            // No solution exists to converge to.
             check.verdict = if finite && claimed == 0 && speed <= STILL {
                 Verdict::Limit
             } else {

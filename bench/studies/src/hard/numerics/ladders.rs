@@ -34,13 +34,13 @@ const FRAMES: usize = 30;
 /// Halvings of the coarsest time step: down to 1/3840 s.
 const HALVINGS: u32 = 8;
 
-/// What rounding leaves of errors in the energy norm.
+/// Error in the energy norm that rounding leaves.
 const FLOOR: f64 = 1e-10;
 
 /// A step may be worse than the one before by rounding.
 const MONOTONE: f64 = 1.0 + 1e-9;
 
-/// What the last error of a ladder may be of the first one, at most.
+/// Largest last error of a ladder over its first one.
 const IMPROVED: f64 = 0.5;
 
 const DT: f64 = 1.0 / 60.0;
@@ -152,14 +152,14 @@ fn shown(at: f64) -> String {
     }
 }
 
-/// What a ladder is judged by.
+/// Bar of a ladder.
 #[derive(Clone, Copy)]
 struct Bar {
     /// Errors below are the reference's own, or rounding.
     floor: f64,
-    /// Error of what is lost.
+    /// Size beyond which an error counts as lost.
     lost: f64,
-    /// Whether every step has to be better, and no run be lost.
+    /// Every step must be better, and no run may be lost.
     promised: bool,
 }
 
@@ -342,7 +342,8 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let [solves, loads] = iteration_ladders(quick)?;
     let mut checks = Vec::new();
     for (what, own) in grouped(&times) {
-        // What a step that is explicit in the tension, or unfinished solves, do at large steps nobody promises.
+        // The other settings are explicit in the tension or end their solves early: they promise
+        // nothing at large steps.
         let promised = what == "default";
         checks.push(monotone(
             format!("time step: {what}"),

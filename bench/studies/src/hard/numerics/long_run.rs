@@ -59,13 +59,13 @@ pub struct Window {
     pub band: f64,
     /// Mean energy less that of the first window.
     pub drift: f64,
-    /// The same as the scheme's law has it: of what an elastic mode of the swing's frequency keeps in a step.
+    /// `drift` by the law of the scheme, for an elastic mode with the swing's frequency.
     pub predicted: f64,
     /// Mean elongation \[m].
     pub elongation_m: f64,
-    /// The same less that of the first window, over the cable's length.
+    /// Mean elongation less that of the first window, over the cable's length.
     pub growth: f64,
-    /// What of that the energy does not account for.
+    /// Part of `growth` that the change of energy does not explain.
     pub drift_of_length: f64,
     /// Largest kinetic energy, over that of the first.
     pub swing: f64,
@@ -83,7 +83,7 @@ fn swinging(move_x: f64) -> Result<Stepper, StepError> {
     Ok(stepper)
 }
 
-/// What some swings are like.
+/// Statistics of some swings.
 struct Swings {
     /// Smallest, largest and mean energy \[J].
     energy: [f64; 3],

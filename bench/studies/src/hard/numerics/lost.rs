@@ -121,7 +121,7 @@ fn runs() -> Result<Vec<Run>, ExperimentError> {
     Ok(runs)
 }
 
-/// Whether and why a run was found lost, and its largest excess of energy.
+/// Reason for which a run was found lost, if it was, and its largest excess of energy.
 fn found(run: &Run) -> Result<(Option<String>, f64), StepError> {
     let options = StepOptions {
         energy_tolerance: Some(ENERGY_TOLERANCE),

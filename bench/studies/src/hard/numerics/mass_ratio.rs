@@ -30,7 +30,7 @@ use taut_output::table::{error, of_records};
 /// Elements of the chain and of the hoists.
 pub(super) const ELEMENTS: usize = 24;
 
-/// What KKT forms are to reach at every ratio.
+/// Largest error of KKT forms that passes at every ratio.
 pub(super) const KKT_BAR: f64 = 1e-13;
 
 /// Unit roundoff u.
@@ -369,7 +369,7 @@ fn condition(ratio: f64, pose: Pose) -> Result<Condition, ExperimentError> {
     stepper.reference_multipliers()?;
     let (s, _) = stepper.assembled(Form::Schur)?;
     let n = s.dim();
-    // Rows of metres and of radians side by side: the scale is none of the problem's.
+    // Rows of metres stand beside rows of radians: the scaling removes the units.
     let scale: Vec<f64> = (0..n).map(|i| s.get(i, i).sqrt().recip()).collect();
     let mut rows = vec![0.0; n];
     s.for_each_lower(|r, c, a| {

@@ -138,7 +138,7 @@ pub(super) fn four_bars(loops: usize, compliance: f64) -> Result<Scene, SceneErr
     Ok(scene)
 }
 
-/// What a run of a mechanism comes to.
+/// Figures of a run of a mechanism.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Run {
     /// Time reached \[s].
@@ -155,7 +155,7 @@ pub(super) struct Run {
     pub(super) force: f64,
     /// Why it ended early, in words.
     pub(super) failure: Option<String>,
-    /// Whether it ended because the solver found the matrix singular, and named the hinge.
+    /// The solver found the matrix singular and named the hinge.
     pub(super) singular: bool,
 }
 

@@ -21,16 +21,15 @@ const DT: f64 = 1.0 / 60.0;
 const MASS: f64 = 3.0;
 const GRAVITY: f64 = 9.81;
 
-/// What came of a scene and a solver.
+/// Outcome of a scene with a solver.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Found {
-    /// An answer.
     Shares {
         /// The force of each joint, upwards, over its share m g/k of the weight, without unit.
         shares: Vec<f64>,
-        /// What of its force points sideways, over the same.
+        /// Sideways part of each joint's force, over the same share.
         across: Vec<f64>,
-        /// What the solver says of it.
+        /// Report of the solver.
         said: SolveReport,
     },
     /// A typed error.
@@ -43,7 +42,7 @@ pub enum Found {
 }
 
 impl Found {
-    /// Largest distance of a share from 1 upwards and 0 sideways; ∞ where there are none.
+    /// Largest distance of a share from 1 upwards and 0 sideways; ∞ if the solver refused.
     #[must_use]
     pub fn uneven(&self) -> f64 {
         match self {
@@ -55,7 +54,7 @@ impl Found {
         }
     }
 
-    /// Deviation of the sum of the forces from the weight, relative; ∞ where there are none.
+    /// Deviation of the sum of the forces from the weight, relative; ∞ if the solver refused.
     #[must_use]
     pub fn unbalanced(&self) -> f64 {
         match self {
@@ -89,10 +88,10 @@ pub fn scene(copies: usize, compliance: f64) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// What a solver makes of it in one step.
+/// One step of the scene with a solver.
 ///
 /// # Errors
-/// [`StepError::Scene`], and whatever is no failure of the solve.
+/// [`StepError::Scene`], and errors other than a failure of the solve.
 pub fn solve(copies: usize, compliance: f64, choice: &Choice) -> Result<Found, StepError> {
     let mut stepper = Stepper::new(scene(copies, compliance)?, choice.plain_options(DT))?;
     match stepper.step() {

@@ -71,7 +71,6 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
 /// A solver over the compliances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
-    /// The solver.
     pub backend: String,
     /// ‖μ(ε) − μ(0)‖ / ‖μ(0)‖ of its own multipliers, for each compliance.
     pub differences: Vec<f64>,
@@ -79,9 +78,9 @@ pub struct Limit {
     pub largest: f64,
     /// Error of its rigid multipliers against 32 digits.
     pub error: f64,
-    /// What it says of the rigid solve.
+    /// Report of the rigid solve.
     pub said: SolveReport,
-    /// Whether it claims all of its solves.
+    /// The solver claims all of its solves.
     pub claimed: bool,
 }
 

@@ -1,5 +1,5 @@
-//! What the bucklings H09, H10, H11 have in common: whether a disturbed equilibrium stays, and the load where it
-//! leaves.
+//! Common ground of the bucklings H09, H10, H11: the stability of a disturbed equilibrium, and the
+//! load where it ends.
 //!
 //! The scene starts in an equilibrium that would exist for any load, with small velocities, and runs freely in
 //! linearly implicit steps without geometric stiffness, whose time step is a tenth or so of the critical mode's 1/ω:
@@ -42,7 +42,8 @@ pub(super) fn growth(
     for k in 0..steps {
         match stepper.step() {
             Ok(_) => {}
-            // Beyond all numbers is left for good; another error is none of the equilibrium's.
+            // A state beyond all numbers has left for good. Another error does not concern the
+            // equilibrium.
             Err(StepError::NonFinite { .. }) => return Ok(f64::INFINITY),
             Err(e) => return Err(e.into()),
         }
@@ -78,7 +79,6 @@ pub(super) struct Search {
     pub(super) bar: f64,
     /// Halvings of the bracket.
     pub(super) halvings: usize,
-    /// Each of its runs.
     pub(super) run: Run,
 }
 

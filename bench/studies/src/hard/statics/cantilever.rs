@@ -145,11 +145,11 @@ pub(super) fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exper
     Ok(checks.into())
 }
 
-/// EI of the two materials \[N m²]: the first from the clamp to a share of the length.
+/// EI from the clamp to [`SHARE`] of the length \[N m²].
 const STIFF: f64 = 1.0;
-/// Of the other.
+/// EI of the rest \[N m²].
 const SOFT: f64 = 0.05;
-/// That share.
+/// Stiff part of the length.
 const SHARE: f64 = 0.4;
 
 /// 1 m of cable, stiff from the clamp and soft beyond, in `n` segments of random lengths that differ by up to ten
@@ -200,7 +200,7 @@ pub(super) fn random(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
             mean += (deflection(&rod) / limit - 1.0).abs() / seeds as f64;
             let ours = tip(&settle(rod.scene()?)?);
             small.push((format!("seed {seed}"), check(&rod, ours, limit, UNEVEN_BAR)));
-            // The same under a load that bends it through, against the exact chain.
+            // A load that bends the rod through is compared with the exact chain.
             rod.force = Vector3::new(0.0, 0.3, 0.1);
             large.push((format!("seed {seed}"), bent_through(&rod)?));
         }

@@ -147,7 +147,7 @@ pub(super) fn own_weight(n: usize) -> f64 {
     DMatrix::from_fn(n, n, entry).symmetric_eigenvalues().min()
 }
 
-/// The same of the beam: (9/4) j²_{−1/3,1}.
+/// Critical weight of the beam: (9/4) j²_{−1/3,1}.
 pub(super) fn own_weight_of_beam() -> f64 {
     2.25 * bessel_zero(-1.0 / 3.0, 1).powi(2)
 }
@@ -159,7 +159,7 @@ pub(super) fn pinned_torque(n: usize, tension: f64) -> f64 {
     2.0 * c * (ratio * ratio - 1.0).sqrt()
 }
 
-/// Of the rod.
+/// Critical torque of the rod between pinned ends.
 pub(super) fn pinned_torque_of_rod(tension: f64) -> f64 {
     2.0 * (tension + PI * PI).sqrt()
 }

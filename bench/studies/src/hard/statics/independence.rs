@@ -69,7 +69,7 @@ pub(super) fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
 /// A way to rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Way {
-    /// What is other about it.
+    /// Distinction from the other ways, in words.
     pub(super) name: String,
     /// Step and solver.
     pub(super) options: StepOptions,
@@ -81,8 +81,8 @@ pub(super) struct Way {
     pub(super) seconds: f64,
 }
 
-/// Largest distance of an end of a segment from its place in the exact shape, over L, after the run; a NaN where
-/// there is none. And the speed that is left \[m/s].
+/// Largest distance of an end of a segment from its place in the exact shape, over L, after the
+/// run; NaN without an exact shape. Then the speed that is left \[m/s].
 pub(super) fn distance(n: usize, way: &Way) -> Result<[f64; 2], ExperimentError> {
     let rod = rod(n, way.damping);
     let scene = rod.scene()?;

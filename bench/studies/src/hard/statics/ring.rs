@@ -150,7 +150,7 @@ fn unstable(n: usize, turns: f64) -> Result<usize, SceneError> {
     Ok(squares.iter().filter(|w| **w < -SMALL).count())
 }
 
-/// What a mode's ω² has to exceed to be told from those of the ring's six free motions \[1/s²].
+/// ω² beyond which a mode is told from the ring's six free motions \[1/s²].
 const SMALL: f64 = 1e-2;
 
 /// A mode of more waves: a ring held flat until then has two more unstable modes, in sine and in cosine, beyond its twist.

@@ -36,7 +36,7 @@ pub(super) struct Compliance {
 }
 
 impl Compliance {
-    /// Of the length `length` (m) of a cable with EI and GJ (N m²) that does not stretch.
+    /// Compliance of `length` (m) of an inextensible cable with EI and GJ (N m²).
     pub(super) fn of(length: f64, ei: f64, gj: f64) -> Self {
         Self {
             stretch: 0.0,
@@ -207,7 +207,8 @@ impl Rod {
         Ok(self.read(&settle(self.scene()?)?))
     }
 
-    /// The same with the force at the tip raised in `steps` steps, by passes of `dt` (s).
+    /// [`settled`](Self::settled) with the force at the tip raised in `steps` steps, by passes of
+    /// `dt` (s).
     pub(super) fn settled_in_steps(&self, steps: usize, dt: f64) -> Result<Shape, ExperimentError> {
         let mut scene = self.scene()?;
         for k in 1..=steps {
@@ -287,7 +288,8 @@ fn joint_turn(
     Some(Rotation3::from_scaled_axis(n * theta) * twist)
 }
 
-/// The root of three equations near `start`, by Newton's method with differences. `None` where there is none near.
+/// The root of three equations near `start`, by Newton's method with differences. `None` if it does
+/// not converge.
 pub(super) fn shoot(
     start: Vector3<f64>,
     f: impl Fn(Vector3<f64>) -> Option<Vector3<f64>>,

@@ -34,7 +34,6 @@ pub struct Scalars {
     pub centroid_min_hz: f64,
     /// Largest.
     pub centroid_max_hz: f64,
-    /// Runs.
     pub runs: usize,
     /// How many of them kept the bar of Table I.
     pub kept: usize,

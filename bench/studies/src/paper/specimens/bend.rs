@@ -26,7 +26,6 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use taut_model::{Scene, Specimen, SpecimenParams};
 use taut_output::check::{ExperimentError, Outcome, csv};
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.
@@ -59,11 +58,8 @@ impl Config {
 /// A specimen under one moment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Material.
     pub material: String,
-    /// Segments.
     pub segments: usize,
-    /// Joint.
     pub joint: String,
     /// Direction of the moment across the cable, from +z towards +y \[rad].
     pub direction_rad: f64,

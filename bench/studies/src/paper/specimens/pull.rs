@@ -9,7 +9,6 @@ use taut_output::check::{Check, ExperimentError, Outcome, csv};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table::{error, table, text};
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments.
@@ -42,11 +41,8 @@ impl Config {
 /// A specimen under one force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Material.
     pub material: String,
-    /// Segments.
     pub segments: usize,
-    /// Joint.
     pub joint: String,
     /// F/YA: the strain of the continuum.
     pub strain_theory: f64,

@@ -31,7 +31,6 @@ use taut_output::check::{ExperimentError, Outcome, csv};
 /// The paper's largest twist \[rad].
 pub const FARTHEST: f64 = 233.0;
 
-/// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// Numbers of segments at rest.
@@ -134,14 +133,13 @@ impl Config {
     }
 }
 
-/// All of it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Results {
     /// At rest.
     pub rows: Vec<Row>,
     /// In motion.
     pub held: Vec<Held>,
-    /// Of a bent joint.
+    /// Leaks of a bent joint.
     pub leaks: Vec<Leak>,
 }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, Spherical};
 
-/// What the step does to a mode, beside the law.
+/// Measured effect of the step on a mode, beside the law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Law {
     /// `stretch`, `twist`.
@@ -79,7 +79,7 @@ fn recurrence(x: [f64; 4]) -> [f64; 2] {
     let square = (x[2] * x[2] - x[1] * x[3]) / determinant;
     let trace = (x[1] * x[2] - x[0] * x[3]) / determinant;
     let amplitude = square.sqrt();
-    // Of an angle whose cosine is near 1 the sine is the better known.
+    // Near a cosine of 1 the sine determines the angle better.
     let cosine = 0.5 * trace / amplitude;
     let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
     [amplitude, sine.atan2(cosine)]

@@ -8,7 +8,7 @@ use taut_output::check::{Check, Verdict};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table::{error, of_records};
 
-/// Nothing where there is no number.
+/// Empty for NaN.
 fn percent(share: f64) -> String {
     if share.is_nan() {
         return String::new();
@@ -170,7 +170,7 @@ fn on_gantry(results: &Results, config: &Config, last: usize) -> [Check; 2] {
     ]
 }
 
-/// What damping of the rows makes of the trapezoidal step: it takes τ ω_e² of a mode's energy a second.
+/// Effect of damping the rows on the trapezoidal step: it takes τ ω_e² of a mode's energy a second.
 fn damping(results: &Results, config: &Config, last: usize) -> String {
     let run = &results.damped;
     let Some(mode) = results.modes.first().filter(|_| run.failure.is_none()) else {
@@ -185,7 +185,7 @@ fn damping(results: &Results, config: &Config, last: usize) -> String {
     )
 }
 
-/// What a step without first-order damping keeps.
+/// Check of the energy under a step without first-order damping.
 fn kept(run: &Run, config: &Config, last: usize, damping: &str) -> Check {
     let size = if run.amplitude == config.amplitudes[0] {
         "small"
@@ -204,7 +204,7 @@ fn kept(run: &Run, config: &Config, last: usize, damping: &str) -> Check {
         failure.reason
     );
     let ours = format!("lost at {}", lost_at(run));
-    // Of the undamped trapezoidal step this is known; of ours it would be news.
+    // Known of the undamped trapezoidal step; of our own step it would be a failure.
     let verdict = if run.name.starts_with("Spook") {
         Verdict::Limit
     } else {

@@ -15,12 +15,12 @@ pub struct Row {
     pub segments: usize,
     /// Largest stable mass ratio, as read.
     pub ratio: f64,
-    /// What the scan shows for ζ; empty where it shows nothing.
+    /// Legible part of ζ in the scan; empty if there is none.
     pub scanned_zeta: &'static str,
-    /// What the scan shows for the ratio.
+    /// Legible part of the ratio in the scan.
     pub scanned_ratio: &'static str,
-    /// Whether ζ or the ratio is inferred: the exponents of a column go by decades as Y/ζ does, and where one is legible
-    /// it agrees.
+    /// ζ or the ratio is inferred: the exponents of a column go by decades as Y/ζ does, and agree
+    /// where one is legible.
     pub inferred: bool,
 }
 

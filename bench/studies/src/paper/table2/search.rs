@@ -7,7 +7,7 @@ use taut_ground::trajectory::Failure;
 pub struct Found {
     /// Largest stable ratio; `None` where 1 is unstable.
     pub stable: Option<f64>,
-    /// Whether that is the largest tried.
+    /// The largest ratio tried is stable.
     pub capped: bool,
     /// How the smallest unstable ratio that was tried failed.
     pub failure: Option<Failure>,
@@ -16,7 +16,7 @@ pub struct Found {
 /// Largest ratio 10^(k/`per_decade`), k ≥ 0, below the first whole decade up to 10^`decades` that fails.
 ///
 /// # Errors
-/// Those of `fails`.
+/// Errors of `fails`.
 pub fn largest<E>(
     decades: u32,
     per_decade: u32,

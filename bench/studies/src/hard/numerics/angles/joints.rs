@@ -1,4 +1,4 @@
-//! What the angular rows of the joints measure, from half angles in 32 digits: nothing of the model's own formulas.
+//! Angular rows of the joints from half angles in 32 digits, without the model's own formulas.
 //!
 //! The relative rotation of a joint is swing after twist, q = q_s q_t with q_t about u. Bend rows are the components of
 //! the swing's rotation vector on v and w, the twist row is the twist's angle, the rotation rows of locks and sliders
@@ -28,17 +28,17 @@ pub enum Kind {
     Hinge,
     /// Rotation vector.
     Lock,
-    /// The same.
+    /// Rotation vector.
     Slider,
     /// The paper's scalar bend.
     PaperBend,
     /// The paper's twist between v and w.
     PaperTwist,
-    /// The same between v and v.
+    /// The paper's twist between v and v.
     PaperAlternative,
     /// Angle between two links.
     LinkAngle,
-    /// The same with its axis.
+    /// Angle between two links, with its axis.
     LinkVector,
 }
 
@@ -56,7 +56,6 @@ impl Kind {
         Self::LinkVector,
     ];
 
-    /// What tables call it.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -72,8 +71,8 @@ impl Kind {
         }
     }
 
-    /// Whether its row has a direction that is lost at the singularity, as an angle without sign has at 0: there is no
-    /// Jacobian to converge to.
+    /// True if the row loses its direction at the singularity, as an unsigned angle does at zero.
+    /// The Jacobian then has no limit.
     #[must_use]
     pub fn loses_direction(self) -> bool {
         matches!(

@@ -8,7 +8,7 @@ use taut_ground::matrix::prepared::Problem;
 use taut_ground::matrix::solve::backends;
 use taut_solver::forward_error;
 
-/// What a matrix is called in the audit.
+/// Name of a matrix in the audit.
 pub(super) fn name(specimen: &Specimen) -> String {
     format!("H46 {}", specimen.name)
 }

@@ -1,4 +1,4 @@
-//! What an audit of claims comes to: rows of checks, by both readings, and the table of all solvers.
+//! Report of an audit of claims: rows of checks by both readings, and the table of all solvers.
 
 use super::{Audit, Finding, Solve};
 use crate::hard::{together, worse};
@@ -107,7 +107,7 @@ fn everyone(audit: &Audit) -> Check {
     };
     let none: Vec<&str> = backends.iter().copied().filter(|b| silent(b)).collect();
     let ours = format!("{} of {}", backends.len() - none.len(), backends.len());
-    // No solver at all is none that claims.
+    // An empty list of solvers must not pass.
     let missing = if backends.is_empty() {
         f64::INFINITY
     } else {
@@ -157,7 +157,7 @@ fn everywhere(audit: &Audit) -> Check {
     })
 }
 
-/// Scenes without compliance whose rows depend on each other, so that there is no solution, or none that is unique.
+/// Scenes without compliance and with dependent rows: they have no solution or several.
 const DEPENDENT: [&str; 3] = [
     "H42 copies, ε = 0e0",
     "H42 four-bars, ε = 0e0",

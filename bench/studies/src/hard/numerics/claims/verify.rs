@@ -42,7 +42,7 @@ impl Verified {
         }
     }
 
-    /// Of what has not the dimension of the matrix.
+    /// Errors of a vector without the dimension of the matrix.
     const NONE: Self = Self {
         residual: f64::NAN,
         backward_error: f64::NAN,

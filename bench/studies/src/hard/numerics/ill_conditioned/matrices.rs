@@ -29,7 +29,6 @@ use taut_solver::{BlockPattern, GeneralMatrix, SymBlockMatrix};
 /// A matrix with what is known of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Specimen {
-    /// Its name.
     pub name: String,
     /// A.
     pub matrix: Matrix,
@@ -39,12 +38,12 @@ pub struct Specimen {
     pub x: Vec<f64>,
     /// κ in the 2-norm, as the matrix has it.
     pub condition: f64,
-    /// The same by its formula, where there is one.
+    /// κ by the formula of the matrix, if there is one.
     pub known: Option<f64>,
-    /// Of a graded matrix, which is judged entry by entry: by what a componentwise backward error may be larger in x,
-    /// maxᵢ (|A⁻¹| (|A| |x| + |b|))ᵢ / |xᵢ|.
+    /// For a graded matrix, which is judged entry by entry: amplification of the componentwise
+    /// backward error in x, maxᵢ (|A⁻¹| (|A| |x| + |b|))ᵢ / |xᵢ|.
     pub graded: Option<f64>,
-    /// By what elimination with partial pivoting makes its entries grow; 1 where it does not.
+    /// Growth of the entries in elimination with partial pivoting; 1 without growth.
     pub growth: f64,
 }
 
@@ -87,7 +86,8 @@ fn hilbert_inverse(n: usize, i: usize, j: usize) -> f64 {
     sign * (i + j + 1) as f64 * first * binomial(i + j, i).powi(2)
 }
 
-/// The smallest eigenvalue of a positive definite matrix, by inverse iteration in 32 digits; NaN where there are none.
+/// The smallest eigenvalue of a positive definite matrix, by inverse iteration in 32 digits; NaN if
+/// a solve fails.
 fn smallest_eigenvalue(a: &SymBlockMatrix) -> f64 {
     // Not orthogonal to any mode, and growing to one side.
     let mut v: Vec<f64> = (0..a.dim()).map(|i| 1.0 + 0.1 * (i as f64).sin()).collect();
@@ -246,8 +246,8 @@ fn graded(n: usize, rising: bool) -> Specimen {
     }
 }
 
-/// What stands below the diagonal, with a minus: less than 1, so that no row is exchanged and what grows has ever more
-/// digits, which are rounded.
+/// Entries below the diagonal, negated. Below 1 no row is exchanged, and the growing entries take
+/// ever more digits, which are rounded.
 const BELOW: f64 = 15.0 / 16.0;
 
 fn wilkinson(n: usize) -> Specimen {

@@ -44,7 +44,7 @@ use taut_solver::{
     SymBlockMatrix, forward_error, norm_inf,
 };
 
-/// What the iterations are to reach.
+/// Error that the iterations have to reach.
 const GOAL: f64 = 1e-6;
 
 /// Most iterations of conjugate gradient that are tried.
@@ -53,7 +53,6 @@ const MOST_CG: usize = 400;
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
 
-/// A chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Chain {
     /// Particles N, the load among them.
@@ -190,7 +189,7 @@ impl Chain {
     }
 }
 
-/// What was predicted and measured of a chain.
+/// Predictions and measurements for a chain.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Row {
     /// R.
@@ -203,21 +202,21 @@ pub(super) struct Row {
     pub(super) condition: f64,
     /// Sweeps of Gauss–Seidel to 10⁻⁶ by the formula.
     pub(super) predicted_sweeps: f64,
-    /// As they were counted, or extrapolated from the rate that was measured.
+    /// Sweeps as counted, or extrapolated from the measured rate.
     pub(super) sweeps: f64,
-    /// Whether they are extrapolated.
+    /// `sweeps` is extrapolated.
     pub(super) extrapolated: bool,
     /// Iterations of conjugate gradient to 10⁻⁶; none where it is not reached.
     pub(super) cg: Option<usize>,
-    /// The same with the diagonal as preconditioner.
+    /// Iterations with the diagonal as preconditioner.
     pub(super) cg_jacobi: Option<usize>,
-    /// The same with the groups' blocks as preconditioner.
+    /// Iterations with the groups' blocks as preconditioner.
     pub(super) cg_group: Option<usize>,
     /// Sweeps of Gauss–Seidel over groups to 10⁻⁶ by the formula.
     pub(super) predicted_group_sweeps: f64,
-    /// As they were counted, or extrapolated.
+    /// Sweeps over groups as counted, or extrapolated.
     pub(super) group_sweeps: f64,
-    /// Whether they are extrapolated.
+    /// `group_sweeps` is extrapolated.
     pub(super) groups_extrapolated: bool,
     /// The multipliers in 32 digits against the formula, relative; 0 with compliance, which has none.
     pub(super) multipliers_error: f64,

@@ -75,7 +75,7 @@ fn equilibration(a: &SymBlockMatrix) -> Vec<f64> {
 /// Rounds of [`equilibration`].
 const ROUNDS: usize = 10;
 
-/// What single precision is to reach on the KKT matrix at every ratio.
+/// Largest error of single precision on the KKT matrix that passes at every ratio.
 const SINGLE_BAR: f64 = 1e-6;
 
 /// u R from which on a factorisation in single precision may have no digit right: S is scaled, and its condition about
@@ -102,7 +102,7 @@ pub(super) fn in_single_precision(singles: &[Single]) -> Vec<Check> {
         )
         .by("largest error of the solution over R, dense LU with partial pivoting, residual in double, relative, ∞-norm");
         check.note = format!("unrefined {unrefined:.1e}");
-        // One that is no number misses.
+        // NaN misses the bar.
         let misses = own().filter(|s| s.errors[1].is_nan() || s.errors[1] > SINGLE_BAR);
         let first = misses.map(|s| s.ratio).fold(f64::INFINITY, f64::min);
         // A refinement multiplies the error by what it begins with, where that is a part of the solution; where no digit is

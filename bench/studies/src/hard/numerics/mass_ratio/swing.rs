@@ -13,10 +13,10 @@ use taut_output::check::{Check, Verdict};
 /// Distance of the change of a swing's amplitude in a minute from its law, where the motion is that of a pendulum alone.
 const SWING_BAR: f64 = 1e-5;
 
-/// What a free swing may gain of energy in a minute, over the largest kinetic energy.
+/// Largest gain of energy of a free swing in a minute, over the largest kinetic energy.
 const GAIN_BAR: f64 = 1e-5;
 
-/// Most that waves of the cable may add to it: beyond it is no limit.
+/// Largest error of the amplitude that waves of the cable excuse.
 const MOST_WAVES: f64 = 1e-2;
 
 /// Seconds of the swing, and by how much the anchor moves in the first two \[s, m].
@@ -31,7 +31,7 @@ pub(super) struct Swing {
     /// Amplitude after [`EARLY`] and at the end \[m]; none of a run that was lost.
     early_m: Option<f64>,
     late_m: Option<f64>,
-    /// What of the first is not of the pendulum's frequency \[m].
+    /// Rest of the early motion at other frequencies than the pendulum's \[m].
     rest_m: Option<f64>,
     /// Change of the amplitude in between as the scheme's law has it, relative.
     damped: f64,
@@ -77,8 +77,8 @@ pub(super) fn swing(ratio: f64) -> Result<Swing, StepError> {
     })
 }
 
-/// What a swing gains of energy once nothing drives it: the means of two windows of `time` (s); NaN of one that ended
-/// before.
+/// Gain of energy of a free swing: difference of the means over two windows of `time` (s), over the
+/// largest kinetic energy. NaN for a run that ended before.
 fn gain(samples: &[Sample], time: f64) -> f64 {
     let window = |from: f64| {
         samples

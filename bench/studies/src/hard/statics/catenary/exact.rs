@@ -25,7 +25,7 @@ pub(super) const WEIGHT: f64 = 10.0;
 /// EA of the elastic cable \[N].
 pub(super) const EA: f64 = 1e4;
 
-/// What a hanging cable is measured by.
+/// Forces and sag of a hanging cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hanging {
     /// Horizontal force \[N].

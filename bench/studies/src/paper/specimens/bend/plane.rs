@@ -1,4 +1,4 @@
-//! Whether the plane shape is stable.
+//! Stability of the plane shape.
 //!
 //! A moment of fixed direction follows no potential. Beyond 0.85 to 0.9 of a circle the plane shape is an unstable
 //! equilibrium against motion out of its plane, with any time step.

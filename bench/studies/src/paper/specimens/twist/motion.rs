@@ -54,17 +54,14 @@ impl Step {
 /// A dynamic run of steel: the torque rises to `turns` in `ramp` seconds and stays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Joint.
     pub joint: Joint,
-    /// Segments.
     pub segments: usize,
-    /// Step.
     pub step: Step,
     /// Δt \[s].
     pub dt: f64,
-    /// Tension over T²/(4YI) of the largest torque; 0 is none.
+    /// Tension over T²/(4YI) of the largest torque; 0 leaves the specimen untensioned.
     pub tension: f64,
-    /// Whether a small sideways force disturbs it; else it stays exactly straight.
+    /// A small sideways force disturbs it; otherwise it stays exactly straight.
     pub disturbed: bool,
     /// T L/(2π GJ) at the end of the ramp.
     pub turns: f64,
@@ -77,17 +74,14 @@ pub struct Motion {
 /// How a dynamic run ended.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Held {
-    /// Joint.
     pub joint: String,
-    /// Segments.
     pub segments: usize,
-    /// Step.
     pub step: String,
     /// Δt \[s].
     pub dt: f64,
     /// Tension over T²/(4YI).
     pub tension: f64,
-    /// Whether a small sideways force disturbed it.
+    /// A small sideways force disturbed it.
     pub disturbed: bool,
     /// Turns of the load, T L/(2π GJ), up to which it was straight.
     pub straight_to: f64,
@@ -95,9 +89,9 @@ pub struct Held {
     pub turns: f64,
     /// When that was \[s].
     pub time_s: f64,
-    /// Whether it stayed straight to the end.
+    /// It stayed straight to the end.
     pub straight: bool,
-    /// Whether it was lost: wide off its axis, or a step failed.
+    /// It went far off its axis, or a step failed.
     pub lost: bool,
     /// Turns read from the joints at the end.
     pub turns_read: f64,

@@ -118,7 +118,7 @@ pub(super) fn in_motion(held: &[Held]) -> Vec<Check> {
     checks
 }
 
-/// What the steps make of it: the numerical limits beside the physical one.
+/// Checks of the numerical limits, beside the physical one.
 fn numerical_checks(held: &[Held]) -> Vec<Check> {
     let list = |of: &dyn Fn(&Held) -> bool| {
         let of = held.iter().filter(|h| of(h));

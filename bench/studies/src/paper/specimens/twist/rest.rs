@@ -15,11 +15,8 @@ const LARGEST_TURN: f64 = 2.5;
 /// A specimen at rest under one torque.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Material.
     pub material: String,
-    /// Segments.
     pub segments: usize,
-    /// Joint.
     pub joint: String,
     /// T \[N m].
     pub torque_nm: f64,
@@ -99,7 +96,7 @@ pub(in crate::paper) fn twisted(
     Ok((scene, twist))
 }
 
-/// What the twist row of a bent, untwisted joint reads.
+/// Twist angles read from a bent, untwisted joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Leak {
     /// Bend angle θ \[rad].

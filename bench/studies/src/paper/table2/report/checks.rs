@@ -9,8 +9,8 @@ use taut_output::check::Check;
 
 const ORDINARY: Setting = Setting::Planar(TwistDefinition::Ordinary);
 
-/// What the heavy top, which the theory of a uniform cable does not know, may add to a limit, in decades. What takes
-/// away from it is rounding down to a step of the grid.
+/// Largest rise of a limit by the heavy top, in decades; the theory of a uniform cable ignores it.
+/// A limit below the theory is due to rounding down to a step of the grid.
 const HEAVY_TOP: f64 = 0.25;
 
 /// The paper's rows and claims beside the limits found, and the limits beside linear theory.
@@ -201,7 +201,8 @@ fn iterations(records: &[Record], step: f64) -> Vec<Check> {
     checks
 }
 
-/// Whether the limits of cables of as many segments differ with geometric stiffness and a light top.
+/// True if the limits of cables with equally many segments differ, with geometric stiffness and a
+/// light top.
 fn spread(records: &[Record], solver: Solver) -> bool {
     let limits = |part: &[Row]| -> Vec<f64> {
         let cells = part

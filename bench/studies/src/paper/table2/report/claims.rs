@@ -1,4 +1,5 @@
-//! What the paper says of solvers, starts and joints, beside the cells; and its column at one length.
+//! Statements of the paper on solvers, starts and joints, beside the cells; its column at one
+//! length.
 
 use super::{PAPER, find, find_with, is_plain};
 use crate::paper::table2::{Ends, ROWS, Record, Setting, Solver};
@@ -84,7 +85,8 @@ fn light_limit(records: &[Record], solver: Solver) -> Option<f64> {
     cells.reduce(f64::max)
 }
 
-/// Whether `n` sweeps are enough to the power `decade` of ten: in every row whose cable holds it with a direct solver.
+/// Check that `n` sweeps suffice up to 10^`decade` in every row whose cable holds that with a
+/// direct solver.
 pub(in crate::paper) fn enough(records: &[Record], n: usize, decade: f64) -> Option<Check> {
     let cells = || {
         let both = |r| {

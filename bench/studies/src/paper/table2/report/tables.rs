@@ -1,12 +1,12 @@
-//! What the scan shows and how it is read, and the limits found, as text.
+//! Readings of the scan and the limits found, as text.
 
 use super::{PAPER, find, find_with, log};
 use crate::paper::table2::{Config, DT, Ends, LENGTH, ROWS, Record, Row, Setting, Solver};
 use std::fmt::Write;
 use taut_output::table::{of_records, table, text};
 
-/// What the scan shows and how it is read; the limits by joint and step, by solver, from other starts and at the fitted
-/// length. Every cell is a row of the CSV file.
+/// Readings of the scan; the limits by joint and step, by solver, from other starts and at the
+/// fitted length. Every cell is a row of the CSV file.
 #[must_use]
 pub fn text_tables(records: &[Record], config: &Config) -> String {
     let mut out = reading();
