@@ -13,7 +13,8 @@
 //! drum that slips; a cable keeps the stretch of its limit. Damping takes away. Sums over the steps are trapezoidal: λ and f change the velocities at the
 //! beginning of a step, between those of the steps before and after it, and in the guard's implicit ones at the end; blows
 //! come after the step. The energy of the rope that a drum winds up, half its strain of the winch's work, is left out.
-//! Healthy motions are off by less than 4·10⁻² of their own energy in shocks, and elsewhere by less than 10⁻³.
+//! Healthy motions are off by less than 4·10⁻² of their own energy in shocks, and elsewhere by less than 10⁻³, besides
+//! the weight's work over the gap of what rolls: a step along the tangent leaves a round body by ½ (v Δt)²/R.
 //!
 //! **Contacts.** The impulses p of a step turn the rates u⁻ into u⁺ = u⁻ + W p and do the work ½ p·(u⁻ + u⁺) = p·u⁺ − ½ p·W p.
 //! Friction has p·u⁺ ≤ 0, and so has a normal whose gap closes. One that undoes a penetration has u_N⁺ = −b − σ p > 0

@@ -249,8 +249,8 @@ fn strained(case: &Case, n: usize) -> f64 {
     steps.iter().map(of).fold(case.stretched, f64::max)
 }
 
-/// Work of ropes and links in half a step \[J], where the guard handed over up to step `n`: its implicit steps have their
-/// velocities at the end of a step, the scheme half a step before.
+/// Work of ropes and links in half a step \[J], where the guard took over or gave back up to step `n`: an implicit step has
+/// the force of its end, a step of the scheme that of its beginning, so that one force counts twice or not at all.
 fn handed_over(case: &Case, n: usize) -> f64 {
     let half = 0.5 / (RATE * case.choices.steps.substeps as f64);
     let of = |m: &Moment| -> f64 {

@@ -1,0 +1,35 @@
+//! Saved runs and recordings of earlier versions: read, or refused by the name of what they lack.
+
+use crate::{golden, taut, writes};
+use std::fs;
+
+/// Scenes whose states are kept: a cable alone, sheaves, contacts, winches and events.
+const SCENES: [&str; 4] = ["hoist", "tackle", "floor", "elevator"];
+
+#[test]
+fn saved_runs_and_recordings_of_earlier_versions_are_read_or_refused_by_name() {
+    let folder = golden().join("saved");
+    for name in SCENES {
+        let [state, tape] = ["json", "tape"].map(|ext| folder.join(format!("{name}.{ext}")));
+        let (state, tape) = (state.display(), tape.display());
+        if writes() {
+            fs::create_dir_all(&folder).expect("a folder");
+            let run = format!(
+                "run {name} --time 0.2 --estimate off --quiet --save {state} --record {tape}"
+            );
+            assert_eq!(taut("saved", &run).1, 0, "{run}");
+            continue;
+        }
+        for read in [
+            format!("run --resume {state} --time 0.1 --quiet"),
+            format!("replay {tape} --csv - --quiet"),
+        ] {
+            let (text, code) = taut("saved", &read);
+            // What is refused says so in one line with the file's name, and prints nothing.
+            assert!(
+                code == 0 && !text.is_empty() || code == 2 && text.is_empty(),
+                "{read}: {code}"
+            );
+        }
+    }
+}
