@@ -114,6 +114,7 @@ mod bounded;
 mod change;
 mod closing;
 mod contact;
+mod effort;
 mod elimination;
 mod equilibrium;
 mod error;
