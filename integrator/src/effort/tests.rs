@@ -21,29 +21,6 @@ fn pile(gravity: f64, mass_ratio: f64) -> Stepper {
 }
 
 #[test]
-fn measure() {
-    for (g, r, n) in [
-        (9.81, 1e3, 60),
-        (9.81, 10.0, 60),
-        (9.81, 1e5, 60),
-        (1e9, 1e6, 1),
-    ] {
-        let mut stepper = pile(g, r);
-        let mut most = 0.0_f64;
-        let begun = Instant::now();
-        let mut last = None;
-        for _ in 0..n {
-            if begun.elapsed().as_secs() > 60 {
-                break;
-            }
-            last = Some(stepper.step().unwrap());
-            most = most.max(stepper.effort.spent / stepper.effort.most);
-        }
-        eprintln!("M {g} {r} {:?} {most} {:?}", begun.elapsed(), last);
-    }
-}
-
-#[test]
 fn what_is_spent_decides_the_method() {
     let mut effort = Effort::default();
     effort.begin();
