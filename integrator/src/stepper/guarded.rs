@@ -125,12 +125,14 @@ impl Stepper {
             // The rows of the last sub-step are those of the step's end, to the last bit.
             let last = whole - (done + dt) <= 0.5 * least;
             let end = begin + if last { whole } else { done + dt };
-            let converged = match self.implicit_substep(dt, end, guard, shortest) {
-                Ok(converged) => converged,
-                Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => false,
+            let (converged, failed) = match self.implicit_substep(dt, end, guard, shortest) {
+                Ok(converged) => (converged, false),
+                Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => {
+                    (false, true)
+                }
                 Err(error) => return Err(error),
             };
-            if !converged && !shortest && !self.effort.is_spent() {
+            if failed || !(converged || shortest || self.effort.is_spent()) {
                 self.return_to_substep_start();
                 length = 0.5 * dt;
                 continue;
