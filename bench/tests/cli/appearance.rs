@@ -1,4 +1,4 @@
-use crate::{folder, good, program, text};
+use crate::{folder, good, program, taut, text};
 use std::fs;
 use std::path::PathBuf;
 
