@@ -433,6 +433,7 @@ pub fn run(
             simulation.fail(stepper.time(), e);
         }
         let Some(sample) = simulation.step(stepper) else {
+            stopped = (wishes.stop)().filter(|_| simulation.goes_on());
             break;
         };
         tally.add(&sample, yardstick);

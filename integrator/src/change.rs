@@ -383,6 +383,7 @@ impl Stepper {
                 changed.begin_young(&moved);
             }
             changed.companion = self.companion.take();
+            changed.effort.follow(&self.effort);
             *self = changed;
             self.outdate_companion();
         }

@@ -69,6 +69,12 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
+    /// The flag of [`Stepper::stop_by`](crate::Stepper::stop_by) was set. The state is that at the beginning of the sub-step;
+    /// without a guard it may be that at its end before shapes rebound.
+    Stopped {
+        /// Time at the beginning of the sub-step \[s].
+        time: f64,
+    },
     /// More contacts than the step solves.
     TooManyContacts {
         /// Contacts with a part in the step.
@@ -160,6 +166,9 @@ impl fmt::Display for StepError {
                 f,
                 "at t = {time:.4} s: which cables are slack and which motors at their limits could not be decided"
             ),
+            Self::Stopped { time } => {
+                write!(f, "at t = {time:.4} s: the step was asked to end")
+            }
             Self::TooManyContacts {
                 contacts,
                 most,

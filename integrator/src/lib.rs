@@ -95,6 +95,7 @@
 //! | `contact`, `contact/operator`, `stepper/touching` | contacts with friction: rows, dense operator, the solve with them |
 //! | `contact/method` | how their impulses are found: with the joints, or before them as the paper has it |
 //! | `stepper/contact_problem` | contacts and joints of a step as one problem, under the names of FCLIB |
+//! | `effort` | the work that a step may spend on contacts, and the flag that ends it |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | data of the linear system, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
@@ -114,6 +115,7 @@ mod bounded;
 mod change;
 mod closing;
 mod contact;
+mod effort;
 mod elimination;
 mod equilibrium;
 mod error;

@@ -36,6 +36,10 @@ pub enum Scheme {
     },
 }
 
+/// Most weight of a difference, or of the geometric stiffness. Weights of some 10 already hold back all motion of a stiff
+/// row; far larger ones overflow.
+const MOST_WEIGHT: f64 = 100.0;
+
 /// The (p, q, s) of [`Scheme`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Weights {
@@ -120,7 +124,8 @@ impl Scheme {
         let Self::ThirdDifference { a, gamma } = self else {
             return Ok(());
         };
-        check("a", a, a.is_finite() && a > 0.25, "a finite number > 1/4")?;
+        let range = a > 0.25 && a <= MOST_WEIGHT;
+        check("a", a, range, "above 1/4 and at most 100")?;
         // The Nyquist root of a mode with frequency → ∞ must not grow: a + 2γ ≥ ¼.
         let stable = gamma <= 0.0 && 1.0 - 4.0 * a - 8.0 * gamma <= 0.0;
         check(
@@ -193,8 +198,8 @@ impl GeometricStiffness {
 
     fn validate(self) -> Result<(), StepError> {
         let (alpha, off) = (self.alpha(), self == Self::Off);
-        let sound = off || (alpha.is_finite() && alpha > 0.0);
-        check("alpha", alpha, sound, "a finite number > 0, or off")
+        let sound = off || (alpha > 0.0 && alpha <= MOST_WEIGHT);
+        check("alpha", alpha, sound, "above 0 and at most 100, or off")
     }
 }
 

@@ -20,6 +20,7 @@ use crate::bounded::Bounded;
 use crate::closing::Closing;
 use crate::contact::Contacts;
 use crate::contact::rebound::slowest;
+use crate::effort::Effort;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::identity::Identities;
@@ -110,6 +111,8 @@ pub struct Stepper {
     pub(crate) rest: Option<Rest>,
     /// Totals since the last call that returned a report.
     pub(crate) tally: Tally,
+    /// Work of the present step and its bound.
+    pub(crate) effort: Effort,
     /// Companion run that estimates the error.
     pub(crate) companion: Option<Box<Companion>>,
 }
@@ -277,6 +280,7 @@ impl Stepper {
             search: Search::new(rows, scene.bodies.len()),
             rest: Rest::new(&scene, &options),
             tally: Tally::start(),
+            effort: Effort::default(),
             companion: None,
             bounded: {
                 let mut bounded = Bounded::new(&pieces);
@@ -310,8 +314,8 @@ impl Stepper {
     /// built-in backends unless contacts appear, events fire or over 200 contacts hang together.
     ///
     /// # Errors
-    /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
-    /// [`StepError::EnergyGain`].
+    /// [`StepError::Solve`] and [`StepError::Stopped`] (the state is then that at the beginning of the sub-step),
+    /// [`StepError::NonFinite`] and [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         self.check_winches()?;
         if let Some(report) = self.sleep_through()? {
@@ -323,6 +327,7 @@ impl Stepper {
             let mut given = stepper.motion_at_start();
             let mut opening = None;
             for _ in 0..stepper.options.substeps {
+                stepper.effort.check(stepper.time)?;
                 // After a divided sub-step the next one starts anew, too.
                 stepper.start()?;
                 opening = stepper.opening(given.take());
@@ -398,6 +403,7 @@ impl Stepper {
         work: impl FnOnce(&mut Self) -> Result<(), StepError>,
     ) -> Result<StepReport, StepError> {
         self.tally = Tally::start();
+        self.effort.begin();
         self.pieces.rows.lost = None;
         let mut done = work(self);
         if let (Err(_), Some((c, reason))) = (&done, self.pieces.rows.lost) {
@@ -588,13 +594,6 @@ impl Stepper {
         inertia
             .update(&self.scene, dt, geometric.stiffness(), alpha, drive)
             .map_err(|i| self.not_finite(i))
-    }
-
-    pub(crate) fn not_finite(&self, body: usize) -> StepError {
-        StepError::NonFinite {
-            body: self.scene.body_names[body].clone(),
-            time: self.time,
-        }
     }
 
     /// The second half of a sub-step: velocities from the impulses of the last [`solve`](Self::solve), then positions.

@@ -3,12 +3,16 @@
 //! A file is written beside its place and takes it when it is whole ([`Output`]): whatever ends the program or fills the
 //! disk on the way, there is the old file or the new one. Devices and pipes are written as they are.
 
+mod part;
+mod shown;
+
+use part::Part;
 use serde::Serialize;
+pub use shown::line;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A file that could not be written or read.
 #[derive(Debug)]
@@ -41,12 +45,12 @@ impl std::error::Error for FileError {
 
 /// Prints a text for people to standard output, with its colours and bold type where they are seen and wanted: on a
 /// terminal, unless `NO_COLOR` or `CLICOLOR=0` is set, or wherever `CLICOLOR_FORCE` is. A reader that has gone away is
-/// not an error: it has read what it wanted.
+/// not an error: it has read what it wanted. Control characters are escaped but for line ends and tabs.
 ///
 /// # Errors
 /// [`FileError`].
 pub fn print(text: &str) -> Result<(), FileError> {
-    put(&mut anstream::stdout().lock(), text)
+    put(&mut anstream::stdout().lock(), &shown::text(text))
 }
 
 /// Writes a text as it is to a stream of the program's own.
@@ -66,14 +70,14 @@ fn heard(written: io::Result<()>) -> io::Result<()> {
     }
 }
 
-/// Says something on standard error, after the program's name. Where that is closed or full there is nobody to be told.
+/// Says something on standard error in one line ([`line`]), after the program's name. Where that is closed or full there is nobody to be told.
 pub fn complain(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "taut: {text}");
+    let _ = writeln!(io::stderr().lock(), "taut: {}", line(text));
 }
 
-/// Says on standard error what stops nothing.
+/// Says on standard error what stops nothing, in one line ([`line`]).
 pub fn note(text: impl std::fmt::Display) {
-    let _ = writeln!(io::stderr().lock(), "note: {text}");
+    let _ = writeln!(io::stderr().lock(), "note: {}", line(&text.to_string()));
 }
 
 /// Makes a folder, with those above it.
@@ -309,52 +313,6 @@ fn new_file(path: &Path) -> io::Result<PathBuf> {
     let name = path.file_name().ok_or(ErrorKind::InvalidFilename)?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     Ok(folder.unwrap_or(Path::new(".")).canonicalize()?.join(name))
-}
-
-/// What is to become a file, beside it; gone unless it takes the place.
-#[derive(Debug)]
-struct Part {
-    file: File,
-    at: PathBuf,
-    place: PathBuf,
-}
-
-impl Part {
-    fn beside(place: &Path) -> io::Result<Self> {
-        static PARTS: AtomicUsize = AtomicUsize::new(0);
-        loop {
-            let number = PARTS.fetch_add(1, Ordering::Relaxed);
-            let name = format!(".taut-{}-{number}.part", std::process::id());
-            let at = place.with_file_name(name);
-            match File::create_new(&at) {
-                // One of a program that was killed.
-                Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
-                file => {
-                    return Ok(Self {
-                        file: file?,
-                        at,
-                        place: place.to_owned(),
-                    });
-                }
-            }
-        }
-    }
-
-    /// Takes the place, with the permissions of what was there.
-    fn take_place(&self) -> io::Result<()> {
-        if let Ok(there) = fs::metadata(&self.place) {
-            self.file.set_permissions(there.permissions())?;
-        }
-        self.file.sync_all()?;
-        fs::rename(&self.at, &self.place)
-    }
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        // Nothing where it has taken its place.
-        let _ = fs::remove_file(&self.at);
-    }
 }
 
 /// An [`Output`] that is being written. Dropped, it leaves a file as it was.

@@ -277,12 +277,18 @@ impl Simulation {
         self.left > 0
     }
 
-    /// Makes a step; none where the run has ended, or ends because the step fails.
+    /// Makes a step; none where the run has ended, ends because the step fails, or was asked to end
+    /// ([`Stepper::stop_by`]), which is no failure.
     pub fn step(&mut self, stepper: &mut Stepper) -> Option<Sample> {
         self.left = self.left.checked_sub(1)?;
         let begun = stepper.time();
         let report = match pace::step(stepper) {
             Ok(report) => report,
+            // Whoever asked the step to end knows why.
+            Err(StepError::Stopped { .. }) => {
+                self.left += 1;
+                return None;
+            }
             Err(e) => {
                 self.fail(begun, e);
                 return None;

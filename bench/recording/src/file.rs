@@ -200,8 +200,21 @@ pub(crate) fn next(from: &mut dyn Read) -> Result<Option<Vec<u8>>, RecordingErro
     }
 }
 
+/// Why bytes are no chunk, in words.
+fn fault<E>(error: ciborium::de::Error<E>) -> String {
+    use ciborium::de::Error;
+    match error {
+        Error::Io(_) => "it ends too early".to_owned(),
+        Error::Syntax(at) => format!("its byte {at} is no CBOR"),
+        Error::RecursionLimitExceeded => "it is nested too deeply".to_owned(),
+        Error::Semantic(..) => {
+            "it is no header, layout, frames or end as they are written".to_owned()
+        }
+    }
+}
+
 /// A chunk of its bytes, and those behind it.
 pub(crate) fn parse(mut bytes: &[u8]) -> Result<(Chunk, &[u8]), String> {
-    let chunk = ciborium::from_reader(&mut bytes).map_err(|e| e.to_string())?;
+    let chunk = ciborium::from_reader(&mut bytes).map_err(fault)?;
     Ok((chunk, bytes))
 }

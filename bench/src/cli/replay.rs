@@ -5,7 +5,7 @@ use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use taut_ground::files;
-use taut_recording::{Recording, RecordingError, animation, page, still, table};
+use taut_recording::{Ending, Recording, RecordingError, animation, page, still, table};
 use taut_studies::options::number;
 
 pub(crate) const AFTER_HELP: &str = "\
@@ -51,6 +51,12 @@ fn open(path: &Path) -> Result<Recording, Failure> {
     let named =
         |e: RecordingError| Failure::Input(format!("cannot read `{}`: {e}", path.display()));
     let recording = Recording::open(path).map_err(named)?;
+    if recording.frames() == 0 && recording.ending == Ending::Cut {
+        return Err(Failure::Input(format!(
+            "cannot read `{}`: it is cut, and no frame of it is whole: record the run again",
+            path.display()
+        )));
+    }
     if let Some(early) = recording.early() {
         files::note(format!("`{}`: {early}", path.display()));
     }
@@ -155,7 +161,7 @@ fn text(recording: &Recording) -> String {
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
     let mut out = String::new();
     for (name, value) in rows.into_iter().chain(events) {
-        let _ = writeln!(out, "{name:>16}  {value}");
+        let _ = writeln!(out, "{name:>16}  {}", files::line(&value));
     }
     out
 }

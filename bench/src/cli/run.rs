@@ -72,7 +72,8 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "S", requires = "save", value_parser = number, allow_negative_numbers = true)]
     save_at: Option<f64>,
     /// Records what moves, what it carries and touches, events and step times, at most 60 times a simulated second, for
-    /// `taut replay`; up to where a disk is full
+    /// `taut replay`; up to where a disk is full. A run that is killed leaves `.FILE.taut-PID-N.part` beside it, which `taut
+    /// replay` reads and the next whole FILE removes
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Goes on with a saved run: its scene, solver and time step
@@ -236,15 +237,30 @@ impl Outputs {
     }
 }
 
-/// The signal that asks a run to end, 0 for none so far; another one ends the program at once.
-pub(super) fn signals() -> Result<Arc<AtomicUsize>, Failure> {
+/// The signals that ask a run to end.
+pub(super) struct Signals {
+    /// Whether one has come.
+    pub(super) asked: Arc<AtomicBool>,
+    /// Its number, 0 for none so far.
+    signal: Arc<AtomicUsize>,
+}
+
+impl Signals {
+    /// Number of the last one, 0 for none so far.
+    pub(super) fn last(&self) -> usize {
+        self.signal.load(Ordering::Relaxed)
+    }
+}
+
+/// Takes the signals that ask a run to end; another one ends the program at once.
+pub(super) fn signals() -> Result<Signals, Failure> {
     let (asked, signal) = (Arc::new(AtomicBool::new(false)), Arc::default());
     for which in [SIGINT, SIGTERM] {
         flag::register_conditional_shutdown(which, 128 + which, Arc::clone(&asked))?;
         flag::register_usize(which, Arc::clone(&signal), which as usize)?;
         flag::register(which, Arc::clone(&asked))?;
     }
-    Ok(signal)
+    Ok(Signals { asked, signal })
 }
 
 /// The number of steps in a time \[s], which is not much shorter than one: steps are counted to the nearest.
@@ -327,10 +343,11 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
         write_heading(rows, columns.as_ref());
     }
     let mut tape = Tape::begin(outputs.record.as_ref(), &stepper, count)?;
-    let signal = signals()?;
+    let signals = signals()?;
+    stepper.stop_by(Arc::clone(&signals.asked));
     let bar = console
         .progress(count as u64)
-        .with_message(stepper.scene().name.clone());
+        .with_message(files::line(&stepper.scene().name));
     let mut written = Vec::new();
     let mut wishes = Wishes {
         save_at,
@@ -346,7 +363,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
             }
             tape.step(stepper, sample);
         },
-        stop: &|| match signal.load(Ordering::Relaxed) as i32 {
+        stop: &|| match signals.last() as i32 {
             0 => None,
             SIGINT => Some("SIGINT"),
             _ => Some("SIGTERM"),
@@ -361,12 +378,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
     }
     written.extend(outputs.json.map(|json| json.json(&summary)));
     let failed = written.into_iter().filter_map(Result::err);
-    ended(
-        &summary,
-        count,
-        signal.load(Ordering::Relaxed),
-        failed.collect(),
-    )
+    ended(&summary, count, signals.last(), failed.collect())
 }
 
 /// How a run ended, and what of it could not be written.

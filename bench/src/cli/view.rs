@@ -5,7 +5,7 @@ use super::{Failure, StepArgs, step_options};
 use crate::run;
 use crate::run_file::RunFile;
 use clap::Args;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
 use taut_ground::{files, trajectory};
 use taut_integrator::{SavedRun, StepOptions};
 use taut_studies::options::overrides;
@@ -56,11 +56,12 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
         file.bytes().map_err(|e| e.to_string())
     };
     let mut view = View::open(args.port, &title, Box::new(save))?;
-    let signal = signals()?;
+    let signals = signals()?;
+    drive.stop_by(Arc::clone(&signals.asked));
     files::print(&format!(
         "{title}: {}\nOpen this address in a browser on this machine. Ctrl-C ends.\n",
         view.address()
     ))?;
-    view.run(&mut drive, &|| signal.load(Ordering::Relaxed) != 0)?;
+    view.run(&mut drive, &|| signals.last() != 0)?;
     Ok(())
 }

@@ -3,6 +3,7 @@
 use super::{Summary, load_error};
 use std::fmt::Write;
 use std::io;
+use taut_ground::files;
 use taut_ground::openings::Opening;
 use taut_ground::trajectory::Sample;
 
@@ -230,7 +231,7 @@ pub fn text(s: &Summary) -> String {
         .chain(events)
         .chain(notes)
     {
-        let _ = writeln!(out, "{name:>16}  {value}");
+        let _ = writeln!(out, "{name:>16}  {}", files::line(&value));
     }
     out
 }

@@ -1,4 +1,4 @@
-use crate::{folder, good, program, text};
+use crate::{folder, good, program, taut, text};
 use std::fs;
 use std::path::PathBuf;
 
@@ -119,5 +119,65 @@ fn tables_fit_into_120_columns() {
         for line in shown.lines() {
             assert!(line.chars().count() <= 120, "{arguments}: {line}");
         }
+    }
+}
+
+/// Names of scenes from elsewhere cannot clear a terminal, set its title or forge lines.
+#[test]
+fn control_characters_of_names_are_escaped() {
+    let at = folder("control-characters");
+    let name = r"a\u001b]0;x\u0007\u001b[2J\r\nb\u009b1m";
+    fs::write(at.join("names.toml"), super::replay::named(name)).expect("writable");
+    fs::write(
+        at.join("bad.toml"),
+        super::replay::named(name).replace("mass = 1", "mass = 1e-300\ncolour = 2"),
+    )
+    .expect("writable");
+    for arguments in [
+        "run names.toml --time 0.1 --record a.tape",
+        "replay a.tape",
+        "ledger names.toml --time 0.1 --tolerance 5",
+        "run bad.toml",
+        "run names.toml --columns no-such.x --out o.csv",
+        "replay a.tape --csv no-such",
+        "scene names.toml",
+        "view no\u{1b}[2Jsuch",
+    ] {
+        let output = taut(&at, arguments);
+        let all = [&output.stdout, &output.stderr].map(|s| text(s).to_owned());
+        let orders = |c: char| c.is_control() && c != '\n';
+        assert!(
+            !all.concat().contains(orders),
+            "`taut {arguments}`: {all:?}"
+        );
+        assert!(text(&output.stderr).lines().count() <= 1, "{all:?}");
+    }
+    let told = good(&at, "replay a.tape");
+    let events = told
+        .lines()
+        .filter(|line| line.trim_start().starts_with("event"));
+    assert_eq!(events.count(), 1, "{told}");
+    assert!(
+        told.contains(r"a\u{1b}]0;x\u{7}\u{1b}[2J\r\nb\u{9b}1m"),
+        "{told}"
+    );
+}
+
+/// A number of hundreds of digits is no message.
+#[test]
+fn numbers_in_messages_are_short() {
+    let at = folder("long-numbers");
+    for (arguments, number) in [
+        ("run hoist --set segment_mass=5e-324", "5e-324"),
+        (
+            "run hoist --scheme third-difference:a=0.5:gamma=1e300",
+            "1e300",
+        ),
+        ("run hoist --dt -1e250", "-1e250"),
+    ] {
+        let output = taut(&at, arguments);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(number) && stderr.len() < 300, "{stderr}");
     }
 }

@@ -293,3 +293,69 @@ fn long_runs_and_long_files_take_no_memory() {
     );
     small("taut solve a.mtx.gz --backend dense");
 }
+
+/// Gravity of 10⁹ m/s² on cables that hold each other: a step whose contacts take long to find is no reason to wait.
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_a_step_that_takes_long() {
+    let at = folder("signal_in_a_step");
+    let arguments = "run pile --set mass_ratio=1e6 --set ei=1 --set damping=0.5 --set gravity=1e9 --time 1 --out o.csv \
+                     --json j.json --save s.json --record r.tape";
+    let child = program(&at, arguments).stderr(Stdio::piped()).spawn();
+    let child = child.expect("the program starts");
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let asked = Command::new("kill")
+        .args(["-TERM", &child.id().to_string()])
+        .status();
+    assert!(asked.expect("a shell's tool").success());
+    let asked = std::time::Instant::now();
+    let output = child.wait_with_output().expect("it ends");
+    let waited = asked.elapsed().as_secs_f64();
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(143), "{stderr}");
+    assert!(stderr.contains("stopped by SIGTERM after "), "{stderr}");
+    assert!(waited < 10.0, "{waited} s");
+    let summary = parsed(&at, "j.json");
+    assert_eq!(summary["stopped"], "SIGTERM");
+    assert_eq!(summary["failure"], Value::Null);
+    let rows = read(&at, "o.csv").lines().count();
+    assert_eq!(summary["steps"], rows - 1);
+    let saved = parsed(&at, "s.json");
+    let time = saved["run"]["time"].as_f64().expect("a number");
+    assert_eq!((60.0 * time).round() as usize, rows - 1);
+    assert!(at.join("r.tape").exists() && left_over(&at).is_empty());
+}
+
+/// A killed recording is read where it lies, and gone once the next one is whole.
+#[cfg(unix)]
+#[test]
+fn what_a_killed_recording_leaves_is_read_and_then_removed() {
+    let at = folder("killed_recording");
+    let mut child = program(&at, "run hoist --set segments=2 --time 1e5 --record r.tape")
+        .spawn()
+        .expect("the program starts");
+    let begun = std::time::Instant::now();
+    let part = loop {
+        let of_size = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.len() > 200_000);
+        if let Some(part) = left_over(&at).into_iter().find(of_size) {
+            break part;
+        }
+        assert!(begun.elapsed().as_secs() < 60, "nothing is recorded");
+    };
+    child.kill().expect("it can be killed");
+    child.wait().expect("it ends");
+    let name = part.file_name().expect("a name").to_str().expect("text");
+    assert!(
+        name.starts_with(&format!(".r.tape.taut-{}-", child.id())),
+        "{name}"
+    );
+    let table = taut(&at, &format!("replay {name} --csv time,load_x"));
+    assert!(table.status.success() && text(&table.stdout).lines().count() > 128);
+    good(
+        &at,
+        "run hoist --set segments=2 --time 0.1 --record other.tape",
+    );
+    assert!(part.exists());
+    good(&at, "run hoist --set segments=2 --time 0.1 --record r.tape");
+    assert!(!part.exists() && left_over(&at).is_empty());
+}

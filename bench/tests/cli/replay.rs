@@ -161,12 +161,21 @@ fn recordings_become_pictures_pages_and_animations() {
     // Cut before its first frame.
     let bytes = fs::read(at.join("a.tape")).expect("written");
     fs::write(at.join("none.tape"), &bytes[..bytes.len() / 4]).expect("writable");
-    for form in ["--gltf x.glb", "--png 0"] {
+    for form in [
+        "--gltf x.glb",
+        "--png 0",
+        "--csv time,load_x",
+        "--html x.html",
+        "",
+    ] {
         let output = taut(&at, &format!("replay none.tape {form}"));
         let stderr = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2));
+        assert_eq!(output.status.code(), Some(2), "{form}");
         assert!(stderr.contains("no frame"), "{stderr}");
+        assert!(output.stdout.is_empty() && !at.join("x.html").exists());
     }
+    let output = taut(&at, "replay a.tape --against none.tape --html x.html");
+    assert_eq!(output.status.code(), Some(2));
 }
 
 /// A run that fails tells why where it is replayed; one that was asked to end does, too.

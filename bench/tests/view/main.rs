@@ -472,3 +472,56 @@ fn runs_and_recordings_are_files_for_other_commands() {
         String::from_utf8_lossy(&resumed.stderr)
     );
 }
+
+/// Connections that send half of a header are closed; more of them than there is room for keep nobody out for long.
+#[test]
+fn half_requests_are_closed() {
+    let _alone = alone();
+    let at = folder("view-half");
+    let served = Served::new(&at, &["hoist", "--set", "segments=3"]);
+    let mut half: Vec<TcpStream> = Vec::new();
+    for begin in ["GET / HTTP/1.1\r\nX", "G", ""] {
+        for _ in 0..50 {
+            let mut stream = TcpStream::connect(served.host()).expect("listens");
+            let patience = Some(Duration::from_secs(40));
+            stream.set_read_timeout(patience).expect("a time");
+            stream.write_all(begin.as_bytes()).expect("sent");
+            half.push(stream);
+        }
+    }
+    let begun = Instant::now();
+    assert_eq!(served.own("").0, 200);
+    let waited = begun.elapsed();
+    assert!(waited < Duration::from_secs(25), "{waited:?}");
+    for stream in &mut half {
+        let mut rest = Vec::new();
+        // An answer that says so may come before the end.
+        let closed = stream.read_to_end(&mut rest);
+        assert!(rest.len() < 1000);
+        closed.expect("closed in time");
+    }
+    // A viewer needs no place of those.
+    let viewers: Vec<_> = (0..100).map(|_| served.socket().expect("opened")).collect();
+    assert_eq!(served.own("").0, 200);
+    drop(viewers);
+}
+
+/// A request names this server, and nothing else beside it.
+#[test]
+fn a_second_host_and_another_authority_are_refused() {
+    let _alone = alone();
+    let at = folder("view-hosts");
+    let served = Served::new(&at, &["hoist", "--set", "segments=3"]);
+    let host = format!("Host: {}\r\n", served.host());
+    let evil = "Host: crane.example\r\n";
+    let own = served.path().to_owned();
+    assert_eq!(served.get(&served.address, &host).0, 200);
+    for (target, headers) in [
+        (own.clone(), format!("{host}{evil}")),
+        (own.clone(), format!("{host}{host}")),
+        (format!("http://crane.example{own}"), host.clone()),
+    ] {
+        let (status, _) = served.get(&target, &headers);
+        assert!([400, 403].contains(&status), "{target} {headers}: {status}");
+    }
+}

@@ -3,6 +3,8 @@
 use axum::body::Bytes;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use taut_ground::Choice;
 use taut_ground::trajectory::{Limits, Sample, Simulation};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
@@ -36,7 +38,7 @@ pub enum Command {
     Mass(f64),
     /// Begins a recording, or ends it.
     Record(bool),
-    /// Begins anew, with the present solver and scheme.
+    /// Begins anew, with the present solver and scheme; where they make no step, with those of the last step that was made.
     Restart,
 }
 
@@ -112,6 +114,18 @@ pub struct Drive {
     contacts: Vec<i32>,
     tape: Option<(Recorder, Vec<u8>)>,
     recorded: Option<Bytes>,
+    options: Options,
+    stop: Option<Arc<AtomicBool>>,
+}
+
+/// Options that a restart may begin with, beside the stepper's own.
+struct Options {
+    /// Those of the first step.
+    first: StepOptions,
+    /// Those of the last step that was made, where they are others.
+    proven: Option<StepOptions>,
+    /// Those chosen since the run ended.
+    next: Option<StepOptions>,
 }
 
 /// The solver of some options.
@@ -134,14 +148,28 @@ fn begun(scene: &Scene, options: StepOptions) -> Result<(Stepper, Simulation, Sa
     }
 }
 
+impl Options {
+    /// Those of the last step that was made.
+    fn last(&self) -> &StepOptions {
+        self.proven.as_ref().unwrap_or(&self.first)
+    }
+}
+
 impl Drive {
     /// A run of a scene, after its first step.
     ///
     /// # Errors
     /// Those of [`Stepper::new`] and of the step.
     pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
+        let first = options.clone();
         let (stepper, simulation, sample) = begun(&scene, options)?;
         Ok(Self {
+            options: Options {
+                first,
+                proven: None,
+                next: None,
+            },
+            stop: None,
             observer: Observer::new(&stepper),
             start: scene,
             stepper,
@@ -163,6 +191,12 @@ impl Drive {
     #[must_use]
     pub fn stepper(&self) -> &Stepper {
         &self.stepper
+    }
+
+    /// Ends steps early once `stop` is set: [`Stepper::stop_by`].
+    pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
+        self.stepper.stop_by(Arc::clone(&stop));
+        self.stop = Some(stop);
     }
 
     /// The recording that has ended.
@@ -199,6 +233,9 @@ impl Drive {
         };
         self.sample = sample;
         self.steps += 1;
+        if self.goes_on() && self.options.last() != self.stepper.options() {
+            self.options.proven = Some(self.stepper.options().clone());
+        }
         if let Some((recorder, bytes)) = &mut self.tape {
             // Memory takes all that is written.
             let _ = recorder.step(bytes, &self.stepper, &sample);
@@ -259,24 +296,47 @@ impl Drive {
                 self.end_recording();
                 Ok(())
             }
-            Command::Restart => {
-                let options = self.stepper.options().clone();
-                let begun = begun(&self.start, options).map_err(text)?;
-                self.end_recording();
-                (self.stepper, self.simulation, self.sample) = begun;
-                (self.due, self.steps) = (0.0, 1);
-                self.renew();
-                Ok(())
-            }
+            Command::Restart => self.restart().map_err(text),
         }
     }
 
+    /// The options that the run has, or will have once it begins anew.
+    fn options(&self) -> &StepOptions {
+        self.options.next.as_ref().unwrap_or(self.stepper.options())
+    }
+
+    fn restart(&mut self) -> Result<(), StepError> {
+        let Options { first, .. } = &self.options;
+        let mut begun = begun(&self.start, self.options().clone());
+        for options in [self.options.last(), first] {
+            if begun.is_err() {
+                begun = self::begun(&self.start, options.clone());
+            }
+        }
+        let begun = begun?;
+        self.end_recording();
+        (self.stepper, self.simulation, self.sample) = begun;
+        if let Some(stop) = &self.stop {
+            self.stepper.stop_by(Arc::clone(stop));
+        }
+        self.options.next = None;
+        (self.due, self.steps) = (0.0, 1);
+        self.renew();
+        Ok(())
+    }
+
+    /// Goes on with other options; a run that has ended takes them when it begins anew.
     fn with_options(&mut self, change: impl FnOnce(&mut StepOptions)) -> Result<(), String> {
-        let mut options = self.stepper.options().clone();
+        let mut options = self.options().clone();
         change(&mut options);
-        self.stepper
-            .set_options(options)
-            .map_err(|e| e.to_string())?;
+        if self.goes_on() {
+            self.stepper
+                .set_options(options)
+                .map_err(|e| e.to_string())?;
+        } else {
+            Stepper::new(self.start.clone(), options.clone()).map_err(|e| e.to_string())?;
+            self.options.next = Some(options);
+        }
         self.renew();
         Ok(())
     }
@@ -397,7 +457,7 @@ impl Drive {
     /// What the page shows beside frames.
     #[must_use]
     pub fn status(&self) -> Status {
-        let (options, scene) = (self.stepper.options(), self.stepper.scene());
+        let (options, scene) = (self.options(), self.stepper.scene());
         let values = |control: &Control| {
             let drives = control.drives.iter();
             drives.map(|drive| scene.drive_value(drive)).collect()

@@ -10,10 +10,13 @@ use axum::Router;
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::io;
@@ -21,14 +24,26 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use taut_integrator::SavedRun;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::broadcast::{self, error::RecvError};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot};
 use tokio::task;
-use tokio::time::{interval, timeout};
+use tokio::time::{interval, sleep, timeout};
 
 /// Most viewers at a time.
 pub const MAX_VIEWERS: usize = 128;
+
+/// Most connections at a time that are no viewer's yet; others wait until one of them ends.
+const MAX_CONNECTIONS: usize = 64;
+
+/// Time for the header of a request, and between two of a connection.
+const HEADER: Duration = Duration::from_secs(5);
+
+/// Time of a connection that becomes no viewer's: far more than the page or a saved run takes on this machine.
+const CONNECTION: Duration = Duration::from_secs(60);
+
+/// Time until the next try where no connection can be taken, as without free file descriptors.
+const RETRY: Duration = Duration::from_millis(100);
 
 /// Messages that wait for a slow viewer, who misses those beyond.
 const MAX_WAITING: usize = 32;
@@ -184,9 +199,17 @@ impl Shared {
         })
     }
 
-    /// Whether a request is to this server, and by its own page or by no page.
-    fn is_own(&self, headers: &HeaderMap) -> bool {
+    /// Whether a request is to this server, and by its own page or by no page. A second `Host` or `Origin` is refused, and an
+    /// authority in the request's target has to be this server's.
+    fn is_own(&self, target: &Uri, headers: &HeaderMap) -> bool {
         let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?"));
+        let repeated = |name| headers.get_all(name).iter().nth(1).is_some();
+        let mut authority = target.authority().into_iter();
+        if [header::HOST, header::ORIGIN].into_iter().any(repeated)
+            || authority.any(|authority| !self.is_here(authority.as_str()))
+        {
+            return false;
+        }
         let origin = text(header::ORIGIN);
         let of_page = |origin: &str| {
             let host = origin.strip_prefix("http://");
@@ -198,16 +221,39 @@ impl Shared {
 
 /// Serves until the program ends.
 pub(crate) async fn serve(shared: Arc<Shared>, listener: TcpListener) -> io::Result<()> {
+    let routes = routes(shared);
+    let places = Arc::new(Semaphore::new(MAX_CONNECTIONS));
+    loop {
+        let place = Arc::clone(&places).acquire_owned().await;
+        let place = place.map_err(io::Error::other)?;
+        match listener.accept().await {
+            Ok((stream, _)) => drop(task::spawn(converse(routes.clone(), stream, place))),
+            Err(_) => sleep(RETRY).await,
+        }
+    }
+}
+
+/// Answers the requests of a connection, which has its place until it ends or becomes a viewer's.
+async fn converse(routes: Router, stream: TcpStream, _place: OwnedSemaphorePermit) {
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(HEADER)
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(routes))
+        .with_upgrades();
+    // Who breaks off or is late is told nothing.
+    let _ = timeout(CONNECTION, connection).await;
+}
+
+fn routes(shared: Arc<Shared>) -> Router {
     let guard = middleware::from_fn_with_state(Arc::clone(&shared), guard);
-    let routes = Router::new()
+    Router::new()
         .route("/{token}/", get(own_page))
         .route("/{token}/socket", get(socket))
         .route("/{token}/run.json", get(saved))
         .route("/{token}/recording", get(recording))
         .fallback(not_found)
         .layer(guard)
-        .with_state(shared);
-    axum::serve(listener, routes).await
+        .with_state(shared)
 }
 
 async fn not_found() -> Response {
@@ -217,7 +263,7 @@ async fn not_found() -> Response {
 
 /// Refuses requests of other pages, to other hosts, or without the token.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    if !shared.is_own(request.headers()) {
+    if !shared.is_own(request.uri(), request.headers()) {
         let text = "Only the page that `taut view` serves may send requests here.\n";
         return (StatusCode::FORBIDDEN, text).into_response();
     }

@@ -11,6 +11,7 @@ use super::sweeps::Split;
 use super::through::{Columns, Through};
 use super::{CARRIERS, Carrier, FLOOR, Touch};
 use crate::Form;
+use crate::effort::Effort;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
 use crate::slip::Slip;
@@ -42,6 +43,8 @@ pub(crate) struct Factor<'a> {
     pub(crate) slip: Option<&'a mut Slip>,
     /// Right-hand sides and solutions.
     pub(crate) system: &'a mut [Vec<f64>; 2],
+    /// What the step has spent on contacts.
+    pub(crate) effort: &'a mut Effort,
 }
 
 impl Factor<'_> {
@@ -99,7 +102,7 @@ pub(crate) struct Operator {
     blocks: Vec<usize>,
     /// q, p, μ_f and the regularisation of a group.
     rates: Vec<f64>,
-    impulses: Vec<f64>,
+    pub(super) impulses: Vec<f64>,
     friction: Vec<f64>,
     regularization: Vec<f64>,
     /// Regularisation, and mean of W of each contact's own rows, in the order of the contacts.
@@ -177,6 +180,9 @@ impl Operator {
         );
         let mut done = Ok(());
         for k in 0..groups.count() {
+            if factor.effort.is_stopped() {
+                break;
+            }
             let (members, first) = (groups.members(k), self.blocks[k]);
             let block = &mut w[first..first + 9 * members.len().pow(2)];
             self.touch_directly(members, &groups.order, touches, block);
@@ -326,8 +332,9 @@ impl Operator {
             if island.is_split() {
                 self.sweep(&island, method, touches, rates, factor, &mut each)?;
             } else {
-                found &=
-                    self.solve_group(island.groups.start, method, touches, rates, &mut each)?;
+                let effort = &mut *factor.effort;
+                let at = (island.groups.start, effort);
+                found &= self.solve_group(at, method, touches, rates, &mut each)?;
             }
         }
         Ok(found)
@@ -337,7 +344,7 @@ impl Operator {
     /// softened where no impulses are found; q does not depend on σ.
     fn solve_group(
         &mut self,
-        k: usize,
+        (k, effort): (usize, &mut Effort),
         method: ConeMethod,
         touches: &mut [Touch],
         rates: &[f64],
@@ -345,7 +352,12 @@ impl Operator {
     ) -> Result<bool, SolveError> {
         let mut found = true;
         for softer in 0..=SOFTER.1 {
+            if effort.is_stopped() {
+                break;
+            }
+            let method = effort.method(method);
             let report = self.try_group(k, method, touches, rates, softer == 0)?;
+            effort.spend(self.impulses.len(), &report);
             each(report, softer > 0);
             let is_softened = method == ConeMethod::Newton && report.is_definite;
             found = report.solved || !is_softened;
@@ -360,7 +372,9 @@ impl Operator {
                 (3 * a..3 * a + 3).for_each(|k| w[k * (n + 1)] += more);
             }
         }
-        self.hand_over(k, touches);
+        if !effort.is_stopped() {
+            self.hand_over(k, touches);
+        }
         Ok(found)
     }
 

@@ -61,6 +61,9 @@ impl Operator {
             let size = self.size(island, touches, q);
             let mut worst = 0.0_f64;
             for n in 0..island.groups.len() {
+                if factor.effort.is_stopped() {
+                    break;
+                }
                 let backwards = sweep % 2 == 1;
                 let k = if backwards {
                     island.groups.end - 1 - n
@@ -76,7 +79,8 @@ impl Operator {
                 spent += report.pivots;
                 each(report, false);
             }
-            if worst <= TOLERANCE * size || spent > WORK {
+            let ends = factor.effort.is_spent() || factor.effort.is_stopped();
+            if worst <= TOLERANCE * size || spent > WORK || ends {
                 break;
             }
         }
@@ -101,9 +105,11 @@ impl Operator {
         q.clear();
         q.extend_from_slice(rates);
         self.take_group_away(k, touches, &mut q);
+        let method = factor.effort.method(method);
         let report = self.try_group(k, method, touches, &q, true);
         self.split.q = q;
         let report = report?;
+        factor.effort.spend(self.impulses.len(), &report);
         self.hand_over(k, touches);
         for (change, i) in before.iter_mut().zip(self.groups.contacts(k)) {
             for (p, new) in change.iter_mut().zip(touches[i].impulse) {

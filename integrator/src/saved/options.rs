@@ -45,6 +45,7 @@ impl Stepper {
         };
         changed.ids = self.ids.clone();
         changed.companion = self.companion.take().filter(|_| is_estimated);
+        changed.effort.follow(&self.effort);
         *self = changed;
         self.outdate_companion();
         Ok(())

@@ -237,6 +237,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     }
     scene.lay_cables(time);
     let mut run = Stepper::build(scene, options, &mut None)?;
+    run.effort.follow(&of.effort);
     run.time = time;
     let (rows, scene) = (&mut run.pieces.rows, &run.scene);
     rows.drive(scene, time - run.options.dt, time);
@@ -292,6 +293,14 @@ impl Stepper {
         if self.companion.as_ref().is_none_or(|c| c.stale) {
             let companion = Companion::of(self, every, self.companion.as_deref());
             self.companion = Some(Box::new(companion));
+        }
+    }
+
+    /// The companion ends its steps by the flag of this run.
+    pub(crate) fn share_stop(&mut self) {
+        let run = self.companion.as_mut().and_then(|c| c.run.as_mut());
+        if let Some(run) = run {
+            run.effort.follow(&self.effort);
         }
     }
 

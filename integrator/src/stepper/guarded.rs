@@ -74,7 +74,11 @@ impl Stepper {
             if self.contacts.is_empty() {
                 return Ok(());
             }
-            return self.rebound();
+            let done = self.rebound();
+            if let Err(StepError::Stopped { .. }) = done {
+                self.return_to_start();
+            }
+            return done;
         }
         self.return_to_start();
         self.holding = guard.hold;
@@ -86,7 +90,7 @@ impl Stepper {
     /// The sub-step by implicit ones.
     fn redo(&mut self, guard: Guard) -> Result<(), StepError> {
         let result = self.implicit_step(guard);
-        if let Err(StepError::Solve { .. }) = result {
+        if let Err(StepError::Solve { .. } | StepError::Stopped { .. }) = result {
             self.return_to_start();
             self.holding = 0;
             // The past is that of the step that could not be made.
@@ -116,17 +120,19 @@ impl Stepper {
         // In units of the least length all sums are exact to far less than half of it.
         while whole - done > 0.5 * least {
             let dt = length.min(whole - done);
-            let shortest = dt <= 1.5 * least;
+            let shortest = dt <= 1.5 * least || self.effort.is_spent();
             self.closing.left = 1.0 - (done + dt) / whole;
             // The rows of the last sub-step are those of the step's end, to the last bit.
             let last = whole - (done + dt) <= 0.5 * least;
             let end = begin + if last { whole } else { done + dt };
-            let converged = match self.implicit_substep(dt, end, guard, shortest) {
-                Ok(converged) => converged,
-                Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => false,
+            let (converged, failed) = match self.implicit_substep(dt, end, guard, shortest) {
+                Ok(converged) => (converged, false),
+                Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => {
+                    (false, true)
+                }
                 Err(error) => return Err(error),
             };
-            if !converged && !shortest {
+            if failed || !(converged || shortest || self.effort.is_spent()) {
                 self.return_to_substep_start();
                 length = 0.5 * dt;
                 continue;
@@ -199,6 +205,7 @@ impl Stepper {
         self.closing.begin(&self.pieces.rows);
         let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {
+            self.effort.check(self.time)?;
             let first = pass == 0;
             let kind = if first { Pass::First } else { Pass::Next };
             self.begin_search(first, dt);
@@ -206,7 +213,7 @@ impl Stepper {
             if disagreement <= near {
                 return Ok(true);
             }
-            if disagreement.is_nan() {
+            if disagreement.is_nan() || self.effort.is_spent() {
                 return Ok(false);
             }
             let promised = self.search(first, shortest, dt, end)?;

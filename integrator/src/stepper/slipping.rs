@@ -45,6 +45,7 @@ impl Stepper {
             rows: &self.pieces.rows,
             slip: None,
             system: &mut self.columns,
+            effort: &mut self.effort,
         };
         let report = factor.respond(&mut response);
         self.slip.learn(i, &response);

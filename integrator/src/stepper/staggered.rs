@@ -34,13 +34,18 @@ impl Stepper {
         done
     }
 
+    /// The rates u of the pieces' Δv, and the largest violation of the contacts' conditions by them, over their size.
+    pub(crate) fn violation_of(&self, rates: &mut Vec<f64>) -> f64 {
+        self.contacts.rates(&self.pieces, rates);
+        self.contacts.regularize(rates);
+        self.contacts.violation(rates, &self.pieces)
+    }
+
     /// Largest violation of the contacts' conditions after the joints, over the size of the rates.
     pub(crate) fn violation_after_joints(&mut self) -> f64 {
         self.pieces.update_velocity_change(&self.mu);
         let mut rates = std::mem::take(&mut self.contacts.rates);
-        self.contacts.rates(&self.pieces, &mut rates);
-        self.contacts.regularize(&mut rates);
-        let found = self.contacts.violation(&rates, &self.pieces);
+        let found = self.violation_of(&mut rates);
         self.contacts.rates = rates;
         found
     }

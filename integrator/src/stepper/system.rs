@@ -230,6 +230,13 @@ impl Stepper {
         }
     }
 
+    pub(crate) fn not_finite(&self, body: usize) -> StepError {
+        StepError::NonFinite {
+            body: self.scene.body_names[body].clone(),
+            time: self.time,
+        }
+    }
+
     /// A solver's error with its block's name.
     pub(crate) fn culprit(&self, source: SolveError) -> StepError {
         let block = match &source {

@@ -28,6 +28,7 @@ macro_rules! factor_of {
             rows: &$stepper.pieces.rows,
             slip: $slip,
             system: &mut $stepper.columns,
+            effort: &mut $stepper.effort,
         }
     };
 }
@@ -112,11 +113,16 @@ impl Stepper {
             let done = self.solve_dense(dt, rates, pass == 0);
             self.contacts.apply(&mut self.pieces.inertia, true);
             self.tally.end(Phase::Solve);
+            self.effort.check(self.time)?;
             // Where no impulses are found, further passes find none either.
             if !done.map_err(|e| self.culprit(e))? {
                 passes = passes.min(1);
             }
             solve(self)?;
+            if self.effort.is_spent() {
+                self.pieces.update_velocity_change(&self.mu);
+                return Ok(self.violation_of(rates));
+            }
         }
         Ok(f64::NAN)
     }
@@ -157,9 +163,11 @@ impl Stepper {
             });
         }
         operator.groups.divide(&self.pieces, touches);
+        factor.effort.allow(operator.groups.count());
         let hardened = operator.harden(&self.scene, touches);
         let report = operator.build(&self.pieces, touches, &mut factor, together);
         let report = report.map_err(|e| self.culprit(e))?;
+        self.effort.check(self.time)?;
         self.tally.add_part(report);
         self.tally.end(Phase::Solve);
         Ok(hardened)
@@ -199,6 +207,7 @@ impl Stepper {
         );
         tally.undecided += usize::from(!solved);
         let budget = done.map_err(|e| self.culprit(e))?;
+        self.effort.check(self.time)?;
         self.strike(budget)?;
         self.account_for_blow();
         self.contacts.end_rebound();

@@ -193,3 +193,54 @@ fn recordings_hold_what_was_seen() {
     assert_eq!(recording.frames(), 60);
     assert_eq!(recording.early(), None);
 }
+
+/// A run that has ended takes other choices, and always begins anew.
+#[test]
+fn a_choice_that_ends_the_run_locks_nothing() {
+    // Controls of a lost run are not finite, so that no step of its options can be made from there.
+    let mut drive = gantry();
+    drive.advance(0.1, &|| true);
+    let sound = drive.stepper().options().clone();
+    for scheme in [
+        "third-difference:a=1e300",
+        "third-difference:a=1e5:gamma=-4e4",
+    ] {
+        let refused = ask(&mut drive, &format!(r#"{{"scheme": "{scheme}"}}"#));
+        assert!(
+            refused.is_some_and(|text| text.contains("at most 100")),
+            "{scheme}"
+        );
+    }
+    assert_eq!(*drive.stepper().options(), sound);
+    let speed = r#"{"set": {"control": "trolley_speed", "value": 1e300}}"#;
+    assert_eq!(ask(&mut drive, speed), None);
+    drive.advance(0.5, &|| true);
+    assert!(drive.status().failure.is_some());
+    assert_eq!(ask(&mut drive, r#"{"scheme": "spook"}"#), None);
+    assert_eq!(drive.status().scheme, "spook");
+    assert!(drive.status().failure.is_some());
+    assert!(ask(&mut drive, r#"{"solver": "no-such"}"#).is_some());
+    assert_eq!(ask(&mut drive, r#""restart""#), None);
+    let status = drive.status();
+    assert_eq!((status.failure, status.steps), (None, 1));
+    assert_eq!(status.scheme, "spook");
+    drive.advance(0.5, &|| true);
+    assert!(drive.status().steps > 20);
+}
+
+/// Where the chosen options make no step, a restart begins with those of the last step that was made.
+#[test]
+fn a_restart_falls_back_to_what_has_made_steps() {
+    let mut drive = gantry();
+    assert_eq!(ask(&mut drive, r#"{"scheme": "spook"}"#), None);
+    drive.advance(0.1, &|| true);
+    // No page can choose it: the first step overflows.
+    let endless = |options: &mut StepOptions| options.dt = 1e200;
+    assert_eq!(drive.with_options(endless), Ok(()));
+    assert_eq!(ask(&mut drive, r#""step""#), None);
+    assert!(drive.status().failure.is_some());
+    assert_eq!(ask(&mut drive, r#""restart""#), None);
+    let status = drive.status();
+    assert_eq!((status.failure, status.scheme.as_str()), (None, "spook"));
+    assert_eq!(drive.stepper().options().dt, StepOptions::default().dt);
+}

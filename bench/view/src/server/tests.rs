@@ -8,13 +8,14 @@ fn shared() -> Arc<Shared> {
 #[test]
 fn only_the_own_page_may_ask() {
     let shared = shared();
+    let target: Uri = "/t/".parse().expect("a target");
     let own = |host: &str, origin: Option<&str>| {
         let mut headers = HeaderMap::new();
         headers.insert(header::HOST, host.parse().expect("a host"));
         if let Some(origin) = origin {
             headers.insert(header::ORIGIN, origin.parse().expect("an origin"));
         }
-        shared.is_own(&headers)
+        shared.is_own(&target, &headers)
     };
     assert!(own("127.0.0.1:8021", None));
     assert!(own("localhost:8021", Some("http://localhost:8021")));
@@ -32,7 +33,33 @@ fn only_the_own_page_may_ask() {
     ] {
         assert!(!own(host, origin), "{host} {origin:?}");
     }
-    assert!(!shared.is_own(&HeaderMap::new()));
+    assert!(!shared.is_own(&target, &HeaderMap::new()));
+}
+
+#[test]
+fn a_request_names_one_host() {
+    let shared = shared();
+    let own = |target: &str, names: &[(header::HeaderName, &str)]| {
+        let mut headers = HeaderMap::new();
+        for (name, value) in names {
+            headers.append(name, value.parse().expect("a value"));
+        }
+        shared.is_own(&target.parse().expect("a target"), &headers)
+    };
+    let [here, there] = ["127.0.0.1:8021", "crane.example:8021"];
+    let host = |name| (header::HOST, name);
+    let page = (header::ORIGIN, "http://127.0.0.1:8021");
+    assert!(own("http://127.0.0.1:8021/t/", &[host(here), page.clone()]));
+    for (target, names) in [
+        ("/t/", vec![host(here), host(there)]),
+        ("/t/", vec![host(here), host(here)]),
+        ("/t/", vec![host(here), page.clone(), page.clone()]),
+        ("http://crane.example:8021/t/", vec![host(here)]),
+        ("http://me@127.0.0.1:8021/t/", vec![host(here)]),
+        ("http://127.0.0.1:8022/t/", vec![host(here)]),
+    ] {
+        assert!(!own(target, &names), "{target} {names:?}");
+    }
 }
 
 /// What a viewer leaves behind is what it was the last to set.

@@ -1,0 +1,94 @@
+//! The work that a step spends on its contacts, and the request to end it.
+//!
+//! A dense problem of contacts that Newton's method does not solve costs hundreds of factorisations, and a step may have
+//! hundreds of such problems. Two things bound it. A count of work, which depends on the input alone, so that the same run
+//! has the same bits on each machine: once [`MOST`] is spent, the rest of the step finds its contacts' impulses by a few
+//! sweeps ([`Effort::method`]), without further passes or shorter sub-steps, and the report counts them as undecided. And a flag, which another thread or a signal
+//! handler sets: the step then ends with [`StepError::Stopped`].
+
+use crate::{StepError, Stepper};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use taut_solver::coulomb::{ConeMethod, ConeReport};
+
+/// Most work of a step, and so much more for each group of contacts: the sum of n³ over the factorisations of its dense
+/// problems of n rows, and of n² over their sweeps. Piles that fall spend a tenth of it at most.
+const MOST: [f64; 2] = [1e11, 1e10];
+
+/// Sweeps over the contacts of a dense problem once that is spent.
+const SWEEPS: usize = 20;
+
+/// What a step has spent on contacts, and what asks it to end.
+#[derive(Debug, Default)]
+pub(crate) struct Effort {
+    spent: f64,
+    most: f64,
+    stop: Option<Arc<AtomicBool>>,
+}
+
+impl Effort {
+    /// A step begins.
+    pub(crate) fn begin(&mut self) {
+        (self.spent, self.most) = (0.0, MOST[0]);
+    }
+
+    /// The step has so many groups of contacts.
+    pub(crate) fn allow(&mut self, groups: usize) {
+        self.most = self.most.max(MOST[0] + MOST[1] * groups as f64);
+    }
+
+    /// A dense problem of `rows` rows was solved.
+    pub(crate) fn spend(&mut self, rows: usize, report: &ConeReport) {
+        let n = rows as f64;
+        self.spent += n * n * (n * report.pivots as f64 + report.sweeps as f64);
+    }
+
+    /// Whether the step has spent all that it may.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.spent > self.most
+    }
+
+    /// The method for the next dense problem of a step that asks for `method`.
+    pub(crate) fn method(&self, method: ConeMethod) -> ConeMethod {
+        match method {
+            ConeMethod::Newton if self.is_spent() => ConeMethod::GaussSeidel {
+                sweeps: SWEEPS,
+                tolerance: 0.0,
+            },
+            other => other,
+        }
+    }
+
+    /// Whether the step is asked to end.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop
+            .as_ref()
+            .is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+
+    /// The error of a step that is asked to end, whose sub-step began at `time` (s).
+    pub(crate) fn check(&self, time: f64) -> Result<(), StepError> {
+        if self.is_stopped() {
+            return Err(StepError::Stopped { time });
+        }
+        Ok(())
+    }
+
+    /// The flag of another one, of a stepper that goes on with its run.
+    pub(crate) fn follow(&mut self, other: &Self) {
+        self.stop.clone_from(&other.stop);
+    }
+}
+
+impl Stepper {
+    /// Ends steps early while `stop` is true, which another thread or a signal handler may set: the step that is being made
+    /// then fails with [`StepError::Stopped`]. It looks between sub-steps, Newton passes and dense problems of contacts. The
+    /// flag stays through [`change`](Self::change) and [`set_options`](Self::set_options); saved runs do not hold it.
+    pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
+        self.effort.stop = Some(stop);
+        self.share_stop();
+    }
+}
+
+#[cfg(test)]
+mod tests;

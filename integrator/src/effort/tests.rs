@@ -1,0 +1,92 @@
+use super::Effort;
+use crate::{StepError, StepOptions, Stepper};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+use taut_model::{Grounded, GroundedParams, Scene};
+use taut_solver::coulomb::ConeMethod;
+
+/// A pile of cables under this gravity: 10⁹ m/s² crush them into dense problems without a solution.
+fn pile(gravity: f64, mass_ratio: f64) -> Stepper {
+    let params = GroundedParams {
+        mass_ratio,
+        ei: 1.0,
+        damping: 0.5,
+        gravity,
+        ..GroundedParams::new(Grounded::Pile)
+    };
+    let scene: Scene = params.build().expect("built");
+    Stepper::new(scene, StepOptions::default()).expect("a sound scene")
+}
+
+#[test]
+fn what_is_spent_decides_the_method() {
+    let mut effort = Effort::default();
+    effort.begin();
+    assert_eq!(effort.method(ConeMethod::Newton), ConeMethod::Newton);
+    effort.allow(3);
+    effort.spent = 1.2e11;
+    assert!(!effort.is_spent());
+    effort.begin();
+    effort.spent = 1.2e11;
+    assert!(effort.is_spent());
+    assert!(matches!(
+        effort.method(ConeMethod::Newton),
+        ConeMethod::GaussSeidel { .. }
+    ));
+    effort.begin();
+    assert!(!effort.is_spent());
+}
+
+#[test]
+fn a_step_ends_soon_after_its_flag_is_set() {
+    for gravity in [1e9, 3e10] {
+        let mut stepper = pile(gravity, 1e6);
+        let stop = Arc::new(AtomicBool::new(false));
+        stepper.stop_by(Arc::clone(&stop));
+        let heights: Vec<f64> = stepper
+            .scene()
+            .bodies
+            .position
+            .iter()
+            .map(|p| p.z)
+            .collect();
+        let (error, waited) = thread::scope(|scope| {
+            let step = scope.spawn(|| stepper.step().err());
+            thread::sleep(Duration::from_secs(1));
+            stop.store(true, Ordering::Relaxed);
+            let asked = Instant::now();
+            (step.join().expect("no panic"), asked.elapsed())
+        });
+        assert!(
+            matches!(error, Some(StepError::Stopped { time: 0.0 })),
+            "{error:?}"
+        );
+        assert!(waited < Duration::from_secs(15), "{waited:?}");
+        let left = stepper.scene().bodies.position.iter().map(|p| p.z);
+        assert!(left.eq(heights), "the state is not that at the beginning");
+        assert_eq!(stepper.time(), 0.0);
+    }
+}
+
+#[test]
+fn the_flag_is_looked_at_between_sub_steps_and_stays_through_changes() {
+    let mut stepper = pile(9.81, 1.0);
+    let stop = Arc::new(AtomicBool::new(true));
+    stepper.stop_by(Arc::clone(&stop));
+    let options = StepOptions {
+        substeps: 3,
+        ..stepper.options().clone()
+    };
+    stepper.set_options(options).expect("sound options");
+    stepper
+        .change(|edit| {
+            edit.add_body("more", taut_model::Body::sphere(0.1, 1.0));
+            Ok(())
+        })
+        .expect("changed");
+    assert!(matches!(stepper.step(), Err(StepError::Stopped { .. })));
+    stop.store(false, Ordering::Relaxed);
+    stepper.step().expect("a step");
+}
