@@ -1,5 +1,8 @@
 //! Actions after a step: events of the scene, and cables that leave sheaves with friction or lie
 //! down on them.
+//!
+//! A blow may begin and end within a step. Conditions on forces and distances are therefore measured after each sub-step and
+//! each part of a divided one ([`Stepper::measure_events`]); the event acts at the end of the step.
 
 use crate::StepError;
 use crate::change::Edit;
@@ -7,11 +10,33 @@ use crate::identity::ConstraintId;
 use crate::stepper::Stepper;
 use taut_model::{Action, CableParts, Event, Frame, When};
 
+/// Events of a step.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Fired {
+    /// Names of those that have acted.
+    names: Vec<String>,
+    /// Of each event of the scene, the largest force \[N] or the least distance \[m], negative, in the sub-steps.
+    met: Vec<f64>,
+}
+
 impl Stepper {
     /// Names of the events of the last step.
     #[must_use]
     pub fn fired(&self) -> &[String] {
-        &self.fired
+        &self.fired.names
+    }
+
+    /// The forces and distances that events wait for, after a sub-step.
+    pub(crate) fn measure_events(&mut self) {
+        if self.scene.events.is_empty() {
+            return;
+        }
+        let mut met = std::mem::take(&mut self.fired.met);
+        met.resize(self.scene.events.len(), f64::NEG_INFINITY);
+        for (met, event) in met.iter_mut().zip(&self.scene.events) {
+            *met = met.max(self.measured(event));
+        }
+        self.fired.met = met;
     }
 
     /// Fires all due events, each once; of a cable only the joint breaks that is strained the most, which relieves the others.
@@ -20,14 +45,29 @@ impl Stepper {
     /// # Errors
     /// As [`change`](Self::change); the events then stay pending.
     pub(crate) fn fire(&mut self) -> Result<usize, StepError> {
-        self.fired.clear();
-        if !self.scene.events.iter().any(|event| self.is_due(event)) {
+        self.fired.names.clear();
+        let mut met = std::mem::take(&mut self.fired.met);
+        // A changed scene may have other events.
+        if met.len() != self.scene.events.len() {
+            met.clear();
+            met.extend(self.scene.events.iter().map(|event| self.measured(event)));
+        }
+        let events = || self.scene.events.iter().zip(met.iter().copied());
+        let any = events().any(|(event, met)| self.is_due(event, met));
+        let due: Vec<(&Event, f64)> = if any {
+            events()
+                .filter(|(event, met)| self.is_due(event, *met))
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let first = due.iter().filter(|event| !self.is_spared(**event, &due));
+        let due: Vec<Event> = first.map(|(event, _)| (*event).clone()).collect();
+        met.clear();
+        self.fired.met = met;
+        if due.is_empty() {
             return Ok(0);
         }
-        let events = self.scene.events.iter().filter(|event| self.is_due(event));
-        let due: Vec<&Event> = events.collect();
-        let first = due.iter().filter(|event| !self.is_spared(event, &due));
-        let due: Vec<Event> = first.map(|event| (*event).clone()).collect();
         let actions = || due.iter().flat_map(|event| &event.then);
         let named = |control: usize| self.scene.controls[control].name.clone();
         let settings = actions().filter_map(|action| match action {
@@ -46,8 +86,9 @@ impl Stepper {
                 self.set_control(control, value)?;
             }
         }
-        self.fired.extend(due.into_iter().map(|event| event.name));
-        Ok(self.fired.len())
+        let names = due.into_iter().map(|event| event.name);
+        self.fired.names.extend(names);
+        Ok(self.fired.names.len())
     }
 
     /// Cables that have left a sheave with friction in this step, or lie on one that they passed by, get other parts. Allocates
@@ -61,21 +102,29 @@ impl Stepper {
         Ok(changed)
     }
 
-    fn is_due(&self, event: &Event) -> bool {
+    /// Whether an event acts, of which the largest measure in the step is given.
+    fn is_due(&self, event: &Event, met: f64) -> bool {
         match &event.when {
             // A time that steps add up to may fall short of it by rounding.
             When::Time(time) => self.time >= time - 1e-6 * self.options.dt,
-            When::Force { constraint, above } => self.strain(*constraint) > *above,
-            When::Distance { between, below } => {
-                let [a, b] = between.map(|f| f.resolve(&self.scene.bodies, self.time).point());
-                (a - b).norm() < *below
-            }
+            When::Force { above, .. } => met > *above,
+            When::Distance { below, .. } => -met < *below,
             _ => false,
         }
     }
-}
 
-impl Stepper {
+    /// Force \[N] or distance \[m], negative, that an event waits for; −∞ of one that waits for neither.
+    fn measured(&self, event: &Event) -> f64 {
+        match &event.when {
+            When::Force { constraint, .. } => self.strain(*constraint),
+            When::Distance { between, .. } => {
+                let [a, b] = between.map(|f| f.resolve(&self.scene.bodies, self.time).point());
+                -(a - b).norm()
+            }
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
     /// Tension of a constraint, or the size of its force where it has none; of a cable in parts the largest \[N].
     fn strain(&self, constraint: usize) -> f64 {
         let of = |part: usize| {
@@ -88,12 +137,12 @@ impl Stepper {
 
     /// True if another due event breaks a joint of the same cable that is strained more, or as much
     /// and stands earlier.
-    fn is_spared(&self, event: &Event, due: &[&Event]) -> bool {
-        let strained = |event: &Event| match &event.when {
+    fn is_spared(&self, event: (&Event, f64), due: &[(&Event, f64)]) -> bool {
+        let strained = |(event, met): (&Event, f64)| match &event.when {
             When::Force { constraint, above } => {
                 let of = |cable: &CableParts| cable.joints.contains(constraint);
                 let cable = self.scene.cables.iter().position(of)?;
-                Some((cable, self.strain(*constraint) / above, *constraint))
+                Some((cable, met / above, *constraint))
             }
             _ => None,
         };
@@ -103,7 +152,7 @@ impl Stepper {
         let worse = |(other, more, first): (usize, f64, usize)| {
             other == cable && (more > strain || (more == strain && first < joint))
         };
-        due.iter().filter_map(|event| strained(event)).any(worse)
+        due.iter().filter_map(|event| strained(*event)).any(worse)
     }
 }
 

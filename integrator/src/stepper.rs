@@ -22,6 +22,7 @@ use crate::contact::Contacts;
 use crate::contact::rebound::slowest;
 use crate::effort::Effort;
 use crate::elimination::{self, EliminationOrder};
+use crate::events::Fired;
 use crate::history::{History, State};
 use crate::identity::Identities;
 use crate::options::Excess;
@@ -50,8 +51,7 @@ use sleep::Rest;
 pub struct Stepper {
     pub(crate) scene: Scene,
     pub(crate) ids: Identities,
-    /// Names of the events of the last step.
-    pub(crate) fired: Vec<String>,
+    pub(crate) fired: Fired,
     pub(crate) options: StepOptions,
     pub(crate) time: f64,
     pub(crate) solver: Box<dyn LinearSolver>,
@@ -299,7 +299,7 @@ impl Stepper {
             chosen,
             plan,
             ids: Identities::new(&scene),
-            fired: Vec::new(),
+            fired: Fired::default(),
             scene,
             options,
         })
@@ -335,6 +335,7 @@ impl Stepper {
                     None => stepper.linear_substep()?,
                     Some(guard) => stepper.guarded_substep(guard)?,
                 }
+                stepper.measure_events();
             }
             stepper.check_paths()?;
             stepper.weigh(opening)

@@ -7,7 +7,7 @@ use std::fmt;
 
 /// A table of texts, whose first columns name a row.
 #[derive(Debug, Default)]
-pub struct Rows {
+pub(crate) struct Rows {
     columns: Vec<String>,
     /// Cells by the row's name; a number in it tells rows of one name apart.
     rows: BTreeMap<String, Vec<String>>,
@@ -18,7 +18,7 @@ const BETWEEN: &str = " | ";
 impl Rows {
     /// Of an array of objects, or of the first array of an object: those columns, and rows named by `key`. Of the rows whose
     /// name begins with one of `named`, only the name is kept.
-    pub fn of(value: &Value, columns: &[&str], key: &[&str], named: &[&str]) -> Self {
+    pub(crate) fn of(value: &Value, columns: &[&str], key: &[&str], named: &[&str]) -> Self {
         let mut table = Self {
             columns: columns.iter().map(|c| (*c).to_owned()).collect(),
             rows: BTreeMap::new(),
@@ -37,13 +37,13 @@ impl Rows {
             let name = name.join(" ");
             let kept = !named.iter().any(|begin| name.starts_with(begin));
             let cells = columns.iter().filter(|_| kept).map(|column| of(column));
-            table.put(name, cells.collect());
+            table.put(&name, cells.collect());
         }
         table
     }
 
     /// The first line of each CSV text and its last one, a row for each column.
-    pub fn of_tables(tables: &[(String, String)]) -> Self {
+    pub(crate) fn of_tables(tables: &[(String, String)]) -> Self {
         let mut table = Self {
             columns: vec!["value".to_owned()],
             rows: BTreeMap::new(),
@@ -53,14 +53,14 @@ impl Rows {
             let (head, last) = (lines.next().unwrap_or(""), lines.next_back().unwrap_or(""));
             let cells = head.split(',').zip(last.split(','));
             for (column, cell) in cells.filter(|(column, _)| !column.ends_with("_ns")) {
-                table.put(format!("{name} {column}"), vec![cell.to_owned()]);
+                table.put(&format!("{name} {column}"), vec![cell.to_owned()]);
             }
         }
         table
     }
 
-    fn put(&mut self, name: String, cells: Vec<String>) {
-        let mut own = name.clone();
+    fn put(&mut self, name: &str, cells: Vec<String>) {
+        let mut own = name.to_owned();
         for n in 2.. {
             if !self.rows.contains_key(&own) {
                 break;
@@ -71,7 +71,7 @@ impl Rows {
     }
 
     /// Of the text that [`Display`](fmt::Display) writes.
-    pub fn parse(text: &str) -> Self {
+    pub(crate) fn parse(text: &str) -> Self {
         let mut lines = text.lines().map(|line| {
             let mut cells = line.split(BETWEEN).map(str::to_owned);
             (cells.next().unwrap_or_default(), cells.collect::<Vec<_>>())
@@ -84,7 +84,7 @@ impl Rows {
     }
 
     /// A line for each row that is missing, new or other; rows of solvers that are not compiled in may be missing.
-    pub fn differences(&self, now: &Self) -> Vec<String> {
+    pub(crate) fn differences(&self, now: &Self) -> Vec<String> {
         let mut found = Vec::new();
         if self.columns != now.columns {
             found.push(format!(

@@ -201,7 +201,7 @@ pub(crate) fn next(from: &mut dyn Read) -> Result<Option<Vec<u8>>, RecordingErro
 }
 
 /// Why bytes are no chunk, in words.
-fn fault<E>(error: ciborium::de::Error<E>) -> String {
+fn fault<E>(error: &ciborium::de::Error<E>) -> String {
     use ciborium::de::Error;
     match error {
         Error::Io(_) => "it ends too early".to_owned(),
@@ -215,6 +215,6 @@ fn fault<E>(error: ciborium::de::Error<E>) -> String {
 
 /// A chunk of its bytes, and those behind it.
 pub(crate) fn parse(mut bytes: &[u8]) -> Result<(Chunk, &[u8]), String> {
-    let chunk = ciborium::from_reader(&mut bytes).map_err(fault)?;
+    let chunk = ciborium::from_reader(&mut bytes).map_err(|e| fault(&e))?;
     Ok((chunk, bytes))
 }

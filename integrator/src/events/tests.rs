@@ -3,7 +3,9 @@ use nalgebra::Vector3;
 use taut_model::{
     Action, Body, Constraint, Distance, Event, Frame, GantryParams, RowLaw, Scene, SceneError, When,
 };
-use taut_model::{Cable, CableEnd, Collider, Control, Material, Segments, Shape, Winch};
+use taut_model::{
+    Cable, CableEnd, Collider, Control, MasslessCable, Material, Segments, Shape, Winch,
+};
 
 fn options() -> StepOptions {
     StepOptions {
@@ -458,4 +460,81 @@ fn what_can_never_be_there_is_not_released() {
     };
     let words = "event `down` names `grap`, which is not there: choose one of grip";
     assert!(fault.to_string().starts_with(words), "{fault}");
+}
+
+/// 100 kg fall 1 m into 2 m of rope with k = 10⁷ N/m: the blow lasts 10 ms and pulls with m g + √((m g)² + k m v²) = 141 kN.
+#[test]
+fn a_rope_breaks_by_a_blow_within_a_step() {
+    for (above, breaks) in [(5e4, true), (1.5e5, false)] {
+        for substeps in [16, 64] {
+            let mut scene = Scene::new("snap");
+            scene.gravity = Vector3::z() * -9.81;
+            let load = scene.add_body("load", Body::particle(100.0).at(Vector3::z() * -1.0));
+            let ends = vec![
+                Frame::world(Vector3::zeros()),
+                Frame::body(load, Vector3::zeros()),
+            ];
+            let rope = MasslessCable::new(ends, 2.0, RowLaw::new(1e-7, 0.0));
+            let rope = scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+            scene.events.push(Event {
+                name: "breaks".to_owned(),
+                when: When::Force {
+                    constraint: rope,
+                    above,
+                },
+                then: vec![Action::Release(rope)],
+            });
+            let options = StepOptions {
+                substeps,
+                ..options()
+            };
+            let mut stepper = Stepper::new(scene, options).expect("sound");
+            let log = run(&mut stepper, 36);
+            assert_eq!(
+                !log.is_empty(),
+                breaks,
+                "{substeps} sub-steps, {above} N: {log:?}"
+            );
+            if let Some((time, _)) = log.first() {
+                // Taut at √(2/g) = 0.4515 s.
+                assert!((0.45..0.475).contains(time), "{log:?}");
+            }
+        }
+    }
+}
+
+/// A ball crosses a distance of 0.1 m within a step.
+#[test]
+fn what_comes_near_within_a_step_is_seen_by_its_substeps() {
+    for (substeps, seen) in [(1, false), (16, true)] {
+        let mut scene = Scene::new("flight");
+        let ball = scene.add_body("ball", Body::particle(1.0).at(Vector3::x() * -0.9));
+        scene.bodies.velocity[ball].x = 60.0;
+        let between = Box::new([
+            Frame::world(Vector3::x() * -0.4),
+            Frame::body(ball, Vector3::zeros()),
+        ]);
+        let hook = Action::Attach {
+            name: "hook".to_owned(),
+            between: between.clone(),
+        };
+        scene.events.push(Event {
+            name: "near".to_owned(),
+            when: When::Distance {
+                between,
+                below: 0.1,
+            },
+            then: vec![hook],
+        });
+        let mut stepper = Stepper::new(
+            scene,
+            StepOptions {
+                substeps,
+                ..options()
+            },
+        )
+        .expect("sound");
+        let log = run(&mut stepper, 2);
+        assert_eq!(!log.is_empty(), seen, "{substeps} sub-steps: {log:?}");
+    }
 }

@@ -122,6 +122,7 @@ impl Stepper {
                 // Implicit sub-steps take back all of it.
                 self.closing.forget_drift();
             }
+            self.measure_events();
             let factor = self.substep() / self.mu_dt;
             for (sum, mu) in self.division.sum.iter_mut().zip(&self.mu[..]) {
                 *sum += factor * mu;
