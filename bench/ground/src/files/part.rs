@@ -136,7 +136,6 @@ fn is_running(program: u32) -> bool {
 mod tests {
     use super::*;
     use crate::files::Output;
-    use std::io::Write;
 
     fn folder(name: &str) -> PathBuf {
         let name = format!("taut-part-{name}-{}", std::process::id());
