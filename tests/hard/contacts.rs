@@ -30,7 +30,7 @@ fn what_lands_bounces_rides_and_is_set_down_keeps_its_laws() {
     for (name, rows) in [("H62", 3), ("H63", 12), ("H64", 5), ("H66", 16)] {
         assert_eq!(limited(name, &[]).len(), rows, "{name}");
     }
-    limited("H65", &["cb of [1000000.0, 1000000.0] kg: drift"]);
+    limited("H65", &["cb of 1e6, 1e6 kg: drift"]);
 }
 
 #[test]

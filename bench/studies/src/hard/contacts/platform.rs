@@ -67,7 +67,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
     let time = either(quick, 6.0, 60.0);
     let rides = RIDES.map(|ride| {
         let [spin, radius, mass, part] = ride;
-        let case = format!("{spin} rad/s, {radius} m, {mass} kg, {part} of the friction: drift");
+        let case = format!("{spin} rad/s, {radius} m, {mass:e} kg, {part} of the friction: drift");
         let tangent = 0.5e3 * spin * spin * radius * DT * 60.0;
         let off = drift(ride, time)? * 60.0 / time;
         let check = Check::off(case, "stays", off, "m", BAR).by(format!("a minute, from {time} s"));

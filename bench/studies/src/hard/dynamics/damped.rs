@@ -139,7 +139,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
 /// One quantity of a catch for every damping, the worst of which counts.
 fn all(case: String, of: &str, bar: f64, errors: [f64; 5]) -> Check {
     let worst = errors.into_iter().fold(0.0, worse);
-    let check = Check::off(case, "the oscillator", worst, "", bar);
+    let check = Check::off(case, "closed form", worst, "", bar);
     check.by(format!("{of}, largest of τ = {DAMPINGS:?} s"))
 }
 
@@ -158,7 +158,10 @@ fn places(slack: f64, compliance: f64) -> Result<Vec<Check>, StepError> {
             lowest[k] = off / (slack + exact.stretch);
         }
     }
-    let case = format!("{slack} m of slack, {compliance:e} m/N");
+    let case = match compliance {
+        0.0 => format!("{slack} m of slack, rigid"),
+        _ => format!("{slack} m of slack, {compliance:e} m/N"),
+    };
     Ok(vec![
         all(
             format!("{case}, 1/{FINE} s: catch"),
