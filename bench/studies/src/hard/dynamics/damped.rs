@@ -213,3 +213,24 @@ pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, 
     }
     Ok(checks.into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closed_form_has_the_known_ends() {
+        let (slack, compliance) = (14.0, 1e-6);
+        let peak = |damping| exact(RowLaw::new(compliance, damping), slack);
+        // The fall into a rope, and the jump to k τ v.
+        let weight = MASS * GRAVITY;
+        let undamped = weight * (1.0 + (1.0 + 2.0 * slack / (compliance * weight)).sqrt());
+        assert!((peak(0.0).tension / undamped - 1.0).abs() < 1e-12);
+        let jump = 0.05 / compliance * (2.0 * GRAVITY * slack).sqrt();
+        assert!((peak(0.05).tension / jump - 1.0).abs() < 1e-12);
+        // ζ = 1 at 0.02 s lies between its neighbours.
+        let [below, critical, above] = [0.0199, 0.02, 0.0201].map(|damping| peak(damping).stretch);
+        assert!(above < critical && critical < below);
+        assert!((0.5 * (below + above) / critical - 1.0).abs() < 1e-4);
+    }
+}
