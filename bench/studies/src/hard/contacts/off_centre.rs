@@ -66,7 +66,7 @@ fn pile((kinds, masses): (&str, &[f64]), off: f64) -> Scene {
     scene
 }
 
-/// What a pile does.
+/// Figures of a pile.
 #[derive(Debug, Clone, Copy, Default)]
 struct Rest {
     /// Largest drift \[m], and what it comes to in the second half of the time.

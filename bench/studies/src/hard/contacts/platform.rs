@@ -1,6 +1,6 @@
 //! H64: cargo on a platform that turns.
 //!
-//! What rides at the radius r on a platform that turns with Ω needs Ω² r ≤ μ g of friction and stays where it stands. A step
+//! Cargo at the radius r on a platform that turns with Ω needs Ω² r ≤ μ g of friction and stays where it stands. A step
 //! that gives it the velocity of its place at the beginning moves it along the tangent, and so outwards by (Ω Δt)² r/2, or
 //! Ω² r Δt/2 a second: 100 mm in a minute at 0.1 rad/s and 20 m.
 

@@ -26,12 +26,16 @@ use taut_output::check::{Check, ExperimentError, Outcome};
 const COMPLIANCE: f64 = 3e-7;
 const ABOVE: f64 = 0.2;
 const RADIUS: f64 = 0.2;
+/// Weight of hook and load \[N].
+const WEIGHT: f64 = 820.0 * GRAVITY;
+/// Numbers of the rope's two parts.
+const PARTS: [usize; 2] = [1, 2];
 const DAMPINGS: [f64; 2] = [0.0, 0.05];
 const FRICTIONS: [f64; 2] = [0.02, 0.3];
 /// Speeds of the hook \[m/s], each for [`STAGE`] steps: on the floor, still, up, still.
 const SPEEDS: [f64; 4] = [-0.3, 0.0, 0.3, 0.0];
 const STAGE: usize = 120;
-/// What a run is judged by, its reference, and the unit of the error.
+/// Quantities that judge a run, their references, and the units of the errors.
 const ROWS: [[&str; 3]; 4] = [
     ["Σ ℓ", "what the winch feeds", "m"],
     ["stretch, linearly implicit", "ε T − τ ẋ", "m"],
@@ -74,11 +78,6 @@ fn crane(damping: f64, friction: f64) -> Result<Scene, SceneError> {
     scene.controls.push(Control::of("hoist", PARTS[0], -1.0));
     Ok(scene)
 }
-
-/// Numbers of the rope's two parts.
-const PARTS: [usize; 2] = [1, 2];
-/// Of hook and load \[N].
-const WEIGHT: f64 = 820.0 * GRAVITY;
 
 pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![crane(0.05, 0.3)?])

@@ -9,9 +9,9 @@
 //! Stretch and tension go about their values at rest as u = x − g/ω² and u = T/m − g, with
 //!
 //! ```text
-//! ü + 2ζω u̇ + ω² u = 0:      u = e^(−ζωt) (u₀ C + (u̇₀ + ζω u₀) S),     C, S = cos w t, sin w t/w      ζ < 1
-//! T/m − g:  u₀ = 2ζω v − g,                                                    1, t                    ζ = 1
-//!           u̇₀ = ω² v − 2ζω u₀                                                 cosh w t, sinh w t/w    ζ > 1
+//! ü + 2ζω u̇ + ω² u = 0:    u = e^(−ζωt) (u₀ C + (u̇₀ + ζω u₀) S)
+//! C, S = cos w t, sin w t/w for ζ < 1;   1, t for ζ = 1;   cosh w t, sinh w t/w for ζ > 1
+//! x − g/ω²: u₀ = −g/ω², u̇₀ = v;    T/m − g: u₀ = 2ζω v − g, u̇₀ = ω² v − 2ζω u₀
 //! ```
 //!
 //! and w² = ω² |1 − ζ²|. The largest is where u̇ = 0, S/C = u̇₀/(ω² u₀ + ζω u̇₀), or at the beginning where u̇₀ < 0: there the
