@@ -1,4 +1,4 @@
-//! H41, H44, H45, H55, H56, and cables and loads that meet the ground.
+//! H41, H44, H45, H55, H56, H62 to H66, and cables and loads that meet the ground.
 
 use super::{checks, limited};
 use taut_output::check::Verdict;
@@ -23,6 +23,14 @@ fn cables_lie_wind_and_land() {
             "{found:#?}"
         );
     }
+}
+
+#[test]
+fn what_lands_bounces_rides_and_is_set_down_keeps_its_laws() {
+    for (name, rows) in [("H62", 3), ("H63", 12), ("H64", 5), ("H66", 16)] {
+        assert_eq!(limited(name, &[]).len(), rows, "{name}");
+    }
+    limited("H65", &["cb of 1e6, 1e6 kg: drift"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
-//! The gantry, and H20 to H39, H48 and H59.
+//! The gantry, and H20 to H39, H48, H59 and H61.
 
-use super::checks;
+use super::{checks, limited};
 use taut_integrator::{StepOptions, Stepper};
 use taut_output::check::{Check, Verdict};
 use taut_studies::hard::dynamics::CASES;
@@ -186,4 +186,18 @@ fn snaps_give_no_energy() {
 #[test]
 fn what_is_hooked_on_and_let_go_keeps_its_momentum() {
     assert_eq!(checks("H59").len(), 8);
+}
+
+/// H61: a damped rope catches where it is taut; its peaks are of the order of the step.
+#[test]
+fn damped_ropes_catch_where_they_are_taut() {
+    let of = |compliance: &str, damping: &str| {
+        let law = format!("{compliance} m/N, τ = {damping} s");
+        format!("14 m of slack, {law}, 1/960 s: peak")
+    };
+    let stiff = ["0", "0.02", "0.05", "0.5", "5"].map(|damping| of("1e-6", damping));
+    let soft = ["0.02", "0.05", "0.5", "5"].map(|damping| of("1e-4", damping));
+    let rows: Vec<&str> = stiff.iter().chain(&soft).map(String::as_str).collect();
+    let found = limited("H61", &rows);
+    assert!(largest(&found, ": catch", 6) < 1e-3, "{found:#?}");
 }

@@ -1,5 +1,5 @@
-//! Hard cases of contacts with dry friction: H41, H44, H45, H55, H56, and cables of segments and loads that meet the
-//! ground.
+//! Hard cases of contacts with dry friction: H41, H44, H45, H55, H56, H62 to H66, and cables of segments and loads that
+//! meet the ground.
 
 mod ball;
 mod block;
@@ -7,8 +7,13 @@ mod cards;
 mod crane;
 mod edge;
 mod flat;
+mod impact;
+mod lift;
+mod off_centre;
 mod painleve;
+mod platform;
 mod scale;
+mod set_down;
 mod slack;
 mod stack;
 mod touchdown;
@@ -67,6 +72,36 @@ pub const CASES: &[Case] = &[
         title: "a flat cable of thin segments at rest on a floor",
         run: flat::outcome,
         scenes: flat::scenes,
+    },
+    Case {
+        name: "H62",
+        title: "a cabin that lands, and the weight that lifts it again",
+        run: lift::outcome,
+        scenes: lift::scenes,
+    },
+    Case {
+        name: "H63",
+        title: "restitution for bodies of any mass, in steps of any length",
+        run: impact::outcome,
+        scenes: impact::scenes,
+    },
+    Case {
+        name: "H64",
+        title: "cargo on a platform that turns",
+        run: platform::outcome,
+        scenes: platform::scenes,
+    },
+    Case {
+        name: "H65",
+        title: "boxes and cylinders of any masses on each other, off their middles",
+        run: off_centre::outcome,
+        scenes: off_centre::scenes,
+    },
+    Case {
+        name: "H66",
+        title: "a load set down on a damped rope over a sheave with friction",
+        run: set_down::outcome,
+        scenes: set_down::scenes,
     },
     Case {
         name: "wound",

@@ -1,4 +1,4 @@
-//! Hard cases in motion: H12, H20 to H39, H48 and H59, and the gantry crane driven for a minute.
+//! Hard cases in motion: H12, H20 to H39, H48, H59 and H61, and the gantry crane driven for a minute.
 
 mod beam;
 mod bounce;
@@ -6,6 +6,7 @@ mod capstan;
 mod chain;
 mod changes;
 mod crane;
+mod damped;
 mod damping;
 mod falling;
 pub(super) mod frequency;
@@ -188,6 +189,12 @@ pub const CASES: &[Case] = &[
         title: "hooked on, let go, cut and broken while it moves",
         run: changes::outcome,
         scenes: changes::scenes,
+    },
+    Case {
+        name: "H61",
+        title: "a slack rope with a damper catches a load where it is taut",
+        run: damped::outcome,
+        scenes: damped::scenes,
     },
 ];
 
