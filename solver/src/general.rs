@@ -16,6 +16,7 @@
 
 use crate::backends::General;
 use crate::claim::Judge;
+use crate::condition::Rule;
 use crate::error::expect_len;
 use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport};
 
@@ -84,6 +85,23 @@ impl GeneralMatrix {
         Ok(a)
     }
 
+    /// Drops the entries that are zero, and says how many.
+    pub fn drop_zeros(&mut self) -> usize {
+        let (before, mut kept, mut from) = (self.values.len(), 0, 0);
+        for c in 0..self.dim() {
+            for e in from..self.column_start[c + 1] {
+                if self.values[e] != 0.0 {
+                    (self.row[kept], self.values[kept]) = (self.row[e], self.values[e]);
+                    kept += 1;
+                }
+            }
+            from = std::mem::replace(&mut self.column_start[c + 1], kept);
+        }
+        self.row.truncate(kept);
+        self.values.truncate(kept);
+        before - kept
+    }
+
     /// Takes columns that were checked.
     pub(crate) fn of_columns(column_start: Vec<usize>, row: Vec<usize>, values: Vec<f64>) -> Self {
         Self {
@@ -132,6 +150,23 @@ impl GeneralMatrix {
                 f(self.row[e], c, self.values[e]);
             }
         }
+    }
+
+    /// Stored entries (row, column, value), columns in order.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone + '_ {
+        let columns = self.column_start.windows(2).enumerate();
+        columns.flat_map(move |(c, at)| {
+            let entry = move |e: usize| (self.row[e], c, self.values[e]);
+            (at[0]..at[1]).map(entry)
+        })
+    }
+
+    /// Aᵀ. Allocates.
+    #[must_use]
+    pub fn transposed(&self) -> Self {
+        let entries = self.entries().map(|(r, c, a)| (c, r, a)).collect();
+        // The indices are within the dimension.
+        Self::from_entries(self.dim(), entries).unwrap_or_else(|_| self.clone())
     }
 
     /// Whether aᵢⱼ = aⱼᵢ for all entries, what is not stored being zero. Allocates.
@@ -194,6 +229,7 @@ pub struct GeneralSolver {
     factorized: bool,
     /// Of the matrix last factorised.
     judge: Option<Judge>,
+    rule: Rule,
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
 }
@@ -221,14 +257,15 @@ impl GeneralSolver {
             row: a.row.clone(),
             factorized: false,
             judge: None,
+            rule: Rule::new(a.dim()),
             buffers: [(); 2].map(|()| vec![0.0; a.dim()]),
         })
     }
 
-    /// Prepares for solves with the values of `a`.
+    /// Prepares for solves with the values of `a`, and estimates its condition with rows and columns scaled.
     ///
     /// # Errors
-    /// [`SolveError::Singular`] (its block is a column), [`SolveError::NonFinite`], [`SolveError::PatternChanged`] and
+    /// [`SolveError::Singular`] (its block is a column) where that is beyond 1/(2 u) or a pivot vanishes, [`SolveError::NonFinite`], [`SolveError::PatternChanged`] and
     /// what a library reports.
     pub fn factorize(&mut self, a: &GeneralMatrix) -> Result<FactorReport, SolveError> {
         self.factorized = false;
@@ -241,7 +278,17 @@ impl GeneralSolver {
         }
         let report = match &mut self.work {
             None => FactorReport::default(),
-            Some(work) => work.factorize(a)?,
+            Some(work) => {
+                work.factorize(a)?;
+                let (roundoff, [b, _]) = (work.roundoff(), &mut self.buffers);
+                let condition = self.rule.check(a.entries(), roundoff, |x, transposed| {
+                    b.copy_from_slice(x);
+                    work.solve(b, x, transposed)
+                })?;
+                FactorReport {
+                    reciprocal_condition: Some(condition),
+                }
+            }
         };
         self.judge = Some(Judge::of_general(a, &mut self.buffers[0]));
         self.factorized = true;
@@ -284,14 +331,16 @@ impl GeneralSolver {
         let (Some(work), Some(judge)) = (&mut self.work, self.judge) else {
             return Ok(SolveReport::DIRECT);
         };
-        work.solve(b, x)?;
+        work.solve(b, x, false)?;
         check_finite("solution", x)?;
         let [r, d] = &mut self.buffers;
         let residual = |x: &[f64], r: &mut [f64]| {
             r.copy_from_slice(b);
             a.for_each(|row, column, a| r[row] -= a * x[column]);
         };
-        let status = judge.settle(x, [r, d], f64::INFINITY, residual, |r, d| work.solve(r, d))?;
+        let status = judge.settle(x, [r, d], f64::INFINITY, residual, |r, d| {
+            work.solve(r, d, false)
+        })?;
         check_finite("solution", x)?;
         Ok(SolveReport {
             status,

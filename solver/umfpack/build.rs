@@ -53,6 +53,7 @@ const CODES: &[&str] = &[
     "SCALE_SUM",
     "SCALE_MAX",
     "A",
+    "At",
 ];
 
 const VERSION: &[&str] = &["MAIN_VERSION", "SUB_VERSION", "SUBSUB_VERSION"];

@@ -14,6 +14,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
+//! | `algebra` | systems of every kind, scaling and rank, and what may not be told of them |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
 //! | `fuzzing`, `decode` | what arbitrary bytes are put through, and what they stand for |
@@ -31,6 +32,7 @@
 //! | `bad_input` | typed errors, never a panic and never a silent NaN |
 //! | `structure` | allocations, imports, features, unsafe code, the top level |
 
+pub mod algebra;
 pub mod decode;
 pub mod fuzzing;
 pub mod graphs;

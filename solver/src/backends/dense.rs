@@ -4,6 +4,7 @@
 
 use super::direct::{Common, Direct};
 use crate::block_ldlt::NOISE;
+use crate::condition::Scales;
 use crate::kernels::Scalar;
 use crate::options::{DenseOptions, Precision};
 use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, LinearSolver};
@@ -32,6 +33,8 @@ pub(crate) struct Dense<T> {
     work: Vec<T>,
     /// Largest number that each column ever held.
     scale: Vec<f64>,
+    /// Of the matrix whose rows and columns, scaled, are factorised.
+    scales: Scales,
 }
 
 impl<T: Scalar + Default> Dense<T> {
@@ -48,6 +51,7 @@ impl<T: Scalar + Default> Dense<T> {
         self.pivot = (0..n).collect();
         self.work = vec![T::default(); n];
         self.scale = vec![0.0; n];
+        self.scales = Scales::new(n);
         Ok(())
     }
 
@@ -59,22 +63,26 @@ impl<T: Scalar + Default> Dense<T> {
     }
 
     /// LU of a matrix that need not be symmetric.
-    pub(crate) fn factorize_general(
-        &mut self,
-        a: &GeneralMatrix,
-    ) -> Result<FactorReport, SolveError> {
+    pub(crate) fn factorize_general(&mut self, a: &GeneralMatrix) -> Result<(), SolveError> {
         let n = a.dim();
         self.lu.fill(T::default());
         a.for_each(|r, c, value| self.lu[r * n + c] = value.into());
         let singular = |column| SolveError::Singular { block: column };
-        self.factorize_rows(n).map_err(singular)?;
-        Ok(FactorReport::default())
+        self.factorize_rows(n).map_err(singular)
     }
 
-    /// LU of the matrix in `lu`; the column that depends on those before it, to rounding, as an error.
+    /// LU of the matrix in `lu`, which it scales; the column that depends on those before it, to rounding, as an error.
     fn factorize_rows(&mut self, n: usize) -> Result<(), usize> {
         for (i, p) in self.pivot.iter_mut().enumerate() {
             *p = i;
+        }
+        let lu = &self.lu;
+        self.scales
+            .of((0..n * n).map(|at| (at / n, at % n, lu[at].to_f64())));
+        for (row, r) in self.lu.chunks_exact_mut(n.max(1)).zip(&self.scales.rows) {
+            for (a, c) in row.iter_mut().zip(&self.scales.columns) {
+                *a = *a * (*r).into() * (*c).into();
+            }
         }
         // A pivot is noise if it is at roundoff of the largest number that its column ever held.
         for c in 0..n {
@@ -117,16 +125,38 @@ impl<T: Scalar + Default> Dense<T> {
         Ok(())
     }
 
-    /// x = U⁻¹ L⁻¹ P b.
-    pub(crate) fn solve_rows(&mut self, b: &[f64], x: &mut [f64]) {
+    /// x = C U⁻¹ L⁻¹ P R b, or R Pᵀ L⁻ᵀ U⁻ᵀ C b.
+    pub(crate) fn solve_rows(&mut self, b: &[f64], x: &mut [f64], transposed: bool) {
         let n = b.len();
-        let y = &mut self.work;
+        let (y, Scales { rows, columns }) = (&mut self.work, &self.scales);
+        if transposed {
+            for k in 0..n {
+                y[k] = (b[k] * columns[k]).into();
+            }
+            for k in 0..n {
+                let row = &self.lu[k * n..(k + 1) * n];
+                let u = y[k] / row[k];
+                y[k] = u;
+                let later = y[k + 1..].iter_mut().zip(&row[k + 1..]);
+                later.for_each(|(y, &a)| *y = *y - a * u);
+            }
+            for k in (0..n).rev() {
+                let l = y[k];
+                let earlier = y[..k].iter_mut().zip(&self.lu[k * n..]);
+                earlier.for_each(|(y, &a)| *y = *y - a * l);
+            }
+            for (&row, y) in self.pivot.iter().zip(&*y) {
+                x[row] = y.to_f64() * rows[row];
+            }
+            return;
+        }
         for k in 0..n {
             let row = &self.lu[k * n..k * n + k];
+            let from = self.pivot[k];
             y[k] = row
                 .iter()
                 .zip(&*y)
-                .fold(b[self.pivot[k]].into(), |sum, (&l, &y)| sum - l * y);
+                .fold((b[from] * rows[from]).into(), |sum, (&l, &y)| sum - l * y);
         }
         for k in (0..n).rev() {
             let row = &self.lu[k * n..(k + 1) * n];
@@ -136,8 +166,8 @@ impl<T: Scalar + Default> Dense<T> {
                 .fold(y[k], |sum, (&u, &y)| sum - u * y);
             y[k] = sum / row[k];
         }
-        for (x, y) in x.iter_mut().zip(y) {
-            *x = y.to_f64();
+        for ((x, y), c) in x.iter_mut().zip(y).zip(columns) {
+            *x = y.to_f64() * c;
         }
     }
 }
@@ -183,13 +213,17 @@ impl<T: Scalar + Default + Send> Direct for Dense<T> {
         false
     }
 
+    fn roundoff(&self) -> f64 {
+        T::ROUNDOFF
+    }
+
     fn substitute(
         &mut self,
         _: &SymBlockMatrix,
         b: &[f64],
         x: &mut [f64],
     ) -> Result<(), SolveError> {
-        self.solve_rows(b, x);
+        self.solve_rows(b, x, false);
         Ok(())
     }
 }

@@ -1,8 +1,10 @@
-//! What all direct backends share: the phases, and the judge of what their factor makes.
+//! Shared by all direct backends: the phases, the judge of what their factor makes, and the rule of its condition.
 
 use super::check_solution;
 use crate::claim::Judge;
+use crate::condition::Rule;
 use crate::error::{columns, expect_columns};
+use crate::kernels::Scalar;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
     Status, SymBlockMatrix,
@@ -25,6 +27,11 @@ pub(crate) trait Direct: Send {
 
     /// Whether all pivots of the last factor are positive, so that what it makes is a solution by theory (`claim`).
     fn is_stable(&self) -> bool;
+
+    /// Of the arithmetic that makes the factor.
+    fn roundoff(&self) -> f64 {
+        f64::ROUNDOFF
+    }
 
     /// x from b by the factor.
     fn substitute(
@@ -57,18 +64,42 @@ pub(crate) trait Direct: Send {
             return Ok(SolveReport::DIRECT);
         }
         let mut common = std::mem::take(self.common());
-        let [r, d] = &mut common.buffers;
-        let judge = *common.judge.get_or_insert_with(|| Judge::of(a, r));
-        let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
-        let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
-        let settled = judge.settle(x, [r, d], f64::INFINITY, residual, correct);
+        let accepted = self.judge(a, b, x, &mut common);
         *self.common() = common;
-        let status = settled?;
+        let status = accepted?;
         check_solution(a, x)?;
         Ok(SolveReport {
             status,
             ..SolveReport::DIRECT
         })
+    }
+
+    /// The same with what is kept besides the factor.
+    fn judge(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+        common: &mut Common,
+    ) -> Result<Status, SolveError> {
+        let [r, d] = &mut common.buffers;
+        let judge = match common.judge {
+            Some(judge) => judge,
+            None => {
+                // Of a symmetric matrix the transpose is the same.
+                let roundoff = self.roundoff();
+                let solve = |x: &mut [f64], _| {
+                    r.copy_from_slice(x);
+                    self.substitute(a, r, x)
+                };
+                let checked = common.rule.check(a.entries(), roundoff, solve);
+                checked.map_err(|e| of_block(e, a))?;
+                *common.judge.insert(Judge::of(a, r))
+            }
+        };
+        let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
+        let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
+        judge.settle(x, [r, d], f64::INFINITY, residual, correct)
     }
 }
 
@@ -80,6 +111,17 @@ pub(crate) struct Common {
     judge: Option<Judge>,
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
+    rule: Rule,
+}
+
+/// The error with the block of its scalar row.
+fn of_block(e: SolveError, a: &SymBlockMatrix) -> SolveError {
+    match e {
+        SolveError::Singular { block: row } => SolveError::Singular {
+            block: a.pattern().block_of_row(row),
+        },
+        e => e,
+    }
 }
 
 impl<D: Direct> LinearSolver for D {
@@ -95,6 +137,7 @@ impl<D: Direct> LinearSolver for D {
         let report = self.prepare(pattern)?;
         let common = self.common();
         common.buffers = [(); 2].map(|()| vec![0.0; pattern.dim()]);
+        common.rule = Rule::new(pattern.dim());
         common.phases.analyzed(pattern);
         Ok(report)
     }

@@ -17,6 +17,7 @@ mod lblt;
 use super::csc::{Csc, Triangle, check_pivots, diagnose};
 use super::direct::{Common, Direct};
 use crate::block_ldlt::{NOISE, Pivots};
+use crate::condition::Scales;
 use crate::kernels::Scalar;
 use crate::singularity::SingularityTest;
 use crate::{
@@ -124,7 +125,7 @@ impl Direct for Faer {
             None => {}
             Some(Work::Cholesky(work)) => work.solve(x),
             Some(Work::Lblt(work)) => work.solve(x),
-            Some(Work::Lu(work)) => work.solve(x),
+            Some(Work::Lu(work)) => work.solve(x, false),
         }
         Ok(())
     }
@@ -340,6 +341,8 @@ pub(crate) struct Lu {
     rows: [Vec<usize>; 2],
     factors: SimplicialLu<usize, f64>,
     memory: MemBuffer,
+    /// Of the matrix whose rows and columns, scaled, are factorised.
+    scales: Scales,
 }
 
 impl Lu {
@@ -357,13 +360,9 @@ impl Lu {
         )
         .map_err(library)?;
         let factorize = simplicial::factorize_simplicial_numeric_lu_scratch::<usize, f64>(n, n);
-        let memory = memory(
-            factorize.or(simplicial::solve_in_place_scratch::<usize, f64>(
-                n,
-                1,
-                Par::Seq,
-            )),
-        )?;
+        let solve = simplicial::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq);
+        let transposed = simplicial::solve_transpose_in_place_scratch::<usize, f64>(n, 1, Par::Seq);
+        let memory = memory(factorize.or(solve).or(transposed))?;
         let columns = Perm::new_checked(order.into(), inverse.into(), n);
         Ok(Self {
             matrix,
@@ -371,6 +370,7 @@ impl Lu {
             rows: [vec![0; n], vec![0; n]],
             factors: SimplicialLu::new(),
             memory,
+            scales: Scales::new(n),
         })
     }
 
@@ -386,6 +386,15 @@ impl Lu {
         block_of: impl Fn(usize) -> usize,
     ) -> Result<(), SolveError> {
         self.matrix.csc.gather(values);
+        let Matrix { pattern, csc } = &mut self.matrix;
+        let columns = pattern.col_ptr().windows(2).enumerate();
+        let at = columns.flat_map(|(c, range)| (range[0]..range[1]).map(move |e| (e, c)));
+        let rows = pattern.row_idx();
+        self.scales
+            .of(at.clone().map(|(e, c)| (rows[e], c, csc.values[e])));
+        for (e, c) in at {
+            csc.values[e] = self.scales.at(rows[e], c, csc.values[e]);
+        }
         let [order, inverse] = &mut self.rows;
         let (matrix, columns, stack) = (
             self.matrix.view(),
@@ -432,22 +441,34 @@ impl Lu {
         Ok(())
     }
 
-    /// x ← A⁻¹ x.
-    pub(crate) fn solve(&mut self, x: &mut [f64]) {
+    /// x ← A⁻¹ x, or A⁻ᵀ x.
+    pub(crate) fn solve(&mut self, x: &mut [f64], transposed: bool) {
         let n = x.len();
         let rows = PermRef::new_checked(&self.rows[0], &self.rows[1], n);
-        let (x, stack) = (
-            MatMut::from_column_major_slice_mut(x, n, 1),
+        let Scales {
+            rows: of_rows,
+            columns: of_columns,
+        } = &self.scales;
+        let [before, after] = if transposed {
+            [of_columns, of_rows]
+        } else {
+            [of_rows, of_columns]
+        };
+        let times = |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).for_each(|(x, s)| *x *= s);
+        times(x, before);
+        let (v, stack) = (
+            MatMut::from_column_major_slice_mut(&mut *x, n, 1),
             MemStack::new(&mut self.memory),
         );
-        self.factors.solve_in_place_with_conj(
-            rows,
-            self.columns.as_ref(),
-            Conj::No,
-            x,
-            Par::Seq,
-            stack,
-        );
+        let (columns, conjugate, one) = (self.columns.as_ref(), Conj::No, Par::Seq);
+        if transposed {
+            let factors = &self.factors;
+            factors.solve_transpose_in_place_with_conj(rows, columns, conjugate, v, one, stack);
+        } else {
+            let factors = &self.factors;
+            factors.solve_in_place_with_conj(rows, columns, conjugate, v, one, stack);
+        }
+        times(x, after);
     }
 }
 

@@ -90,7 +90,7 @@ impl Direct for Umfpack {
         x: &mut [f64],
     ) -> Result<(), SolveError> {
         match &mut self.work {
-            Some(work) => work.solve(b, x).map_err(|e| named(&e, a)),
+            Some(work) => work.solve(b, x, false).map_err(|e| named(&e, a)),
             None => Ok(()),
         }
     }
@@ -131,7 +131,7 @@ impl Work {
         }
     }
 
-    fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), Error> {
+    fn solve(&mut self, b: &[f64], x: &mut [f64], transposed: bool) -> Result<(), Error> {
         let Csc {
             column_start,
             row,
@@ -139,12 +139,16 @@ impl Work {
             ..
         } = &self.csc;
         let numeric = self.numeric.as_mut().ok_or(Error::InvalidNumericObject)?;
-        numeric.solve(column_start, row, values, b, x).map(|_| ())
+        let solved = if transposed {
+            numeric.solve_transposed(column_start, row, values, b, x)
+        } else {
+            numeric.solve(column_start, row, values, b, x)
+        };
+        solved.map(|_| ())
     }
 }
 
-/// UMFPACK on a matrix that need not be symmetric. It refuses exact zeros only: its estimate of the condition, which the
-/// report holds, tells whether a solution may be noise.
+/// UMFPACK on a matrix that need not be symmetric. It refuses exact zeros only: whoever calls it looks at the condition.
 #[derive(Debug)]
 pub(crate) struct General(Work);
 
@@ -155,15 +159,28 @@ impl General {
         Ok(Self(work))
     }
 
-    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<FactorReport, SolveError> {
-        let info = self.0.factorize(values).map_err(|e| library(&e))?;
-        Ok(FactorReport {
-            reciprocal_condition: Some(info.rcond),
+    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<(), SolveError> {
+        let factorized = self.0.factorize(values);
+        factorized.map(|_| ()).map_err(|e| match e {
+            // Which column it does not tell.
+            Error::SingularMatrix { .. } => SolveError::Singular { block: 0 },
+            e => library(&e),
         })
     }
 
-    pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
-        self.0.solve(b, x).map_err(|e| library(&e))
+    pub(crate) fn solve(
+        &mut self,
+        b: &[f64],
+        x: &mut [f64],
+        transposed: bool,
+    ) -> Result<(), SolveError> {
+        self.0.solve(b, x, transposed).map_err(|e| match e {
+            Error::NonFinite { what: "x", index } => SolveError::NonFinite {
+                what: "solution",
+                block: index,
+            },
+            e => library(&e),
+        })
     }
 }
 

@@ -277,8 +277,33 @@ impl Numeric {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<SolveInfo, Error> {
-        let matrix = (col_ptr, row_idx, values);
-        let info = self.factors.solve(matrix, b, x, &self.control)?;
+        self.solve_system(ffi::A, (col_ptr, row_idx, values), b, x)
+    }
+
+    /// The same for `Aᵀ x = b`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Numeric::solve`].
+    pub fn solve_transposed(
+        &mut self,
+        col_ptr: &[i32],
+        row_idx: &[i32],
+        values: &[f64],
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveInfo, Error> {
+        self.solve_system(ffi::AT, (col_ptr, row_idx, values), b, x)
+    }
+
+    fn solve_system(
+        &mut self,
+        system: i32,
+        matrix: (&[i32], &[i32], &[f64]),
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveInfo, Error> {
+        let info = self.factors.solve(system, matrix, b, x, &self.control)?;
         // UMFPACK writes -1 where it has computed nothing.
         let omega = |index: usize| Some(info[index]).filter(|omega| *omega >= 0.0);
         Ok(SolveInfo {

@@ -3,7 +3,7 @@ use crate::matrix::prepared::Problem;
 use crate::matrix::solve::{Config, run};
 use taut_solver::forward_error;
 
-fn parsed(text: &str) -> Result<(Matrix, usize), MarketError> {
+fn parsed(text: &str) -> Result<(Matrix, Dropped), MarketError> {
     let path = Path::new("a.mtx");
     matrix_of(&market::read_from(text.as_bytes(), path)?, path)
 }
@@ -13,7 +13,7 @@ fn system(matrix: Matrix) -> System {
     System {
         name: "test".to_owned(),
         matrix,
-        duplicates: 0,
+        dropped: Dropped::default(),
         b,
         from: RightHandSide::Ones { exact },
         x: None,
@@ -192,8 +192,8 @@ fn what_is_no_regular_system_is_refused_before_it_is_made() {
 #[test]
 fn duplicates_are_added_and_symmetry_is_seen() {
     let text = "%%MatrixMarket matrix coordinate real general\n2 2 5\n1 1 4\n1 2 1\n2 1 0.5\n2 1 0.5\n2 2 3\n";
-    let (matrix, duplicates) = parsed(text).expect("sound");
-    assert_eq!(duplicates, 1);
+    let (matrix, dropped) = parsed(text).expect("sound");
+    assert_eq!(dropped.duplicates, 1);
     assert!(matches!(matrix, Matrix::Symmetric(_)));
     let (matrix, _) = parsed(&text.replace("2 1 0.5\n2 1 0.5", "2 1 0.5\n2 1 0.6")).expect("sound");
     assert!(matches!(matrix, Matrix::General(_)));
