@@ -68,6 +68,18 @@ impl General {
         }
     }
 
+    /// Largest number that elimination made of scaled rows.
+    pub(crate) fn growth(&self) -> f64 {
+        match self {
+            Self::Dense(work) => work.growth(),
+            Self::Extended(work) => work.growth(),
+            #[cfg(feature = "faer")]
+            Self::Faer(work) => work.growth(),
+            #[cfg(feature = "umfpack")]
+            Self::Umfpack(work) => work.growth(),
+        }
+    }
+
     /// x = A⁻¹ b, or A⁻ᵀ b.
     pub(crate) fn solve(
         &mut self,

@@ -26,6 +26,12 @@ const SMALL: usize = 16;
 /// ‖v − A y‖₁ beyond which the factors do not solve for v of ‖v‖₁ = 1.
 const UNSOLVED: f64 = 0.25;
 
+/// Solutions and corrections after which the factors are given up.
+const CORRECTIONS: usize = 8;
+
+/// Reciprocal condition below which factors that do not solve are those of a singular matrix.
+const GROWTH: f64 = 1e-10;
+
 /// ‖A⁻¹‖₁ of a matrix of dimension `dim`, exactly for a few rows, else an estimate from below that is seldom off by more than
 /// a factor of 3: `solve(x, false)` is x ← A⁻¹ x, `solve(x, true)` is x ← A⁻ᵀ x. Allocates.
 ///
@@ -240,6 +246,24 @@ impl Scales {
     }
 }
 
+/// What the rule says of a matrix that is not singular.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Verdict {
+    /// 1/(‖R A C‖₁ ‖(R A C)⁻¹‖₁).
+    pub(crate) reciprocal: f64,
+    /// Whether its factors solve for what is hardest, if need be after corrections: where they do not, entries grew in the
+    /// elimination and nothing is claimed.
+    pub(crate) solved: bool,
+}
+
+impl Verdict {
+    /// Where entries grew so much that nothing can be told.
+    pub(crate) const UNKNOWN: Self = Self {
+        reciprocal: 0.0,
+        solved: false,
+    };
+}
+
 /// The rule, for matrices of one dimension.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rule {
@@ -258,8 +282,7 @@ impl Rule {
         }
     }
 
-    /// 1/(‖R A C‖₁ ‖(R A C)⁻¹‖₁) of A of these entries, where it is at least 4 √n `roundoff` of the arithmetic that made
-    /// its factors; `solve` is that of [`inverse_norm`]. Allocates nothing.
+    /// What is so of A of these entries; `roundoff` is that of the arithmetic that made its factors, `solve` is that of [`inverse_norm`]. Allocates nothing.
     ///
     /// # Errors
     /// [`SolveError::Singular`] with a scalar row as its block, the one with the largest part in the null vector.
@@ -268,26 +291,35 @@ impl Rule {
         entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
         roundoff: f64,
         mut solve: impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
-    ) -> Result<f64, SolveError> {
+    ) -> Result<Verdict, SolveError> {
+        if self.sums.is_empty() {
+            return Ok(Verdict {
+                reciprocal: 1.0,
+                solved: true,
+            });
+        }
         self.scales.of(entries.clone());
         self.sums.fill(0.0);
         for (r, c, a) in entries.clone() {
             self.sums[c] += self.scales.at(r, c, a).abs();
         }
-        let Scales { rows, columns } = &self.scales;
         let divide = |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).for_each(|(x, s)| *x /= s);
-        let mut solve = |x: &mut [f64], transposed: bool| {
+        let mut solve = |scales: &Scales, x: &mut [f64], transposed: bool| {
             let [before, after] = if transposed {
-                [columns, rows]
+                [&scales.columns, &scales.rows]
             } else {
-                [rows, columns]
+                [&scales.rows, &scales.columns]
             };
             divide(x, before);
             solve(x, transposed)?;
             divide(x, after);
             Ok(())
         };
-        let longest = match self.estimate.run(&mut solve) {
+        let scales = &self.scales;
+        let longest = match self
+            .estimate
+            .run(|x, transposed| solve(scales, x, transposed))
+        {
             // Where numbers overflow there is no inverse to speak of.
             Err(SolveError::NonFinite { block, .. }) => Longest {
                 norm: f64::INFINITY,
@@ -299,29 +331,54 @@ impl Rule {
         let reciprocal = 1.0 / (norm_inf(&self.sums) * longest.norm);
         let singular = SolveError::Singular { block: longest.row };
         let rows = self.sums.len() as f64;
+        // NaN is singular too.
         if !(reciprocal >= 4.0 * rows.sqrt() * roundoff) {
             return Err(singular);
         }
         // Of more digits than x holds nothing would be seen.
-        if roundoff >= f64::ROUNDOFF {
-            let (y, left) = (&mut self.estimate.largest, &mut self.sums);
-            for of in [Some(longest.unit), None] {
-                let fill = |x: &mut [f64]| match of {
-                    Some(at) => unit(x, at),
-                    None => alternate(x),
-                };
-                fill(y);
-                solve(y, false)?;
-                fill(left);
-                for (r, c, a) in entries.clone() {
-                    left[r] -= self.scales.at(r, c, a) * y[c];
-                }
-                if !(left.iter().map(|r| r.abs()).sum::<f64>() <= UNSOLVED) {
-                    return Err(singular);
-                }
-            }
+        let solved = roundoff < f64::ROUNDOFF
+            || self.solves(entries.clone(), Some(longest.unit), &mut solve)?
+                && self.solves(entries, None, &mut solve)?;
+        if !solved && reciprocal < GROWTH {
+            return Err(singular);
         }
-        Ok(reciprocal.min(1.0))
+        Ok(Verdict {
+            reciprocal: reciprocal.min(1.0),
+            solved,
+        })
+    }
+
+    /// Whether some corrections bring ‖v − R A C y‖₁ down; v is a unit vector or one of all rows. Of a
+    /// singular matrix no correction takes uᵀ v away.
+    fn solves(
+        &mut self,
+        entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
+        of: Option<usize>,
+        solve: &mut impl FnMut(&Scales, &mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<bool, SolveError> {
+        let (y, left) = (&mut self.estimate.largest, &mut self.sums);
+        let correction = &mut self.estimate.columns[..y.len()];
+        y.fill(0.0);
+        for _ in 0..=CORRECTIONS {
+            match of {
+                Some(at) => unit(left, at),
+                None => alternate(left),
+            }
+            for (r, c, a) in entries.clone() {
+                left[r] -= self.scales.at(r, c, a) * y[c];
+            }
+            let size: f64 = left.iter().map(|r| r.abs()).sum();
+            if size <= UNSOLVED {
+                return Ok(true);
+            }
+            correction.copy_from_slice(left);
+            match solve(&self.scales, correction, false) {
+                Err(SolveError::NonFinite { .. }) => return Ok(false),
+                solved => solved?,
+            }
+            y.iter_mut().zip(&*correction).for_each(|(y, d)| *y += d);
+        }
+        Ok(false)
     }
 }
 

@@ -16,9 +16,9 @@
 
 use crate::backends::General;
 use crate::claim::Judge;
-use crate::condition::Rule;
+use crate::condition::{Rule, Verdict};
 use crate::error::expect_len;
-use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport};
+use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport, Status};
 
 /// A square sparse matrix by compressed columns, rows ascending in each column, no entry twice.
 #[derive(Debug, Clone, PartialEq)]
@@ -219,6 +219,9 @@ impl Backend {
     }
 }
 
+/// Largest number that elimination made of entries of about 1, beyond which it may have lost them.
+const GROWN: f64 = 1e8;
+
 /// A backend at work on general matrices of one pattern: analysed once, factorised for each matrix, solved for each
 /// right-hand side, as a [`LinearSolver`](crate::LinearSolver) is.
 pub struct GeneralSolver {
@@ -230,6 +233,7 @@ pub struct GeneralSolver {
     /// Of the matrix last factorised.
     judge: Option<Judge>,
     rule: Rule,
+    solved: bool,
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
 }
@@ -258,6 +262,7 @@ impl GeneralSolver {
             factorized: false,
             judge: None,
             rule: Rule::new(a.dim()),
+            solved: true,
             buffers: [(); 2].map(|()| vec![0.0; a.dim()]),
         })
     }
@@ -281,12 +286,18 @@ impl GeneralSolver {
             Some(work) => {
                 work.factorize(a)?;
                 let (roundoff, [b, _]) = (work.roundoff(), &mut self.buffers);
-                let condition = self.rule.check(a.entries(), roundoff, |x, transposed| {
+                let judged = self.rule.check(a.entries(), roundoff, |x, transposed| {
                     b.copy_from_slice(x);
                     work.solve(b, x, transposed)
-                })?;
+                });
+                let verdict = match judged {
+                    // What the factors tell is then of another matrix.
+                    Err(SolveError::Singular { .. }) if work.growth() > GROWN => Verdict::UNKNOWN,
+                    judged => judged?,
+                };
+                self.solved = verdict.solved;
                 FactorReport {
-                    reciprocal_condition: Some(condition),
+                    reciprocal_condition: Some(verdict.reciprocal),
                 }
             }
         };
@@ -342,6 +353,7 @@ impl GeneralSolver {
             work.solve(r, d, false)
         })?;
         check_finite("solution", x)?;
+        let status = if self.solved { status } else { Status::Stalled };
         Ok(SolveReport {
             status,
             ..SolveReport::DIRECT
@@ -373,7 +385,7 @@ fn check_finite(what: &'static str, v: &[f64]) -> Result<(), SolveError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Status, backward_error_general, forward_error};
+    use crate::{backward_error_general, forward_error};
 
     /// A convection and diffusion: −u″ + p u′ on a line, upwind, and a permuted row so that no pivot order is natural.
     fn upwind(n: usize) -> GeneralMatrix {

@@ -21,6 +21,7 @@ const INDICES: &[&str] = &[
     "LNZ",
     "UNZ",
     "RCOND",
+    "UMAX",
     "IR_TAKEN",
     "OMEGA1",
     "OMEGA2",

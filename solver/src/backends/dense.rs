@@ -8,7 +8,7 @@ use crate::condition::Scales;
 use crate::kernels::Scalar;
 use crate::options::{DenseOptions, Precision};
 use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, LinearSolver};
-use crate::{SolveError, SymBlockMatrix};
+use crate::{SolveError, SymBlockMatrix, norm_inf};
 use std::sync::Arc;
 
 /// Most rows: beyond this the matrix alone takes half a gigabyte.
@@ -123,6 +123,11 @@ impl<T: Scalar + Default> Dense<T> {
             }
         }
         Ok(())
+    }
+
+    /// Largest number that elimination made of R A C.
+    pub(crate) fn growth(&self) -> f64 {
+        norm_inf(&self.scale)
     }
 
     /// x = C U⁻¹ L⁻¹ P R b, or R Pᵀ L⁻ᵀ U⁻ᵀ C b.

@@ -93,13 +93,18 @@ pub(crate) trait Direct: Send {
                     self.substitute(a, r, x)
                 };
                 let checked = common.rule.check(a.entries(), roundoff, solve);
-                checked.map_err(|e| of_block(e, a))?;
+                common.solved = checked.map_err(|e| of_block(e, a))?.solved;
                 *common.judge.insert(Judge::of(a, r))
             }
         };
         let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
         let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
-        judge.settle(x, [r, d], f64::INFINITY, residual, correct)
+        let status = judge.settle(x, [r, d], f64::INFINITY, residual, correct)?;
+        Ok(if common.solved {
+            status
+        } else {
+            Status::Stalled
+        })
     }
 }
 
@@ -112,6 +117,8 @@ pub(crate) struct Common {
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
     rule: Rule,
+    /// Whether the rule lets the factor claim anything, once there is a judge.
+    solved: bool,
 }
 
 /// The error with the block of its scalar row.

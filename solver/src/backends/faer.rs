@@ -23,7 +23,7 @@ use crate::singularity::SingularityTest;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, GeneralMatrix,
 };
-use crate::{SolveError, SymBlockMatrix};
+use crate::{SolveError, SymBlockMatrix, norm_inf};
 use ::faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use ::faer::linalg::cholesky::ldlt::factor::LdltError;
 use ::faer::linalg::cholesky::llt::factor::LltError;
@@ -439,6 +439,13 @@ impl Lu {
             }
         }
         Ok(())
+    }
+
+    /// Largest number that elimination made of R A C.
+    pub(crate) fn growth(&self) -> f64 {
+        let u = self.factors.u_factor_unsorted();
+        let columns = 0..self.columns.len();
+        columns.fold(0.0, |most, c| norm_inf(u.val_of_col(c)).max(most))
     }
 
     /// x ← A⁻¹ x, or A⁻ᵀ x.

@@ -168,6 +168,12 @@ impl General {
         })
     }
 
+    /// Largest pivot that elimination made of scaled rows.
+    pub(crate) fn growth(&self) -> f64 {
+        let numeric = self.0.numeric.as_ref();
+        numeric.map_or(1.0, |numeric| numeric.info().largest_pivot)
+    }
+
     pub(crate) fn solve(
         &mut self,
         b: &[f64],

@@ -180,6 +180,8 @@ pub struct FactorInfo {
     pub unz: u64,
     /// A rough estimate of the reciprocal condition: the smallest by the largest pivot.
     pub rcond: f64,
+    /// The largest pivot of the matrix whose rows are scaled.
+    pub largest_pivot: f64,
     /// Floating-point operations.
     pub flops: f64,
     /// The most memory in bytes that analysis and factorisation held at once.
@@ -254,6 +256,7 @@ impl Numeric {
             lnz: count(info[ffi::LNZ]),
             unz: count(info[ffi::UNZ]),
             rcond: info[ffi::RCOND],
+            largest_pivot: info[ffi::UMAX],
             flops: info[ffi::FLOPS],
             peak_memory: count(info[ffi::PEAK_MEMORY] * info[ffi::SIZE_OF_UNIT]),
         };
