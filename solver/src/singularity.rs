@@ -42,6 +42,11 @@ impl SingularityTest {
         self.weak.clear();
     }
 
+    /// Whether a pivot was weak.
+    pub(crate) fn is_doubtful(&self) -> bool {
+        !self.weak.is_empty()
+    }
+
     /// Takes the next row's pivot, with the largest magnitude that it was made from.
     #[inline]
     pub(crate) fn take(&mut self, row: usize, pivot: f64, from: f64) {

@@ -28,6 +28,16 @@ pub(crate) trait Direct: Send {
     /// Whether all pivots of the last factor are positive, so that what it makes is a solution by theory (`claim`).
     fn is_stable(&self) -> bool;
 
+    /// Whether a pivot of a stable factor was weak, so that the rule is to tell whether it claims anything.
+    fn is_doubtful(&self) -> bool {
+        false
+    }
+
+    /// The smallest by the largest pivot of the last factor, where that is at hand: a hint at its condition.
+    fn pivot_ratio(&self) -> Option<f64> {
+        None
+    }
+
     /// Of the arithmetic that makes the factor.
     fn roundoff(&self) -> f64 {
         f64::ROUNDOFF
@@ -60,7 +70,7 @@ pub(crate) trait Direct: Send {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         check_solution(a, x)?;
-        if self.is_stable() {
+        if self.is_stable() && !self.is_doubtful() {
             return Ok(SolveReport::DIRECT);
         }
         let mut common = std::mem::take(self.common());
@@ -82,21 +92,26 @@ pub(crate) trait Direct: Send {
         x: &mut [f64],
         common: &mut Common,
     ) -> Result<Status, SolveError> {
-        let [r, d] = &mut common.buffers;
         let judge = match common.judge {
             Some(judge) => judge,
             None => {
-                // Of a symmetric matrix the transpose is the same.
-                let roundoff = self.roundoff();
-                let solve = |x: &mut [f64], _| {
-                    r.copy_from_slice(x);
-                    self.substitute(a, r, x)
-                };
-                let checked = common.rule.check(a.entries(), roundoff, solve);
-                common.solved = checked.map_err(|e| of_block(e, a))?.solved;
+                let ratio = self.pivot_ratio();
+                if !common.is_known(ratio) {
+                    let roundoff = self.roundoff();
+                    // Of a symmetric matrix the transpose is the same.
+                    let solve = |x: &mut [f64], _| {
+                        common.buffers[0].copy_from_slice(x);
+                        self.substitute(a, &common.buffers[0], x)
+                    };
+                    let checked = common.rule.check(a.entries(), roundoff, solve);
+                    common.solved = checked.map_err(|e| of_block(e, a))?.solved;
+                    common.checked = ratio;
+                }
+                let [r, _] = &mut common.buffers;
                 *common.judge.insert(Judge::of(a, r))
             }
         };
+        let [r, d] = &mut common.buffers;
         let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
         let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
         let status = judge.settle(x, [r, d], f64::INFINITY, residual, correct)?;
@@ -119,6 +134,22 @@ pub(crate) struct Common {
     rule: Rule,
     /// Whether the rule lets the factor claim anything, once there is a judge.
     solved: bool,
+    /// Ratio of the pivots of the factor that the rule looked at.
+    checked: Option<f64>,
+}
+
+/// Ratio of pivots beyond which a matrix is none that the rule refuses.
+const SOUND: f64 = 1e-8;
+
+impl Common {
+    /// Whether factors with this ratio of pivots need no rule: sound ones, and those much like the last one, as from step to
+    /// step.
+    fn is_known(&mut self, ratio: Option<f64>) -> bool {
+        let like = |before: f64| ratio.is_some_and(|r| (0.5..=2.0).contains(&(r / before)));
+        let sound = ratio.is_some_and(|r| r >= SOUND);
+        self.solved |= sound;
+        sound || self.checked.is_some_and(like)
+    }
 }
 
 /// The error with the block of its scalar row.
@@ -145,6 +176,7 @@ impl<D: Direct> LinearSolver for D {
         let common = self.common();
         common.buffers = [(); 2].map(|()| vec![0.0; pattern.dim()]);
         common.rule = Rule::new(pattern.dim());
+        common.checked = None;
         common.phases.analyzed(pattern);
         Ok(report)
     }

@@ -114,6 +114,14 @@ impl Direct for Faer {
         }
     }
 
+    fn is_doubtful(&self) -> bool {
+        match &self.work {
+            None | Some(Work::Lu(_)) => false,
+            Some(Work::Cholesky(work)) => work.singularity.is_doubtful(),
+            Some(Work::Lblt(work)) => work.is_doubtful(),
+        }
+    }
+
     fn substitute(
         &mut self,
         _: &SymBlockMatrix,

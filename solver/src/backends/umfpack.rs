@@ -83,6 +83,11 @@ impl Direct for Umfpack {
         false
     }
 
+    fn pivot_ratio(&self) -> Option<f64> {
+        let numeric = self.work.as_ref()?.numeric.as_ref()?;
+        Some(numeric.info().rcond)
+    }
+
     fn substitute(
         &mut self,
         a: &SymBlockMatrix,

@@ -298,6 +298,9 @@ fn refusal(
             "a pivot of {place} vanishes in this order though the matrix is regular: choose a backend that exchanges rows \
              (umfpack, faer:lu, dense)"
         ),
+        (SolveError::Singular { .. }, Regularity::Singular) => {
+            format!("the matrix is singular to rounding at {place}")
+        }
         _ => e.to_string().replace(&format!("block {block}"), &place),
     }
 }
@@ -437,6 +440,9 @@ fn row(
             let time = Instant::now();
             prepared.factorize()?;
             shorter(1, time);
+            // The first solution by a factor may estimate its condition.
+            x.fill(0.0);
+            prepared.solve(&system.b, &mut x)?;
             x.fill(0.0);
             let time = Instant::now();
             let report = prepared.solve(&system.b, &mut x)?;
