@@ -68,7 +68,7 @@ impl General {
         }
     }
 
-    /// Largest number that elimination made of scaled rows.
+    /// Largest number that elimination made over the largest that it began with; UMFPACK scales that to 1.
     pub(crate) fn growth(&self) -> f64 {
         match self {
             Self::Dense(work) => work.growth(),

@@ -239,6 +239,20 @@ impl Scales {
         self.columns.iter_mut().for_each(|c| *c = over(*c));
     }
 
+    /// The same for a factorisation, which leaves rows and columns of sizes within a million of each other as they are:
+    /// scaling would exchange other rows for nothing.
+    pub(crate) fn of_uneven(&mut self, entries: impl Iterator<Item = (usize, usize, f64)> + Clone) {
+        self.of(entries);
+        let even = [&self.rows, &self.columns].into_iter().all(|scales| {
+            let least = scales.iter().copied().fold(f64::INFINITY, f64::min);
+            norm_inf(scales) <= 1048576.0 * least
+        });
+        if even {
+            self.rows.fill(1.0);
+            self.columns.fill(1.0);
+        }
+    }
+
     /// R A C at an entry.
     #[inline]
     pub(crate) fn at(&self, r: usize, c: usize, a: f64) -> f64 {

@@ -219,7 +219,7 @@ impl Backend {
     }
 }
 
-/// Largest number that elimination made of entries of about 1, beyond which it may have lost them.
+/// Growth of the largest number in the elimination beyond which it may have lost the entries.
 const GROWN: f64 = 1e8;
 
 /// A backend at work on general matrices of one pattern: analysed once, factorised for each matrix, solved for each

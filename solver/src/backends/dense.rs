@@ -33,6 +33,8 @@ pub(crate) struct Dense<T> {
     work: Vec<T>,
     /// Largest number that each column ever held.
     scale: Vec<f64>,
+    /// Largest number before the elimination.
+    largest: f64,
     /// Of the matrix whose rows and columns, scaled, are factorised.
     scales: Scales,
 }
@@ -78,7 +80,7 @@ impl<T: Scalar + Default> Dense<T> {
         }
         let lu = &self.lu;
         self.scales
-            .of((0..n * n).map(|at| (at / n, at % n, lu[at].to_f64())));
+            .of_uneven((0..n * n).map(|at| (at / n, at % n, lu[at].to_f64())));
         for (row, r) in self.lu.chunks_exact_mut(n.max(1)).zip(&self.scales.rows) {
             for (a, c) in row.iter_mut().zip(&self.scales.columns) {
                 *a = *a * (*r).into() * (*c).into();
@@ -88,6 +90,7 @@ impl<T: Scalar + Default> Dense<T> {
         for c in 0..n {
             self.scale[c] = column_max(&self.lu, n, 0, c);
         }
+        self.largest = norm_inf(&self.scale);
         let scale = &mut self.scale;
         for k in 0..n {
             let best = (k..n).max_by(|&p, &q| {
@@ -125,9 +128,9 @@ impl<T: Scalar + Default> Dense<T> {
         Ok(())
     }
 
-    /// Largest number that elimination made of R A C.
+    /// Largest number that elimination made over the largest that it began with.
     pub(crate) fn growth(&self) -> f64 {
-        norm_inf(&self.scale)
+        norm_inf(&self.scale) / self.largest
     }
 
     /// x = C U⁻¹ L⁻¹ P R b, or R Pᵀ L⁻ᵀ U⁻ᵀ C b.

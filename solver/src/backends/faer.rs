@@ -399,7 +399,7 @@ impl Lu {
         let at = columns.flat_map(|(c, range)| (range[0]..range[1]).map(move |e| (e, c)));
         let rows = pattern.row_idx();
         self.scales
-            .of(at.clone().map(|(e, c)| (rows[e], c, csc.values[e])));
+            .of_uneven(at.clone().map(|(e, c)| (rows[e], c, csc.values[e])));
         for (e, c) in at {
             csc.values[e] = self.scales.at(rows[e], c, csc.values[e]);
         }
@@ -449,11 +449,12 @@ impl Lu {
         Ok(())
     }
 
-    /// Largest number that elimination made of R A C.
+    /// Largest number that elimination made over the largest that it began with.
     pub(crate) fn growth(&self) -> f64 {
         let u = self.factors.u_factor_unsorted();
         let columns = 0..self.columns.len();
-        columns.fold(0.0, |most, c| norm_inf(u.val_of_col(c)).max(most))
+        let largest = columns.fold(0.0, |most, c| norm_inf(u.val_of_col(c)).max(most));
+        largest / norm_inf(&self.matrix.csc.values)
     }
 
     /// x ← A⁻¹ x, or A⁻ᵀ x.
