@@ -302,7 +302,7 @@ impl Rule {
     /// [`SolveError::Singular`] with a scalar row as its block, the one with the largest part in the null vector.
     pub(crate) fn check(
         &mut self,
-        entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         roundoff: f64,
         mut solve: impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
     ) -> Result<Verdict, SolveError> {
@@ -345,13 +345,12 @@ impl Rule {
         let reciprocal = 1.0 / (norm_inf(&self.sums) * longest.norm);
         let singular = SolveError::Singular { block: longest.row };
         let rows = self.sums.len() as f64;
-        // NaN is singular too.
-        if !(reciprocal >= 4.0 * rows.sqrt() * roundoff) {
+        if reciprocal.is_nan() || reciprocal < 4.0 * rows.sqrt() * roundoff {
             return Err(singular);
         }
         // Of more digits than x holds nothing would be seen.
         let solved = roundoff < f64::ROUNDOFF
-            || self.solves(entries.clone(), Some(longest.unit), &mut solve)?
+            || self.solves(entries, Some(longest.unit), &mut solve)?
                 && self.solves(entries, None, &mut solve)?;
         if !solved && reciprocal < GROWTH {
             return Err(singular);
@@ -366,7 +365,7 @@ impl Rule {
     /// singular matrix no correction takes uᵀ v away.
     fn solves(
         &mut self,
-        entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         of: Option<usize>,
         solve: &mut impl FnMut(&Scales, &mut [f64], bool) -> Result<(), SolveError>,
     ) -> Result<bool, SolveError> {

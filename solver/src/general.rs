@@ -286,7 +286,7 @@ impl GeneralSolver {
             Some(work) => {
                 work.factorize(a)?;
                 let (roundoff, [b, _]) = (work.roundoff(), &mut self.buffers);
-                let judged = self.rule.check(a.entries(), roundoff, |x, transposed| {
+                let judged = self.rule.check(&a.entries(), roundoff, |x, transposed| {
                     b.copy_from_slice(x);
                     work.solve(b, x, transposed)
                 });

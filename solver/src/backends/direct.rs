@@ -103,7 +103,7 @@ pub(crate) trait Direct: Send {
                         common.buffers[0].copy_from_slice(x);
                         self.substitute(a, &common.buffers[0], x)
                     };
-                    let checked = common.rule.check(a.entries(), roundoff, solve);
+                    let checked = common.rule.check(&a.entries(), roundoff, solve);
                     common.solved = checked.map_err(|e| of_block(e, a))?.solved;
                     common.checked = ratio;
                 }
