@@ -138,17 +138,11 @@ pub(crate) struct Common {
     checked: Option<f64>,
 }
 
-/// Ratio of pivots beyond which a matrix is none that the rule refuses.
-const SOUND: f64 = 1e-8;
-
 impl Common {
-    /// Whether factors with this ratio of pivots need no rule: sound ones, and those much like the last one, as from step to
-    /// step.
-    fn is_known(&mut self, ratio: Option<f64>) -> bool {
+    /// Whether the rule has looked at factors with about this ratio of pivots, as from step to step.
+    fn is_known(&self, ratio: Option<f64>) -> bool {
         let like = |before: f64| ratio.is_some_and(|r| (0.5..=2.0).contains(&(r / before)));
-        let sound = ratio.is_some_and(|r| r >= SOUND);
-        self.solved |= sound;
-        sound || self.checked.is_some_and(like)
+        self.checked.is_some_and(like)
     }
 }
 
