@@ -297,7 +297,8 @@ impl Stepper {
             let mut changes = false;
             if let Constraint::Fairlead(lead) = &mut self.scene.constraints[constraint] {
                 let since = lead.winch.since;
-                let winch = Winch { since, ..winch };
+                let mut winch = Winch { since, ..winch };
+                winch.set_speed(winch.speed, lead.length);
                 changes = lead.winch != winch;
                 lead.winch = winch;
             }
@@ -309,13 +310,15 @@ impl Stepper {
         };
         winch.validate(what)?;
         cable.rebase(self.time);
+        let length = cable.length;
         let Some(own) = &mut cable.winch else {
             return Err(refused(what(), "is a cable without a winch"));
         };
-        let winch = Winch {
+        let mut winch = Winch {
             since: own.since,
             ..winch
         };
+        winch.set_speed(winch.speed, length);
         let changes = *own != winch;
         *own = winch;
         self.changed(changes);
@@ -332,6 +335,7 @@ impl Stepper {
         self.channel(control, value)?;
         self.scene.set_control(control, value, self.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
+        self.pieces.rescale(&self.scene);
         self.stage.unsolve();
         Ok(())
     }
@@ -393,6 +397,7 @@ impl Stepper {
             self.wake();
         }
         self.pieces.rows.update(&self.scene, self.time);
+        self.pieces.rescale(&self.scene);
     }
 }
 

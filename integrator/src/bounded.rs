@@ -67,6 +67,9 @@ pub(crate) struct Bounded {
     wrong: Vec<usize>,
     /// Rows that go slack and taut together: the parts of a cable over sheaves with friction.
     chains: Vec<Vec<usize>>,
+    /// Rope left on each row's drum after the step \[m], infinite where no end matters, and the drums that empty within the step.
+    room: Vec<f64>,
+    emptied: Vec<bool>,
     /// Whether all rows stay where they are: the accelerations of an instant are wanted.
     pub(crate) frozen: bool,
     /// Fewest wrong rows of this system yet, tries and passes left.
@@ -90,6 +93,8 @@ impl Bounded {
         }
         bounded.jacobian = vec![[0.0; 6]; first];
         bounded.wrong = Vec::with_capacity(bounded.rows.len());
+        bounded.room = vec![f64::INFINITY; bounded.rows.len()];
+        bounded.emptied = vec![false; bounded.rows.len()];
         if !bounded.is_empty() {
             bounded.impulse = pieces.v.clone();
         }
@@ -141,8 +146,49 @@ impl Bounded {
         places.filter_map(|(k, place)| (place == Place::Lower).then_some(k))
     }
 
+    /// No drum has an end.
+    pub(crate) fn forget_room(&mut self) {
+        self.room.fill(f64::INFINITY);
+    }
+
+    /// Rope left on drum `k` after what its winch pays out in the step \[m].
+    pub(crate) fn leave_room(&mut self, k: usize, room: f64) {
+        self.room[k] = room;
+    }
+
+    /// Numbers of the rows whose drums empty in the step.
+    pub(crate) fn emptied(&self) -> impl Iterator<Item = usize> + '_ {
+        let all = self.emptied.iter().enumerate();
+        all.filter_map(|(k, emptied)| emptied.then_some(k))
+    }
+
+    /// Empties drum `k` where its slip in the solved system of a step of `dt` exceeds the rope left on it: the row then holds any
+    /// tension, driven by the rest of the rope. Returns true where it does.
+    fn empty(&mut self, k: usize, pieces: &mut Pieces, dt: f64) -> bool {
+        let (bound, room) = (pieces.rows.bounds[k], self.room[k]);
+        if room == f64::INFINITY || self.emptied[k] {
+            return false;
+        }
+        let r = bound.row;
+        let rates = jacobian(pieces, k).map(|(body, j)| {
+            let (v, dv) = (pieces.v.get(body), pieces.dv.get(body));
+            dot(&j, &v) + dot(&j, &dv)
+        });
+        let rate = rates.sum::<f64>() + pieces.rows.phi_t[r];
+        let stretch = -pieces.rows.compliance[r] * bound.lower;
+        if pieces.rows.phi[r] + dt * rate - stretch <= room {
+            return false;
+        }
+        self.emptied[k] = true;
+        pieces.rows.phi_t[r] -= room / dt;
+        pieces.rate[r] += room / dt;
+        pieces.rows.bounds[k].lower = f64::NEG_INFINITY;
+        true
+    }
+
     /// Before the first solve of a system.
     pub(crate) fn begin(&mut self) {
+        self.emptied.fill(false);
         (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
     }
 
@@ -228,7 +274,15 @@ impl Bounded {
         if self.frozen {
             return self.pivot(pieces, mu, dt);
         }
+        for k in 0..self.rows.len() {
+            if self.rows[k].place == Place::Lower && self.empty(k, pieces, dt) {
+                self.wrong.push(k);
+            }
+        }
         for (k, row) in self.rows.iter_mut().enumerate() {
+            if self.emptied[k] && row.place == Place::Lower {
+                continue;
+            }
             let (r, lower, upper) = limits(k, pieces);
             let wanted = match row.place {
                 Place::Inside if mu[r] < lower - noise => Place::Lower,
@@ -369,6 +423,17 @@ pub(crate) fn response(pieces: &Pieces, k: usize) -> f64 {
     jacobian(pieces, k)
         .map(|(body, j)| response_of(pieces, body, &j))
         .sum()
+}
+
+/// J M̃⁻¹ Jᵀ of any row of a constraint alone \[1/kg].
+pub(crate) fn response_of_row(pieces: &Pieces, constraint: usize, row: usize) -> f64 {
+    let rows = &pieces.rows;
+    let first = rows.row_range(constraint).start;
+    let of = |s: usize| {
+        let j = rows.block(s).rows()[row - first];
+        response_of(pieces, rows.slots[s].body, &j)
+    };
+    rows.slot_range(constraint).map(of).sum()
 }
 
 /// The part of `body` in J M̃⁻¹ Jᵀ of a row whose Jacobian is `j` there.

@@ -7,6 +7,8 @@
 
 mod segments;
 
+use crate::closing::Made;
+use crate::contact::rebound::slowest;
 use crate::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::stepper::{Stage, Stepper};
 use crate::{SavedRun, StepError};
@@ -376,6 +378,10 @@ impl Stepper {
             changed.ids = edit.ids;
             changed.carry_over(self, &edit.parted, &edit.closed);
             changed.begin_past_of(&edit.reshaped);
+            // The parts of a segment have their past from the whole.
+            if changed.started && edit.parted.is_empty() && edit.closed.is_empty() {
+                changed.begin_young(&moved);
+            }
             changed.companion = self.companion.take();
             *self = changed;
             self.outdate_companion();
@@ -428,6 +434,25 @@ impl Stepper {
             self.account.begin(moved.rows.len());
         }
     }
+
+    /// New rows without bounds whose bodies part or approach at once are young.
+    fn begin_young(&mut self, moved: &Moved) {
+        let (rows, dt) = (&self.pieces.rows, self.substep());
+        let slowest = slowest(&self.scene, dt);
+        let mut made = self.closing.made().to_vec();
+        for constraint in 0..rows.constraints() {
+            let is_bounded = rows.bounds.iter().any(|b| b.constraint == constraint);
+            let new = rows.row_range(constraint).filter(|row| {
+                moved.rows[*row].is_none() && !is_bounded && self.history.rate[*row].abs() > slowest
+            });
+            made.extend(new.map(|row| Made {
+                constraint,
+                row,
+                age: 0,
+            }));
+        }
+        self.closing.make(made);
+    }
 }
 
 /// Old numbers of what a changed scene has; none of what is new.
@@ -435,6 +460,7 @@ pub(crate) struct Moved {
     bodies: Vec<Option<usize>>,
     rows: Vec<Option<usize>>,
     bounded: Vec<Option<usize>>,
+    constraints: Vec<Option<usize>>,
     /// Rows that are there with another path: of a cable that has left a sheave or lies on one.
     other_paths: Vec<usize>,
 }
@@ -450,12 +476,14 @@ impl Moved {
         let (mut rows, mut bounded) = (Vec::<Option<usize>>::new(), Vec::new());
         let mut other_paths = Vec::new();
         let old_bounds = &old.pieces.rows.bounds;
+        let mut numbers = Vec::with_capacity(constraints.len());
         for (i, (constraint, before)) in edit.scene.constraints.iter().zip(constraints).enumerate()
         {
             let id = edit.ids.of_constraint(i);
             let mut going_on = edit.going_on.iter().filter(|(new, _)| *new == id);
             let whole = going_on.find_map(|(_, whole)| old.ids.constraint(*whole).ok());
             let before = before.or(whole);
+            numbers.push(before);
             let path = |c: usize| old.scene.constraints[c].frames().len();
             if whole.is_some() || before.is_some_and(|c| path(c) != constraint.frames().len()) {
                 other_paths.push(rows.len());
@@ -471,6 +499,7 @@ impl Moved {
             bodies,
             rows,
             bounded,
+            constraints: numbers,
             other_paths,
         }
     }
@@ -492,6 +521,26 @@ impl Moved {
     /// The numbers of the rows, in their new order; those of new rows are zero.
     pub(crate) fn rows(&self, old: &[f64]) -> Vec<f64> {
         taken(&self.rows, old, 0.0)
+    }
+
+    /// The young rows without bounds, by their new numbers.
+    pub(crate) fn made(&self, old: &[Made]) -> Vec<Made> {
+        let of = |row: &Made| {
+            let row_now = self
+                .rows
+                .iter()
+                .position(|before| *before == Some(row.row))?;
+            let constraint = self
+                .constraints
+                .iter()
+                .position(|c| *c == Some(row.constraint))?;
+            Some(Made {
+                constraint,
+                row: row_now,
+                ..*row
+            })
+        };
+        old.iter().filter_map(of).collect()
     }
 
     /// The same of the bodies.

@@ -25,7 +25,9 @@
 //! a closed row, and takes the share w = x²/(1 + x²) of these weights meanwhile, x = Ω²/Ω_c², with Ω² = Δt² J M̃⁻¹ Jᵀ/ε of
 //! the row alone: its stiffness in the step's eyes. That overstates Ω where others hold the bodies too, and so errs towards
 //! damping. Soft rows resolve their rebound and keep it. A row that was open and opens further has no such past: w = 1. One
-//! whose drive jumps, as that of a winch that is set to another speed, is young again: its past rates are of another motion.
+//! whose drive jumps, as that of a winch that is set to another speed, is young again: its past rates are of another motion. So
+//! is a two-sided row that an event makes between bodies that part or approach: it has φ = 0 then, takes r⁺ = r for a step and
+//! rings from −1.5 r on.
 //!
 //! **The kink of a soft row.** Sampled at steps of Δt, the work ∫ φ₊ dφ of a row that is crossed at the rate r is in error
 //! by B₂(θ) r² Δt²/2, θ ∈ [0, 1) the phase of the crossing, B₂(θ) = θ² − θ + ⅙: up to Ω²/4 of the energy, one way and the
@@ -43,7 +45,7 @@
 //! what was left of φ + ε λ at the beginning of a step that is redone goes in one sub-step, however short, at a speed without
 //! limit; a row held on one side then keeps that speed. Here it goes in proportion to time, over the whole step.
 
-use crate::bounded::{Bounded, Place, response};
+use crate::bounded::{Bounded, Place, response, response_of_row};
 use crate::options::Weights;
 use crate::pieces::Pieces;
 use taut_model::{Linearized, RowBounds};
@@ -62,11 +64,23 @@ const HALF: f64 = 3.0;
 /// does within a whole step. The bounce of a softer one has a time of its own, and the step must not change in the middle of it.
 const STIFF: f64 = 96.0;
 
+/// A row without bounds that an event has made, and the steps since then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub(crate) struct Made {
+    pub(crate) constraint: usize,
+    pub(crate) row: usize,
+    pub(crate) age: u8,
+}
+
 /// What the bounded rows of a scene remember of their closing, in the order of [`taut_model::Linearized::bounds`].
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Closing {
     /// Steps since a row was last at a bound, up to [`YOUNG`].
     ages: Vec<u8>,
+    /// Young rows without bounds.
+    made: Vec<Made>,
     /// φ at the beginning of the step or implicit sub-step \[m].
     begin: Vec<f64>,
     /// φ + ε λ at the beginning of a step that is redone.
@@ -79,6 +93,7 @@ impl Closing {
     pub(crate) fn new(rows: usize) -> Self {
         Self {
             ages: vec![UNKNOWN; rows],
+            made: Vec::new(),
             begin: vec![0.0; rows],
             drift: vec![0.0; rows],
             left: 0.0,
@@ -94,9 +109,20 @@ impl Closing {
         self.ages.copy_from_slice(ages);
     }
 
+    /// Rows without bounds that are young.
+    pub(crate) fn made(&self) -> &[Made] {
+        &self.made
+    }
+
+    /// These rows without bounds are young.
+    pub(crate) fn make(&mut self, made: Vec<Made>) {
+        self.made = made;
+    }
+
     /// The state to come is not that which the steps led to.
     pub(crate) fn forget(&mut self) {
         self.ages.fill(UNKNOWN);
+        self.made.iter_mut().for_each(|row| row.age = YOUNG);
     }
 
     /// A step is done, with the rows where `bounded` has them.
@@ -107,6 +133,24 @@ impl Closing {
                 Place::Lower | Place::Upper => 0,
             };
         }
+        for row in &mut self.made {
+            row.age = row.age.saturating_add(1).min(YOUNG);
+        }
+    }
+
+    /// The weights of the rows that events made; they are like all others when they are no longer young.
+    fn weigh_made(&mut self, pieces: &mut Pieces, of: &[Weights; 4], dt: f64) {
+        self.made.retain(|row| {
+            let young = row.age < YOUNG;
+            let implicit = if young {
+                let response = response_of_row(pieces, row.constraint, row.row);
+                share(response, pieces.rows.compliance[row.row], dt)
+            } else {
+                0.0
+            };
+            pieces.mix_weights(row.row, of, implicit);
+            young
+        });
     }
 
     /// The weights of the bounded rows at the present state, where the rows' rates are `jv` + `phi_t`, and their drives those of this
@@ -119,6 +163,9 @@ impl Closing {
         jerk: f64,
         dt: f64,
     ) {
+        if !self.made.is_empty() {
+            self.weigh_made(pieces, of, dt);
+        }
         for k in 0..self.ages.len() {
             let bound = pieces.rows.bounds[k];
             let (r, side) = (bound.row, side(&bound));
@@ -134,15 +181,7 @@ impl Closing {
             let implicit = match *age {
                 0 if rate < 0.0 => 1.0,
                 YOUNG.. => 0.0,
-                _ => {
-                    let stiff = dt * dt * response(pieces, k);
-                    let soft = HALF * HALF * pieces.rows.compliance[r];
-                    if stiff > 0.0 {
-                        1.0 / (1.0 + (soft / stiff).powi(2))
-                    } else {
-                        0.0
-                    }
-                }
+                _ => share(response(pieces, k), pieces.rows.compliance[r], dt),
             };
             pieces.mix_weights(r, of, implicit);
         }
@@ -171,6 +210,11 @@ impl Closing {
         for (begin, bound) in self.begin.iter_mut().zip(&rows.bounds) {
             *begin = rows.phi[bound.row];
         }
+    }
+
+    /// φ of bounded row `k` at the beginning of the step or implicit sub-step \[m].
+    pub(crate) fn begun(&self, k: usize) -> f64 {
+        self.begin[k]
     }
 
     /// φ of the open side, 0 of a row that begins taut, or has no open side \[m].
@@ -260,6 +304,16 @@ impl Closing {
             let damped = rows.damping[bound.row] * self.slack(k, bound);
             gaps[bound.row] += damped / dt - self.left * drift;
         }
+    }
+}
+
+/// The share w of linearly implicit weights of a young row with this J M̃⁻¹ Jᵀ and this compliance.
+fn share(response: f64, compliance: f64, dt: f64) -> f64 {
+    let (stiff, soft) = (dt * dt * response, HALF * HALF * compliance);
+    if stiff > 0.0 {
+        1.0 / (1.0 + (soft / stiff).powi(2))
+    } else {
+        0.0
     }
 }
 

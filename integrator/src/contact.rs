@@ -116,8 +116,12 @@ pub(crate) struct Touch {
     pub(crate) arrives: bool,
     /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
     pub(crate) rebound: Option<f64>,
-    /// By how much the step's rates differ from those of the instant of the blow, in the mean of before and after \[m/s].
-    pub(crate) shift: [f64; 3],
+    /// Excess of the rates with the step's impulses, and of those with a blow's, over the ones that tell their work \[m/s]:
+    /// see [`rebound`].
+    pub(crate) shift: [[f64; 3]; 2],
+    /// True where a blow passes through it in this step, and where one did in the last.
+    pub(crate) struck: bool,
+    jolted: bool,
 }
 
 impl Touch {
@@ -152,7 +156,9 @@ impl Touch {
             hit: false,
             arrives: false,
             rebound: None,
-            shift: [0.0; 3],
+            shift: [[0.0; 3]; 2],
+            struck: false,
+            jolted: false,
             found: *found,
         }
     }
@@ -202,6 +208,17 @@ impl Touch {
         }
     }
 
+    /// The first of [`rates`](Self::rates).
+    pub(crate) fn normal_rate(&self, of: impl Fn(usize) -> [f64; 6]) -> f64 {
+        self.row(0).map(|(i, row)| dot(&row, &of(i))).sum()
+    }
+
+    /// The velocity that friction is against, of the last solve, world \[m/s].
+    fn slip(&self, pieces: &Pieces) -> Vector3<f64> {
+        let [_, s, t] = self.rates(|i| pieces.rates_after_solve(i));
+        self.axes[1] * (s + self.turn[0]) + self.axes[2] * (t + self.turn[1])
+    }
+
     /// H v, for velocities that `of` gives.
     pub(crate) fn rates(&self, of: impl Fn(usize) -> [f64; 6]) -> [f64; 3] {
         [0, 1, 2].map(|k| self.row(k).map(|(i, row)| dot(&row, &of(i))).sum())
@@ -226,6 +243,9 @@ pub struct ContactForce {
     pub gap: f64,
     /// Force on the first side, world \[N]: the mean over the sub-step, blows included.
     pub force: Vector3<f64>,
+    /// Velocity of the first surface along the second in the middle of the sub-step, without blows, world \[m/s]. Friction is
+    /// against it: exactly so of the sub-step's own forces, to the violation that the report tells.
+    pub slip: Vector3<f64>,
 }
 
 /// What the next step knows of contacts: their impulses in the last solve. Of one scene, to be put into other steppers of it.
@@ -272,7 +292,9 @@ impl Stepper {
     /// The contacts of the last sub-step: those that carry a force, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
         let contacts = &self.contacts;
+        let pieces = &self.pieces;
         contacts.touches.iter().map(|touch| ContactForce {
+            slip: touch.slip(pieces),
             colliders: touch.found.colliders,
             bodies: touch.found.bodies,
             partners: touch.found.partners,
@@ -292,6 +314,9 @@ pub(crate) struct Known {
     pub(crate) colliders: [usize; 2],
     pub(crate) key: [f64; 3],
     pub(crate) impulse: [f64; 3],
+    /// True where a blow passed through it, whose force does not last.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) struck: bool,
 }
 
 /// The contacts of a scene, found anew for each step.
@@ -392,6 +417,7 @@ impl Contacts {
                 let own = touch.axes.map(|axis| axis.dot(&impulse));
                 // Of a normal that has turned far it may pull.
                 touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
+                touch.jolted = known.struck;
                 self.taken[i] = true;
             }
             touch.recover(scene, dt);
@@ -409,6 +435,7 @@ impl Contacts {
             colliders: touch.found.colliders,
             key: touch.found.key.into(),
             impulse: touch.world_impulse().into(),
+            struck: touch.struck,
         }));
     }
 
@@ -439,10 +466,11 @@ impl Contacts {
         self.dt
     }
 
-    /// K of the contacts' forces as the last solve left them.
+    /// K of the contacts' forces as the last solve left them. Those of a blow do not last: they would make bodies as inert
+    /// against turning as nothing holds them, and what is struck next would leave with energy from nowhere.
     pub(crate) fn stiffen(&mut self, scene: &Scene, geometric: &mut Geometric) {
         self.turning.clear();
-        for touch in &self.touches {
+        for touch in self.touches.iter().filter(|touch| !touch.jolted) {
             let force = touch.world_impulse() / self.dt;
             let pressed = touch.impulse[0] / self.dt;
             for carrier in touch.carriers() {
@@ -494,10 +522,7 @@ impl Contacts {
     pub(crate) fn rates(&self, pieces: &Pieces, rates: &mut Vec<f64>) {
         rates.clear();
         for touch in &self.touches {
-            let [n, s, t] = touch.rates(|i| {
-                let (v, dv) = (pieces.v.get(i), pieces.dv.get(i));
-                std::array::from_fn(|k| v[k] + dv[k])
-            });
+            let [n, s, t] = touch.rates(|i| pieces.rates_after_solve(i));
             let [across, over] = touch.turn;
             rates.extend([n + touch.offset + touch.aim, s + across, t + over]);
         }

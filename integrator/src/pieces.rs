@@ -17,7 +17,7 @@ use crate::regularization::{Known, Regularization};
 use taut_lanes::vector::dot;
 use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, WideKernel, dispatch, dispatch_wide};
 use taut_model::BodyVectors;
-use taut_model::lanes::{Numbers, in_packs};
+use taut_model::lanes::{Numbers, PACK, in_packs};
 use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
@@ -53,6 +53,13 @@ pub(crate) struct Pieces {
 }
 
 impl Pieces {
+    /// v + Δv of a body.
+    #[inline(always)]
+    pub(crate) fn rates_after_solve(&self, body: usize) -> [f64; 6] {
+        let (v, dv) = (self.v.get(body), self.dv.get(body));
+        std::array::from_fn(|k| v[k] + dv[k])
+    }
+
     pub(crate) fn new(scene: &Scene) -> Self {
         let rows = Linearized::new(scene);
         let (count, bodies) = (rows.rows(), scene.bodies.len());
@@ -89,6 +96,29 @@ impl Pieces {
             predicted: Aligned::new(count),
             impulse: BodyVectors::new(bodies),
             rows,
+        }
+    }
+
+    /// Scales the gaps of massless cables by their present lengths: a run and its restored copy then agree on what the guard redoes.
+    pub(crate) fn rescale(&mut self, scene: &Scene) {
+        for gap in &mut self.gaps {
+            let constraint = &scene.constraints[gap.constraint];
+            if matches!(constraint, Constraint::MasslessCable(_)) {
+                gap.scale = scale_of(constraint);
+            }
+        }
+    }
+
+    /// Scales the gaps of these constraints by their present lever arms.
+    pub(crate) fn rescale_some(&mut self, scene: &Scene, some: &[usize]) {
+        for &c in some {
+            let scale = scale_of(&scene.constraints[c]);
+            let joint = self.rows.joints().iter().position(|j| j.constraint == c);
+            if let Some(k) = joint {
+                self.joint_gaps[k / PACK][k % PACK] = scale;
+            } else if let Some(gap) = self.gaps.iter_mut().find(|gap| gap.constraint == c) {
+                gap.scale = scale;
+            }
         }
     }
 
@@ -366,8 +396,18 @@ impl Gap {
             constraint: c,
             first: range.start,
             rows: lengths.count(),
-            scale: 1.0 / (length * length),
+            scale: scale_of(constraint),
         })
+    }
+}
+
+/// 1 over the square of the length that a constraint's gap turns over, 0 where it does not turn \[1/m²].
+fn scale_of(constraint: &Constraint) -> f64 {
+    let length = turning_length(constraint);
+    if length > 0.0 {
+        1.0 / (length * length)
+    } else {
+        0.0
     }
 }
 

@@ -10,7 +10,7 @@ mod options;
 
 use crate::bounded::Place;
 use crate::change::Moved;
-use crate::closing::UNKNOWN;
+use crate::closing::{Made, UNKNOWN};
 use crate::contact::Known;
 use crate::history::History;
 use crate::stepper::balance::Account;
@@ -49,6 +49,12 @@ pub struct SavedRun {
     places: Vec<Place>,
     /// Steps since the bounded rows were last at a bound.
     ages: Vec<u8>,
+    /// Rows without bounds that an event has just made.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Vec::is_empty")
+    )]
+    made: Vec<Made>,
     /// Where cables slip over sheaves with friction, 1 in the direction of travel, −1 against it.
     #[cfg_attr(feature = "serde", serde(default))]
     slips: Vec<i8>,
@@ -126,6 +132,7 @@ impl SavedRun {
             tension: self.tension.map(|tension| to.rows(&tension)),
             places: to.bounded(&self.places, Place::Inside),
             ages: to.bounded(&self.ages, UNKNOWN),
+            made: to.made(&self.made),
             // Of a changed cable they are found anew.
             slips: Vec::new(),
             contacts: Vec::new(),
@@ -212,6 +219,10 @@ impl SavedRun {
         }
         if !self.slips.is_empty() {
             count("slips", self.slips.len(), capstans)?;
+        }
+        let beyond = |row: &&Made| row.row >= rows;
+        if let Some(row) = self.made.iter().find(beyond) {
+            return Err(fault("made", format!("names row {} of {rows}", row.row)));
         }
         count("places", self.places.len(), bounded)?;
         count("ages", self.ages.len(), bounded)
@@ -301,6 +312,7 @@ impl Stepper {
             tension: self.tension_known.then(|| self.tension.to_vec()),
             places: self.bounded.places().collect(),
             ages: self.closing.ages().to_vec(),
+            made: self.closing.made().to_vec(),
             slips: self.slip.motions(),
             contacts: self.contacts.known().0.to_vec(),
             contact_time: self.contacts.known().1,
@@ -368,6 +380,7 @@ impl Stepper {
         }
         stepper.bounded.put(&saved.places);
         stepper.closing.put(&saved.ages);
+        stepper.closing.make(saved.made);
         stepper.slip.put(&saved.slips);
         stepper.contacts.put(saved.contacts, saved.contact_time);
         let rows = &mut stepper.pieces.rows;

@@ -86,6 +86,8 @@ pub(crate) struct Slip {
     pub(crate) may_change: bool,
     /// Those that slip, the dense system of their rates, by rows with the right-hand side, and a vector of the rows.
     slipping: Vec<usize>,
+    /// Set where a sheave begins or ceases to slip, or turns its sense, until W is built for it.
+    pub(crate) has_changed: bool,
     dense: Vec<f64>,
     pub(crate) column: Vec<f64>,
 }
@@ -112,6 +114,7 @@ impl Slip {
         Self {
             may_change: scene.has_rough_sheaves(),
             slipping: Vec::with_capacity(count),
+            has_changed: false,
             dense: vec![0.0; count * (count + 1)],
             column: vec![0.0; if count > 0 { rows.rows() } else { 0 }],
             sheaves,
@@ -268,6 +271,19 @@ impl Slip {
 
     /// Corrects the rates of the sheaves that slip so that μ obeys their law, and μ with them. False where no rates do.
     pub(crate) fn correct(&mut self, mu: &mut [f64]) -> bool {
+        let solved = self.obey(mu);
+        if solved {
+            let width = self.slipping.len() + 1;
+            for (row, &i) in self.dense.chunks_exact(width).zip(&self.slipping) {
+                self.sheaves[i].rate += row[width - 1];
+            }
+        }
+        solved
+    }
+
+    /// μ = A⁻¹ b becomes the one with the sheaves that slip; their further rates end the rows of the dense system. False
+    /// where no rates do.
+    pub(crate) fn obey(&mut self, mu: &mut [f64]) -> bool {
         let Self {
             sheaves,
             slipping,
@@ -286,7 +302,6 @@ impl Slip {
         }
         for (r, &i) in slipping.iter().enumerate() {
             let change = dense[r * width + count];
-            sheaves[i].rate += change;
             for (mu, z) in mu.iter_mut().zip(&sheaves[i].response) {
                 *mu += change * z;
             }
@@ -340,6 +355,7 @@ impl Slip {
             };
             if next != sheave.motion && (settled || !singly) {
                 (sheave.motion, settled) = (next, false);
+                self.has_changed = true;
             }
         }
         Some(settled)
@@ -404,6 +420,8 @@ fn eliminate(rows: &mut [f64], count: usize) -> bool {
 
 #[cfg(test)]
 pub(crate) mod tests;
+#[cfg(test)]
+mod tests_braked;
 #[cfg(test)]
 mod tests_energy;
 #[cfg(test)]

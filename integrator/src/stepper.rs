@@ -75,6 +75,8 @@ pub struct Stepper {
     pub(crate) slip: Slip,
     /// Where cables of segments leave their winches.
     pub(crate) fairleads: Vec<usize>,
+    /// Cables with winches, massless and of segments: their constraints.
+    pub(crate) winches: Vec<usize>,
     /// Cables that refine themselves.
     pub(crate) resolving: Option<Box<Resolving>>,
     /// What touches.
@@ -284,6 +286,7 @@ impl Stepper {
             },
             slip,
             fairleads: scene.fairleads().collect(),
+            winches: winding::winches(&scene),
             resolving: Resolving::new(&scene).map(Box::new),
             contacts,
             columns: Default::default(),
@@ -548,6 +551,9 @@ impl Stepper {
         // The driven part of r_n is that of the step that led here.
         let rates = (&**jv, &*history.phi_t);
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
+        if !self.winches.is_empty() {
+            winding::leave_room(&mut self.bounded, &self.scene, pieces, self.time + dt);
+        }
         // The last drives of cables that slip hold their slip.
         let jerk = if self.slip.is_empty() {
             divided::LEAST * slowest(&self.scene, dt)
@@ -627,8 +633,20 @@ impl Stepper {
                 slipped |= paid > 0.0;
             }
         }
+        for bound in self.bounded.emptied().map(|k| rows.bounds[k]) {
+            let constraint = &mut self.scene.constraints[bound.constraint];
+            if let Constraint::MasslessCable(cable) = constraint {
+                slipped |= cable.run_out(self.time);
+            }
+        }
+        for n in 0..self.winches.len() {
+            slipped |= self.stall(self.winches[n]);
+        }
         if slipped {
             self.pieces.rows.update_state(&self.scene, self.time);
+        }
+        if slipped || self.slip.slips() {
+            self.pieces.rescale(&self.scene);
         }
         self.cut_at_winches();
     }

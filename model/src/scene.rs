@@ -271,11 +271,12 @@ impl Scene {
         self.cut_at_winch(drive.constraint, t, 0.0);
         let (speed, constraint) = (value * drive.gain, &mut self.constraints[drive.constraint]);
         if let Constraint::Fairlead(lead) = constraint {
-            lead.winch.speed = speed;
+            lead.winch.set_speed(speed, lead.length);
         } else if let Constraint::MasslessCable(cable) = constraint {
             cable.rebase(t);
+            let length = cable.length;
             if let Some(winch) = &mut cable.winch {
-                winch.speed = speed;
+                winch.set_speed(speed, length);
             }
         } else if let Some(motor) = constraint.motor_mut() {
             motor.target = Target::Speed(speed);

@@ -14,6 +14,7 @@
 
 pub mod invariants;
 mod paired;
+mod ropes;
 mod run;
 pub mod scene;
 pub mod shrink;

@@ -1,6 +1,6 @@
 use crate::{Guard, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Winch};
+use taut_model::{Body, Constraint, Distance, Frame, MasslessCable, RowLaw, Scene, Winch};
 
 pub(super) const G: f64 = 9.81;
 pub(super) const DT: f64 = 1.0 / 60.0;
@@ -221,6 +221,142 @@ fn a_winch_that_runs_from_the_start_does_not_kick() {
                 }
                 assert!((rate / speed - 1.0).abs() < 0.05, "{step}: {rate} m/s");
             }
+        }
+    }
+}
+
+/// A rod made in flight stops a load along it: without rebound where it is stiff, with a rebound that the steps resolve where it
+/// is soft.
+#[test]
+fn a_rod_that_is_made_between_parting_bodies_stops_them_without_a_rebound() {
+    // Velocities of the middles of steps are larger by Ω²/24 of a swing.
+    for (omega, highest) in [
+        (f64::INFINITY, 0.01),
+        (300.0, 0.01),
+        (30.0, 0.05),
+        (0.2, 1.002),
+    ] {
+        for speed in [0.3, 3.0, -3.0] {
+            for substeps in [1, 2, 4] {
+                let mut scene = Scene::new("caught");
+                let load = ball(&mut scene, LOAD, Vector3::z() * -LENGTH);
+                let body = load.body_index().unwrap();
+                scene.bodies.velocity[body] = Vector3::new(0.0, 0.0, -speed);
+                let mut stepper = Stepper::new(scene, options(DT, substeps)).unwrap();
+                stepper.step().unwrap();
+                let length = -stepper.scene().bodies.position[body].z;
+                let rod = Distance {
+                    frames: [Frame::world(Vector3::zeros()), load],
+                    length,
+                    law: RowLaw::new(compliance(omega * substeps as f64), 0.0),
+                    transverse: false,
+                };
+                stepper
+                    .change(|edit| Ok(edit.add_constraint("rod", Constraint::Distance(rod), 0)))
+                    .unwrap();
+                let mut fastest = 0.0_f64;
+                for _ in 0..120 {
+                    stepper.step().unwrap();
+                    let away = -stepper.scene().bodies.velocity[body].z / speed;
+                    fastest = fastest.max(-away);
+                }
+                let what = format!("Ω = {omega}, {speed} m/s, {substeps} sub-steps: {fastest}");
+                assert!(fastest <= highest + 1e-9, "{what}");
+                assert!(omega > 1.0 || fastest > 0.9, "{what}");
+            }
+        }
+    }
+}
+
+/// A drum that has paid out to its end under more than its motor hauls in with.
+#[test]
+fn a_motor_that_is_too_weak_for_its_load_stands_at_the_drum_s_end() {
+    for (omega, part) in [(1.0, 0.5), (3.0, 0.9), (100.0, 0.3)] {
+        let mut scene = falling(0.0, compliance(omega));
+        let Constraint::MasslessCable(cable) = &mut scene.constraints[0] else {
+            panic!("a rope");
+        };
+        cable.winch = Some(Winch {
+            speed: -0.5,
+            force_limit: part * LOAD * G,
+            longest: LENGTH + 0.1,
+            ..Winch::new()
+        });
+        let watched = StepOptions {
+            energy_tolerance: Some(0.2),
+            ..options(DT, 1)
+        };
+        let mut stepper = Stepper::new(scene, watched).unwrap();
+        let (mut ends, mut lengths) = (0, 0);
+        for step in 0..600 {
+            let report = stepper.step().unwrap();
+            let balance = report.balance.unwrap();
+            let what = format!("Ω = {omega}, {part} of the weight, step {step}");
+            assert!(balance.excess < 4e-2, "{what}: {balance:?}");
+            let tension = stepper.tension(0).unwrap();
+            let Constraint::MasslessCable(cable) = &stepper.scene().constraints[0] else {
+                panic!("a rope");
+            };
+            let at_end = cable.length_at(stepper.time()) >= LENGTH + 0.1;
+            // A motor hauls in with what it has, no more; a divided step tells the mean of its parts.
+            if !at_end && report.divided == 0 {
+                assert!(
+                    tension <= part * LOAD * G * (1.0 + 1e-9),
+                    "{what}: {tension}"
+                );
+            }
+            (ends, lengths) = (ends + usize::from(at_end), lengths + 1);
+        }
+        assert!(2 * ends > lengths, "Ω = {omega}: at its end in {ends}");
+        let last = stepper.tension(0).unwrap();
+        assert!((last / (LOAD * G) - 1.0).abs() < 0.1, "Ω = {omega}: {last}");
+    }
+}
+
+/// A load that pulls its rope off a drum until that is empty: a rigid rope stops it there, a soft one swings about where it hangs
+/// and throws it no higher than it fell.
+#[test]
+fn an_emptied_drum_stops_its_load_at_its_end() {
+    for (omega, part) in [(f64::INFINITY, 0.5), (300.0, 0.2), (30.0, 0.0), (1.0, 0.5)] {
+        for (left, substeps) in [(0.2, 1), (0.37, 1), (0.2, 4), (1.0, 2)] {
+            let mut scene = falling(0.0, compliance(omega));
+            let Constraint::MasslessCable(cable) = &mut scene.constraints[0] else {
+                panic!("a rope");
+            };
+            cable.winch = Some(Winch {
+                brake: true,
+                brake_limit: part * LOAD * G,
+                longest: LENGTH + left,
+                ..Winch::new()
+            });
+            let watched = StepOptions {
+                energy_tolerance: Some(0.2),
+                ..options(DT, substeps)
+            };
+            let mut stepper = Stepper::new(scene, watched).unwrap();
+            let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+            let what = format!("Ω = {omega}, {part} of the weight, {left} m, {substeps}");
+            for _ in 0..300 {
+                let balance = stepper.step().unwrap().balance.unwrap();
+                assert!(balance.excess < 4e-2, "{what}: {balance:?}");
+                let height = stepper.scene().bodies.position[0].z + LENGTH + left;
+                lowest = lowest.min(height);
+                if lowest < 0.0 {
+                    highest = highest.max(height);
+                }
+            }
+            // With the energy that is left of its fall it stretches the rope by as much as a fall would without a brake.
+            let sag = compliance(omega) * LOAD * G;
+            let deepest = sag + (sag * sag + 2.0 * sag * left).sqrt();
+            assert!(
+                lowest > -1.2 * deepest - 1e-3,
+                "{what}: {lowest}, {deepest}"
+            );
+            assert!(highest < left, "{what}: {highest}");
+            assert!(
+                omega < 100.0 || highest < 0.01 * left + 1e-3,
+                "{what}: {highest}"
+            );
         }
     }
 }

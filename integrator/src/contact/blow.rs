@@ -42,7 +42,7 @@ impl Touch {
 
     /// Takes whether it is hit, after it got the impulse of the last step: whether the shapes close faster than `slowest`.
     pub(super) fn meet(&mut self, scene: &Scene, slowest: f64) {
-        let [rate, ..] = self.rates(|i| scene.bodies.rates(i));
+        let rate = self.normal_rate(|i| scene.bodies.rates(i));
         if rate >= -slowest {
             return;
         }
@@ -89,6 +89,7 @@ impl Operator {
             for touch in members.iter() {
                 let touch = &mut touches[*touch];
                 if !driven || (touch.hit && touch.arrives) {
+                    touch.struck = true;
                     hardened |= touch.harden();
                 }
             }

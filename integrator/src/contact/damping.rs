@@ -30,10 +30,28 @@ impl Touch {
         if surface.compliance == 0.0 || surface.compliance > STIFF {
             return surface.damping;
         }
-        let (mobility, gravity) = (self.mobility(scene), scene.gravity.norm());
-        let own = if mobility > 0.0 { 1.0 / mobility } else { 0.0 };
+        let gravity = scene.gravity.norm();
         let carried = if gravity > 0.0 { force / gravity } else { 0.0 };
-        let ringing = (surface.compliance * own.max(carried)).sqrt();
-        surface.damping.max(CRITICAL * ringing)
+        let of = |mobility: f64| {
+            let own = if mobility > 0.0 { 1.0 / mobility } else { 0.0 };
+            CRITICAL * (surface.compliance * own.max(carried)).sqrt()
+        };
+        // Bodies that turn besides are lighter yet.
+        if of(self.mobility_straight(scene)) <= surface.damping {
+            return surface.damping;
+        }
+        surface.damping.max(of(self.mobility(scene)))
+    }
+
+    /// W without the bodies' turning \[1/kg].
+    fn mobility_straight(&self, scene: &Scene) -> f64 {
+        let bodies = &scene.bodies;
+        let dynamic = self
+            .carriers()
+            .iter()
+            .filter(|of| bodies.is_dynamic(of.body));
+        dynamic
+            .map(|of| of.part * of.part / bodies.mass[of.body])
+            .sum()
     }
 }

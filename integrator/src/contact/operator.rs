@@ -13,6 +13,7 @@ use super::{CARRIERS, Carrier, FLOOR, Touch};
 use crate::Form;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
+use crate::slip::Slip;
 use std::ops::Range;
 use taut_model::linearized::dot;
 use taut_model::{Linearized, Scene};
@@ -37,6 +38,8 @@ pub(crate) struct Factor<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) form: Form,
     pub(crate) rows: &'a Linearized,
+    /// The sheaves that the response goes over: those that slip hold the ratio of their tensions, not their lengths.
+    pub(crate) slip: Option<&'a mut Slip>,
     /// Right-hand sides and solutions.
     pub(crate) system: &'a mut [Vec<f64>; 2],
 }
@@ -72,6 +75,10 @@ impl Factor<'_> {
             .zip(vectors.chunks_exact_mut(rows.rows()))
         {
             self.plan.scatter_multipliers(rows, x, sign, to);
+            if let Some(slip) = self.slip.as_mut().filter(|slip| slip.slips()) {
+                // Where no rates obey, the sheave sticks.
+                slip.obey(to);
+            }
         }
         report
     }
@@ -101,7 +108,7 @@ pub(crate) struct Operator {
     /// What joints are passed through in.
     pub(super) through: Through,
     /// −W p of all contacts.
-    moved_rates: Vec<f64>,
+    pub(super) moved_rates: Vec<f64>,
     solver: ConeSolver,
     /// What split islands work in.
     pub(super) split: Split,

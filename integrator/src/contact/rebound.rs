@@ -5,23 +5,24 @@
 //! too. An implicit step ends where the shapes touch, and its rebound is in the velocities alone. Newton's law can gain energy
 //! where friction turns a body; then the impulses are scaled so that the step's and theirs together add none.
 //!
-//! **Energy.** Impulses p that turn the rates u⁻ into u⁺ do the work ½ p·(u⁻ + u⁺) with the rates of the instant T of the
-//! blow. Those of the step belong to its middle: with the acceleration a of the contact without impulses, the step's rates
-//! without and with p are
+//! **Energy.** The motion is judged by its energy at the ends of the step, with velocities half a step on: of the mass m in
+//! free fall with the acceleration a, the step's impulse p₀ and a blow's p₁ after it change
 //!
 //! ```text
-//! u⁻ + a (½ Δt − T),      u⁺ + a (½ Δt − T)
+//! v⁺ = v + a Δt + p₀/m + p₁/m,      x⁺ = x + Δt (v + a Δt + p₀/m)
+//! Δ(½ m (v + ½ a Δt)² − m a·x) = (p₀ + p₁)·(u + ½ (p₀ + p₁)/m) + ½ Δt a·(p₁ − p₀),      u = v + a Δt
 //! ```
 //!
-//! so that of their mean a (½ Δt − T) is not the blow's: taken along, a late blow would lose and an early one gain 2 g Δt/v
-//! of its energy. An implicit step has its rates at its end, u⁻ + a (Δt − T) and u⁺. The step's own work is that of the bodies
-//! as they stood, the rebound's that of the bodies as they have turned.
+//! exactly so: beside the work with the step's rates there is that of what p₀ has lifted already and p₁ has not. Without it a
+//! late blow would lose and an early one gain 2 g Δt/v of its energy. An implicit step has its rates at its end, and the
+//! instant T of the blow gives them u⁻ + a (Δt − T) and u⁺. The step's own work is that of the bodies as they stood, the
+//! rebound's that of the bodies as they have turned.
 //!
 //! The step by itself gains energy where a body that is thrown back meets another within the step, as in a row of balls: both
 //! are then held together, and the one that arrived still rebounds. Then the step's impulses go towards those of a step
 //! without restitution, which take energy away, until the gain is none.
 
-use super::operator::Factor;
+use super::operator::{Factor, Operator};
 use super::{Contacts, Touch};
 use crate::pieces::Pieces;
 use taut_model::Scene;
@@ -41,7 +42,7 @@ impl Touch {
     /// Whether the shapes touch and do not arrive, neither faster than `slowest` nor over a gap that takes more than that in
     /// a step `dt`.
     pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
-        let [rate, ..] = self.rates(|i| scene.bodies.rates(i));
+        let rate = self.normal_rate(|i| scene.bodies.rates(i));
         rate >= -slowest && self.found.gap <= slowest * dt
     }
 
@@ -65,12 +66,8 @@ impl Touch {
             false if gap == 0.0 => 0.0,
             false => dt,
         };
-        let early = if of_scheme {
-            0.5 * dt - time
-        } else {
-            0.5 * (dt - time)
-        };
-        self.shift = a.map(|a| a * early);
+        // The scheme's rates are known with its impulses.
+        self.shift = [a.map(|a| a * 0.5 * (dt - time)); 2];
         if e == 0.0 || !self.hit || !arrives {
             return;
         }
@@ -82,6 +79,24 @@ impl Touch {
             self.rebound = Some(parting + a[0] * (0.5 * dt - arrival));
         } else {
             self.rebound = Some(parting);
+        }
+    }
+}
+
+impl Operator {
+    /// Takes what the rates of a step of the scheme have beyond those that tell the work, after [`Operator::energy`] of its
+    /// impulses: ± half of a Δt, by which free contacts change from the rates that `begun` gives to the `solved` ones less
+    /// those of the impulses.
+    fn take_free(&self, touches: &mut [Touch], solved: &[f64], begun: &dyn Fn(usize) -> [f64; 6]) {
+        let moved = self.moved_rates.as_chunks::<3>().0;
+        let solved = solved.as_chunks::<3>().0;
+        for (i, (moved, solved)) in moved.iter().zip(solved).enumerate() {
+            let (before, sigma) = (touches[i].rates(begun), self.sigma(i, touches));
+            let impulse = touches[i].impulse;
+            let half: [f64; 3] = std::array::from_fn(|k| {
+                0.5 * (solved[k] + moved[k] + sigma[k] * impulse[k] - before[k])
+            });
+            touches[i].shift = [half, half.map(|x| -x)];
         }
     }
 }
@@ -102,13 +117,13 @@ impl Contacts {
     }
 
     /// Impulses of rebounds, from the velocities at the end of a step `dt` long, which `of` gives; those that it was solved
-    /// for, before the bodies turned, `solved` gives. The step's impulses are kept in `resting`. Scaled so that both together
+    /// for, before the bodies turned, `solved` gives, and those that it began with `begun`. The step's impulses are kept in `resting`. Scaled so that both together
     /// add no energy where bodies do not turn.
     pub(crate) fn rebound(
         &mut self,
         method: ConeMethod,
         dt: f64,
-        (solved, of): (impl Fn(usize) -> [f64; 6], impl Fn(usize) -> [f64; 6]),
+        [begun, solved, of]: [&dyn Fn(usize) -> [f64; 6]; 3],
         factor: &mut Factor<'_>,
         each: impl FnMut(ConeReport, bool),
     ) -> Result<Budget, SolveError> {
@@ -117,8 +132,8 @@ impl Contacts {
         wanted.clear();
         rates.clear();
         for touch in &self.touches {
-            let [n, s, t] = touch.rates(&of);
-            rates.extend(touch.rates(&solved));
+            let [n, s, t] = touch.rates(of);
+            rates.extend(touch.rates(solved));
             let room = (touch.found.gap + dt * n).max(0.0) / dt;
             wanted.extend([touch.rebound.map_or(n + room, |rate| n - rate), s, t]);
         }
@@ -126,16 +141,20 @@ impl Contacts {
         let resting = self.touches.iter().map(|t| t.impulse);
         self.resting.extend(resting);
         // Of the step: p₀·u and p₀·W p₀.
-        let along = |touches: &[Touch], rates: &[f64]| -> f64 {
+        let along = |touches: &[Touch], rates: &[f64], stage: usize| -> f64 {
             let impulses = touches.iter().flat_map(|t| t.impulse);
-            let shifts = touches.iter().flat_map(|t| t.shift);
+            let shifts = touches.iter().flat_map(|t| t.shift[stage]);
             let instant = rates.iter().zip(shifts).map(|(u, shift)| u - shift);
             impulses.zip(instant).map(|(p, u)| p * u).sum()
         };
-        let spent =
-            along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
+        let square = self.operator.energy(&self.touches, factor)?;
+        if self.of_scheme {
+            let touches = &mut self.touches;
+            self.operator.take_free(touches, &rates, begun);
+        }
+        let spent = along(&self.touches, &rates, 0) - 0.5 * square;
         for (touch, rates) in self.touches.iter().zip(rates.as_chunks_mut::<3>().0) {
-            *rates = touch.rates(&of);
+            *rates = touch.rates(of);
         }
         let gains = spent > 0.0;
         if gains {
@@ -157,7 +176,7 @@ impl Contacts {
             }
         }
         let (linear, square) = (
-            along(&self.touches, &rates),
+            along(&self.touches, &rates, 1),
             self.operator.energy(&self.touches, factor)?,
         );
         let part = if gains {
@@ -169,7 +188,7 @@ impl Contacts {
             touch.impulse = touch.impulse.map(|p| p * part);
         }
         (self.rates, self.wanted) = (rates, wanted);
-        let moved = |touch: &Touch| dot3(&touch.impulse, &touch.shift);
+        let moved = |touch: &Touch| dot3(&touch.impulse, &touch.shift[1]);
         Ok(Budget {
             spent,
             shifted: self.touches.iter().map(moved).sum(),
@@ -212,7 +231,7 @@ impl Budget {
     /// The part of a change Δv of velocities that adds no more than was spent, for v·M Δv and Δv·M Δv as the bodies stand.
     pub(crate) fn part(&self, linear: f64, square: f64) -> f64 {
         if self.spent > 0.0 {
-            return 1.0;
+            return least_part(self.spent, linear - self.shifted, square);
         }
         largest_part(self.spent, linear - self.shifted, square)
     }
@@ -226,10 +245,15 @@ fn largest_part(spent: f64, linear: f64, square: f64) -> f64 {
     ((-linear + (linear * linear - 2.0 * square * spent).sqrt()) / square).clamp(0.0, 1.0)
 }
 
-/// The least θ ≤ 1 with the same ≤ 0, where `spent` > 0: the first root, in the form without cancellation.
+/// The least θ ≤ 1 with the same ≤ 0, where `spent` > 0: the first root, in the form without cancellation; or the one with
+/// the least of it.
 fn least_part(spent: f64, linear: f64, square: f64) -> f64 {
-    let root = (linear * linear - 2.0 * square * spent).max(0.0).sqrt();
-    let part = 2.0 * spent / (root - linear);
+    let below = linear * linear - 2.0 * square * spent;
+    let part = if below >= 0.0 {
+        2.0 * spent / (below.sqrt() - linear)
+    } else {
+        -linear / square
+    };
     if part.is_finite() {
         part.clamp(0.0, 1.0)
     } else {

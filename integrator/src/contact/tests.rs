@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::collide::{Collider, Shape, Surface};
 use taut_model::{
     Body, Cable, CableEnd, Constraint, Frame, Grounded, GroundedParams, HoistParams, MasslessCable,
-    Material, RowLaw, Scene,
+    Material, RowLaw, Scene, Sheave,
 };
 use taut_solver::Backend;
 

@@ -24,12 +24,15 @@ use super::Touch;
 use nalgebra::Vector3;
 use taut_model::Scene;
 
+/// Square of an angular velocity \[rad²/s²] of which b is a rounding error of g Δt: 10⁻¹⁶ m/s and less.
+const STILL: f64 = 1e-14;
+
 impl Touch {
     /// Takes b of the rows across the normal for a step `dt`, after it is known whether the contact is hit.
     pub(super) fn follow(&mut self, scene: &Scene, dt: f64) {
         let spins = &scene.bodies.angular_velocity;
         let carriers = &self.carriers[..self.count];
-        let still = |carrier: &super::Carrier| spins[carrier.body] == Vector3::zeros();
+        let still = |carrier: &super::Carrier| spins[carrier.body].norm_squared() < STILL;
         if self.hit || carriers.iter().all(still) {
             return;
         }

@@ -150,6 +150,7 @@ impl Stepper {
         let solved = self.solve_frozen(past);
         (self.bounded.frozen, self.contacts.begins) = (false, false);
         solved?;
+        self.account_up_to_now();
         self.pieces.update_velocity_change(&self.mu);
         self.take_half_back(0..self.scene.bodies.len(), -1.0);
         self.stage = Stage::Unsolved;

@@ -193,6 +193,7 @@ impl Stepper {
             self.find_contacts(dt, false)?;
         }
         self.pieces.rows.drive(&self.scene, self.time, end);
+        self.bounded.forget_room();
         self.slip.forget();
         self.slip.grip(&self.scene);
         self.closing.begin(&self.pieces.rows);

@@ -43,6 +43,7 @@ impl Stepper {
             plan: &self.plan,
             form: self.options.form,
             rows: &self.pieces.rows,
+            slip: None,
             system: &mut self.columns,
         };
         let report = factor.respond(&mut response);

@@ -19,13 +19,14 @@ const TOLERANCE: f64 = 1e-10;
 
 /// The factor of the joints' system of a stepper, of which nothing else is taken.
 macro_rules! factor_of {
-    ($stepper:expr) => {
+    ($stepper:expr, $slip:expr) => {
         Factor {
             solver: &mut *$stepper.solver,
             matrix: &$stepper.matrix,
             plan: &$stepper.plan,
             form: $stepper.options.form,
             rows: &$stepper.pieces.rows,
+            slip: $slip,
             system: &mut $stepper.columns,
         }
     };
@@ -95,7 +96,9 @@ impl Stepper {
             // W is that of another matrix at first.
             let close = self.scene.gravity.norm() * dt;
             let new = self.contacts.activate(rates, close) || pass == 0;
-            if new && self.build_operator()? {
+            // A changed pattern of slipping sheaves changes W.
+            let other = std::mem::take(&mut self.slip.has_changed);
+            if (new || other) && self.build_operator()? {
                 self.contacts.rates(&self.pieces, rates);
             }
             self.contacts.regularize(rates);
@@ -125,7 +128,7 @@ impl Stepper {
         rates: &mut [f64],
         first: bool,
     ) -> Result<bool, SolveError> {
-        let mut factor = factor_of!(self);
+        let mut factor = factor_of!(self, Some(&mut self.slip));
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         operator.take_away(touches, rates, &mut factor)?;
@@ -142,7 +145,7 @@ impl Stepper {
     /// W of the active contacts; whether some became rigid.
     pub(super) fn build_operator(&mut self) -> Result<bool, StepError> {
         let together = !self.options.contacts.is_staggered();
-        let mut factor = factor_of!(self);
+        let mut factor = factor_of!(self, Some(&mut self.slip));
         let contacts = &mut self.contacts;
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         let active = touches.iter().filter(|touch| touch.active).count();
@@ -172,7 +175,8 @@ impl Stepper {
         {
             return Ok(());
         }
-        let mut factor = factor_of!(self);
+        // A cable sticks to its sheaves in the instant of a blow.
+        let mut factor = factor_of!(self, None);
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
         let (bodies, v, dv) = (&self.scene.bodies, &self.pieces.v, &self.pieces.dv);
         let of = |i: usize| bodies.rates(i);
@@ -186,7 +190,7 @@ impl Stepper {
         let done = contacts.rebound(
             self.options.contacts.of_dense_problems(),
             contacts.dt(),
-            (solved_for, of),
+            [&|i| v.get(i), &solved_for, &of],
             &mut factor,
             |report, softer| {
                 tally.contacts.add(&report, softer);
@@ -249,7 +253,7 @@ impl Stepper {
                 mu[rows.bounds[k].row] = 0.0;
             }
             mu.iter_mut().for_each(|rate| *rate = -*rate);
-            let report = factor_of!(self).respond(mu);
+            let report = factor_of!(self, None).respond(mu);
             let report = report.map_err(|e| self.culprit(e))?;
             self.tally.add_part(report);
             let Pieces { rows, inertia, .. } = &self.pieces;
@@ -261,7 +265,7 @@ impl Stepper {
 }
 
 /// v·M Δv and Δv·M Δv of dynamic bodies as they stand, for a change Δv of their velocities \[J].
-fn works(bodies: &Bodies, change: &BodyVectors) -> (f64, f64) {
+pub(super) fn works(bodies: &Bodies, change: &BodyVectors) -> (f64, f64) {
     let (mut linear, mut square) = (0.0, 0.0);
     for i in (0..bodies.len()).filter(|i| bodies.is_dynamic(*i)) {
         let [x, y, z, p, q, r] = change.get(i);

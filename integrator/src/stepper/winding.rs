@@ -7,7 +7,9 @@
 
 use super::Stepper;
 use crate::StepError;
-use taut_model::Constraint;
+use crate::bounded::Bounded;
+use crate::pieces::Pieces;
+use taut_model::{Constraint, Scene};
 
 /// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
 const FASTEST: f64 = 0.25;
@@ -41,12 +43,28 @@ impl Stepper {
                 && let Some(body) = self.scene.constraints[i].frames()[1].body_index()
             {
                 self.pieces.inertia.renew(&self.scene.bodies, body);
+                if let Some(cable) = self.scene.cable_at(i) {
+                    let joints = &self.scene.cables[cable].joints;
+                    let first = &joints[..joints.len().min(2)];
+                    self.pieces.rescale_some(&self.scene, first);
+                }
                 cut = true;
             }
         }
         if cut {
             self.pieces.rows.update(&self.scene, self.time);
             self.account.close();
+        }
+    }
+
+    /// Stalls winch `i` at its empty drum, or lets it haul in again, by the tension of the last step. Returns true on a change.
+    pub(super) fn stall(&mut self, i: usize) -> bool {
+        let row = self.pieces.rows.row_range(i).start;
+        let (tension, time) = (-self.mu[row] / self.mu_dt, self.time);
+        match &mut self.scene.constraints[i] {
+            Constraint::MasslessCable(cable) => cable.stall(tension, time),
+            Constraint::Fairlead(lead) => lead.stall(tension, time),
+            _ => false,
         }
     }
 
@@ -64,6 +82,30 @@ impl Stepper {
         self.history.phi_t[bound.row] -= paid / self.stage.advanced();
         paid
     }
+}
+
+/// Takes the rope left on the drums of massless cables at the end of a step, at time `end` (s).
+pub(super) fn leave_room(bounded: &mut Bounded, scene: &Scene, pieces: &Pieces, end: f64) {
+    bounded.forget_room();
+    for (k, bound) in pieces.rows.bounds.iter().enumerate() {
+        let Constraint::MasslessCable(cable) = &scene.constraints[bound.constraint] else {
+            continue;
+        };
+        if let Some(winch) = cable.winch.filter(|w| w.longest < f64::INFINITY) {
+            bounded.leave_room(k, (winch.longest - cable.length_at(end)).max(0.0));
+        }
+    }
+}
+
+/// The constraints that are cables with winches.
+pub(super) fn winches(scene: &Scene) -> Vec<usize> {
+    let has_winch = |constraint: &Constraint| match constraint {
+        Constraint::MasslessCable(cable) => cable.winch.is_some(),
+        other => matches!(other, Constraint::Fairlead(_)),
+    };
+    let all = scene.constraints.iter().enumerate();
+    all.filter_map(|(i, constraint)| has_winch(constraint).then_some(i))
+        .collect()
 }
 
 #[cfg(test)]

@@ -77,13 +77,13 @@ impl Fairlead {
     /// Bounds of λ of its first row at time `t` (s), lower and upper \[N].
     #[must_use]
     pub fn bounds_at(&self, t: f64) -> (f64, f64) {
-        let holds = self.length_at(t) >= self.winch.longest;
-        let lower = if holds {
-            f64::NEG_INFINITY
-        } else {
-            -self.winch.holding_force()
-        };
-        (lower, f64::INFINITY)
+        (self.winch.lower_bound(self.length_at(t)), f64::INFINITY)
+    }
+
+    /// As [`MasslessCable::stall`](super::MasslessCable::stall), after the cable was cut to its length at time `t` (s).
+    pub fn stall(&mut self, tension: f64, t: f64) -> bool {
+        let stalls = self.winch.stalls(self.length_at(t), tension);
+        std::mem::replace(&mut self.winch.stalled, stalls) != stalls
     }
 
     /// What a drum that slipped at time `t` (s) has let go, the first row's violation being `phi`: until the elastic law

@@ -28,6 +28,9 @@ use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
 
+/// A tension less than the limit by this part of it is rounding.
+const STALL: f64 = 1e-9;
+
 /// Pays a cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -47,6 +50,10 @@ pub struct Winch {
     /// Length at which the drum is empty and its end holds any tension \[m].
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub longest: f64,
+    /// True while a motor that hauls in stands at the end of its empty drum, under a tension beyond `force_limit`. The step sets
+    /// it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub stalled: bool,
     /// Time from which on `speed` holds \[s]: the cable had its `length` then. A winch of a time > 0 rests before; one of
     /// 0, with which a run begins, was running already, so that a load that moves with its cable feels no start.
     pub since: f64,
@@ -63,6 +70,7 @@ impl Winch {
             brake_limit: f64::INFINITY,
             shortest: 1e-3,
             longest: f64::INFINITY,
+            stalled: false,
             since: 0.0,
         }
     }
@@ -91,7 +99,7 @@ impl Winch {
     /// Length at time `t` (s) of a cable that is `length` long at the time [`Winch::since`] \[m].
     #[must_use]
     pub(crate) fn length_at(&self, length: f64, t: f64) -> f64 {
-        if self.brake || self.speed == 0.0 {
+        if self.brake || self.speed == 0.0 || self.stalled {
             return length;
         }
         // A cable that is out of the range already stays as it is.
@@ -103,6 +111,30 @@ impl Winch {
             // As it goes on: a drum at its stop stood there before.
             time => (2.0 * length - after(-time)).max(shortest),
         }
+    }
+
+    /// Lower bound of λ at the length that the cable has at the moment \[N]: of an empty drum its end holds any tension, unless
+    /// its motor hauls in.
+    pub(crate) fn lower_bound(&self, length: f64) -> f64 {
+        let hauls = self.speed < 0.0 && !self.brake && !self.stalled;
+        if length < self.longest || hauls {
+            -self.holding_force()
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+
+    /// Sets the speed \[m/s], positive pays out, of a cable that is `length` (m) long now. The motor of an empty drum with a
+    /// finite `force_limit` stalls until the next step tells the tension.
+    pub fn set_speed(&mut self, speed: f64, length: f64) {
+        self.speed = speed;
+        self.stalled = self.force_limit < f64::INFINITY && self.stalls(length, f64::INFINITY);
+    }
+
+    /// True where the drum stalls at this length (m) under this tension (N).
+    pub(crate) fn stalls(&self, length: f64, tension: f64) -> bool {
+        let hauls = self.speed < 0.0 && !self.brake;
+        hauls && length >= self.longest && tension >= self.force_limit * (1.0 - STALL)
     }
 
     /// Tension that makes the drum slip \[N].
@@ -178,8 +210,8 @@ impl MasslessCable {
     #[must_use]
     pub fn bounds_at(&self, t: f64) -> (f64, f64) {
         let lower = match &self.winch {
-            Some(w) if self.length_at(t) < w.longest => -w.holding_force(),
-            _ => f64::NEG_INFINITY,
+            Some(w) => w.lower_bound(self.length_at(t)),
+            None => f64::NEG_INFINITY,
         };
         let upper = if self.tension_only {
             0.0
@@ -211,6 +243,31 @@ impl MasslessCable {
             return settled - now;
         }
         0.0
+    }
+
+    /// Stalls the drum, or lets it haul in again, by the tension (N) of the step that ended at time `t` (s). Returns true on a
+    /// change.
+    pub fn stall(&mut self, tension: f64, t: f64) -> bool {
+        let length = self.length_at(t);
+        let Some(stalls) = self.winch.map(|w| w.stalls(length, tension)) else {
+            return false;
+        };
+        let changes = self.winch.is_some_and(|w| w.stalled != stalls);
+        if changes {
+            self.rebase(t);
+            self.winch.iter_mut().for_each(|w| w.stalled = stalls);
+        }
+        changes
+    }
+
+    /// Empties the drum at time `t` (s). Returns true where rope was left on it.
+    pub fn run_out(&mut self, t: f64) -> bool {
+        let longest = self.winch.map_or(f64::INFINITY, |w| w.longest);
+        let was_not = longest < f64::INFINITY && self.length_at(t) < longest;
+        if was_not {
+            self.set_length(longest, t);
+        }
+        was_not
     }
 
     fn set_length(&mut self, length: f64, t: f64) {

@@ -63,10 +63,35 @@ pub(super) fn axis(a: &Solid, b: &Solid) -> (Vector3<f64>, f64) {
             let face = a.face_along(&-n).map(|(normal, _)| -normal);
             let n = face
                 .or_else(|| b.face_along(&n).map(|(normal, _)| normal))
-                .unwrap_or(n);
+                .unwrap_or_else(|| lying(a, b, n));
             (n, separation(a, b, &n))
         },
     )
+}
+
+/// The normal of a face on which a capsule lies, or else `n`, the direction of their shortest connection. Where the capsule
+/// reaches over an edge of the face and is tilted by next to nothing, it is nearest to that edge, and would touch it in one
+/// point.
+fn lying(a: &Solid, b: &Solid, n: Vector3<f64>) -> Vector3<f64> {
+    let (capsule, solid, sign) = match a.core {
+        Core::Segment => (a, b, 1.0),
+        _ => (b, a, -1.0),
+    };
+    if capsule.half.z == 0.0 {
+        return n;
+    }
+    let clearly = CLEARLY * a.size().min(b.size());
+    let most = separation(a, b, &n) - clearly;
+    let lies = |m: &Vector3<f64>| {
+        let near = m.dot(&n) > UPRIGHT && (most..clearly).contains(&separation(a, b, m));
+        let face = solid.face_along(&(m * sign)).filter(|_| near);
+        face.is_some_and(|(outward, face)| {
+            let line = capsule.lying_along(&-outward);
+            line.within(&face, &outward, CLOSE * clearly).len() > 1
+        })
+    };
+    let mut normals = solid.faces().map(|m| m * m.dot(&n).signum());
+    normals.find(lies).unwrap_or(n)
 }
 
 /// Whether boxes or cylinders that have s(n) = `gap` along n just miss each other: another face across n passes over or under

@@ -13,6 +13,9 @@ use crate::collide::{Collider, Shape};
 
 /// Corners of the polygon that stands for the rim of a cylinder where it lies on something flat.
 const LYING: usize = 8;
+/// By how much the lowest point of a rim is lower than those corners, over its radius, where it is a point of contact: from a
+/// tilt of 1.3e-4 rad on.
+const LOWER: f64 = 1e-5;
 /// Corners of the polygon that stands for the end face of a cylinder on which something lies.
 const CARRYING: usize = 16;
 /// Cosine between an edge and a direction, below which they count as perpendicular.
@@ -219,13 +222,14 @@ impl Solid {
         let normal = self.axis(k) * local[k].signum();
         let mut face = self.face(k, &normal, LYING);
         if self.core == Core::Cylinder {
-            // The lowest point of a tilted rim, which lies between the corners.
+            // The lowest point of a tilted rim, which lies between the corners. It goes round as a disc rocks: one that stands
+            // would be carried now here, now there, and never rest.
             let lowest = self.support(u);
             let reached = face
                 .iter()
                 .map(|p| p.dot(u))
                 .fold(f64::NEG_INFINITY, f64::max);
-            if lowest.dot(u) > reached + 1e-9 * self.half.x {
+            if lowest.dot(u) > reached + LOWER * self.half.x {
                 face.push(lowest);
             }
         }

@@ -443,6 +443,50 @@ fn a_box_that_rocks_on_a_disc_stands_on_its_face() {
 }
 
 #[test]
+fn a_capsule_over_the_edge_of_a_face_keeps_its_line_while_it_rocks() {
+    let (long, radius) = (1.1, 0.15);
+    for carrier in [cuboid(0.9, 0.6, 0.5), cylinder(0.5, 0.45)] {
+        for angle in [-1e-4, -5e-6, 0.0, 3e-6, 4e-5] {
+            let lies = about(v(0.0, 1.0, 0.0), QUARTER + angle);
+            let above = v(0.02, 0.01, 0.25 + radius - 2e-5);
+            let shapes = [
+                turned(capsule(long, radius), above, lies),
+                at(carrier, 0.0, 0.0, 0.0),
+            ];
+            let scene = scene(shapes, &about(v(0.0, 0.0, 1.0), 0.3), v(1.0, 0.0, 2.0));
+            let mut collisions = Collisions::new(&scene);
+            let found = collisions.find(&scene, 1e-3).expect("finite");
+            assert_eq!(found.len(), 2, "{angle} {found:?}");
+            for contact in found {
+                assert!(contact.normal.z > 1.0 - 1e-12, "{angle} {contact:?}");
+            }
+        }
+    }
+}
+
+/// Else the point that carries it goes round with the tilt, which it drives.
+#[test]
+fn a_disc_that_hardly_tilts_stands_on_the_same_corners() {
+    let disc = cylinder(0.2, 0.35);
+    for axis in [v(0.83, 0.55, 0.0), v(-0.1, 0.99, 0.0)] {
+        let found = |angle: f64| {
+            let place = turned(disc, v(0.0, 0.0, 0.1), about(axis.normalize(), angle));
+            let plane = at(Shape::HalfSpace, 0.0, 0.0, 0.0);
+            let turn = UnitQuaternion::identity();
+            contacts(&scene([plane, place], &turn, v(0.0, 0.0, 0.0)))
+        };
+        for angle in [1e-6, 6e-5] {
+            assert_eq!(found(angle).len(), 8, "{angle}");
+        }
+        let angle = 2e-3_f64;
+        let lowest = 0.1 - (0.1 * angle.cos() + 0.35 * angle.sin());
+        let gaps = found(angle).into_iter().map(|c| c.gap);
+        let least = gaps.fold(f64::INFINITY, f64::min);
+        assert!((least - lowest).abs() < EXACT, "{least} {lowest}");
+    }
+}
+
+#[test]
 fn a_box_on_an_incline_has_the_normal_of_the_plane() {
     for angle in [0.1, 0.35, 0.9] {
         let turn = about(v(0.0, 1.0, 0.0), angle);

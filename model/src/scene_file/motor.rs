@@ -142,6 +142,7 @@ impl WinchEntry {
                 "> 0 m: where hauling in stops",
             )?,
             longest: limit(of, "winch.longest", longest, longest >= shortest, needs)?,
+            stalled: false,
             since: of.check("winch.since", self.since, true, "finite")?,
         })
     }
@@ -155,6 +156,7 @@ impl WinchEntry {
             brake_limit,
             shortest,
             longest,
+            stalled: _,
             since,
         } = *winch;
         let default = Winch::new();

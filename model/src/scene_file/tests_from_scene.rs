@@ -222,6 +222,7 @@ impl Random {
             brake_limit: self.limit(),
             shortest,
             longest: 1.2 + self.limit(),
+            stalled: false,
             since: self.number(),
         };
         [None, Some(winch), Some(Winch::new())][self.below(3)]

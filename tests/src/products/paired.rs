@@ -2,7 +2,7 @@
 
 use super::invariants::Fault;
 use super::run::{Case, Run, options, sleep, steps};
-use super::{Choices, RATE, scene};
+use super::{Choices, G, RATE, TIME, scene};
 use nalgebra::Vector3;
 use taut_integrator::{StepOptions, Stepper};
 
@@ -49,7 +49,7 @@ pub(super) fn estimated(case: &Case) -> Fault {
     differs(&case.run, &again(case, other, steps())?, 0)
 }
 
-/// What creeps may go on by the distance in each period; what moves with a period of more than that of sleep is none.
+/// A swing may be off by the distance, and a creep goes on by it in each period.
 pub(super) fn asleep(case: &Case) -> Fault {
     let own = options(&case.choices);
     let (sleeps, distance) = (own.sleep.is_some(), sleep().distance);
@@ -62,7 +62,7 @@ pub(super) fn asleep(case: &Case) -> Fault {
     let since = slept.steps.iter().position(|m| m.report.asleep)?;
     let allowed = |n: usize| {
         let time = n.saturating_sub(since) as f64 / RATE;
-        distance * (time / sleep().period).max(1.0)
+        distance * (1.0 + time / sleep().period)
     };
     let pairs = case.run.steps.iter().zip(&other.steps).enumerate();
     let off = pairs.map(|(n, (a, b))| {
@@ -104,11 +104,18 @@ fn refinements(choices: &Choices) -> Option<[f64; 2]> {
 }
 
 /// Of motions that do not amplify a change: what halving the steps once more changes is no more than twice what it changed
-/// at first, and as far as things go in half a step where shapes meet or ropes close within one.
+/// at first, and as far as things go in half a step where shapes meet or ropes close within one, and what falls from there on
+/// half a step earlier or later.
 pub(super) fn refined(case: &Case) -> Fault {
-    // Times of bounces are known to a step. Ten runs more of faces on faces would take seconds.
+    // Times of bounces are known to a step, and a rope at its breaking force breaks or not. Ten runs more of faces on faces would
+    // take seconds.
     let bounces = case.choices.restitution > 0.0;
-    if bounces || case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
+    let breaks = case
+        .choices
+        .rope
+        .as_ref()
+        .is_some_and(|r| r.breaks.is_some());
+    if bounces || breaks || case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
         return None;
     }
     let [first, second] = (*case.halvings.get_or_init(|| refinements(&case.choices)))?;
@@ -124,7 +131,11 @@ pub(super) fn refined(case: &Case) -> Fault {
         .rope
         .as_ref()
         .map_or(0.0, |r| 2.0 * r.strain * r.length);
-    let allowed = 2.0 * first + 1e-5 + rings + 0.5 / RATE * speeds.fold(0.0, f64::max);
+    let [half, fastest] = [0.5 / RATE, speeds.fold(0.0, f64::max)];
+    let c = &case.choices;
+    let touches = c.ground.is_some() || c.other.is_some();
+    let sudden = f64::from(u8::from(touches) + u8::from(c.rope.is_some()));
+    let allowed = 2.0 * first + 1e-5 + rings + sudden * half * (fastest + G * TIME);
     (second > allowed).then(|| {
         let text =
             format!("{first:.3e} m by the first halving of the step, {second:.3e} m by the second");

@@ -44,6 +44,8 @@ pub(crate) struct Moment {
     pub(crate) contacts: Vec<ContactForce>,
     /// Of constraints and contacts on each body in the last sub-step \[N].
     pub(crate) forces: Vec<Vector3<f64>>,
+    /// The sizes of those forces, added up \[N].
+    pub(crate) sizes: Vec<f64>,
     /// Of a cable of segments: the tension that its last joint tells, that in its last segment, the largest in any \[N].
     pub(crate) column: Option<[f64; 3]>,
     pub(crate) fired: Vec<String>,
@@ -119,13 +121,15 @@ impl Moment {
             slip,
             grip: (capstan.friction * scene.wrap(i)).exp(),
         });
+        let (forces, sizes) = forces(stepper);
         Self {
             report,
             bodies: scene.bodies.clone(),
             parts,
             wheels: wheels.collect(),
             contacts: stepper.contacts().collect(),
-            forces: forces(stepper),
+            forces,
+            sizes,
             column: column(stepper),
             fired: stepper.fired().to_vec(),
             bits: bits(stepper),
@@ -138,22 +142,26 @@ impl Moment {
     }
 }
 
-fn forces(stepper: &Stepper) -> Vec<Vector3<f64>> {
+/// The sum of the forces on each body, and of their sizes.
+fn forces(stepper: &Stepper) -> (Vec<Vector3<f64>>, Vec<f64>) {
     let scene = stepper.scene();
     let mut forces = vec![Vector3::zeros(); scene.bodies.len()];
+    let mut sizes = vec![0.0; forces.len()];
     for (k, constraint) in scene.constraints.iter().enumerate() {
         for (side, frame) in constraint.frames().iter().enumerate() {
             if let (Some(body), Some(wrench)) = (frame.body_index(), stepper.force_on(k, side)) {
                 forces[body] += wrench.force;
+                sizes[body] += wrench.force.norm();
             }
         }
     }
     for contact in stepper.contacts() {
         for (body, force) in forces.iter_mut().enumerate() {
             *force += contact.on(body);
+            sizes[body] += contact.on(body).norm();
         }
     }
-    forces
+    (forces, sizes)
 }
 
 fn column(stepper: &Stepper) -> Option<[f64; 3]> {

@@ -142,3 +142,40 @@ fn a_body_that_is_added_in_a_run_stands_on_the_ground() {
     let height = stepper.scene().bodies.position[stepper.body_index(crate_).unwrap()].z;
     assert!((height - 0.5).abs() < 1e-5, "{height}");
 }
+
+/// A load on the ground, and a counterweight that bounces on the rope between them, which slips over a sheave.
+#[test]
+fn what_a_sheave_s_slip_makes_of_contacts_is_found_in_further_passes() {
+    for (mass, friction, compliance) in [(5e3, 0.1, 4e-7), (3e3, 0.25, 1e-6), (9e3, 0.05, 2e-7)] {
+        let mut scene = ground(0.0, rough(0.5));
+        let size = Vector3::new(1.6, 1.2, 1.0);
+        let at = Vector3::new(0.2, 0.0, 0.5);
+        let block = Body::cuboid(size, mass).at(at);
+        let load = add(&mut scene, block, Shape::Cuboid { size }, rough(0.5));
+        let weight = Body::particle(0.5 * mass).at(Vector3::new(-0.2, 0.0, 3.0));
+        let weight = scene.add_body("weight", weight);
+        let sheave = Sheave {
+            friction,
+            ..Sheave::new(0.2)
+        };
+        let frames = vec![
+            Frame::body(weight, Vector3::zeros()),
+            Frame::world(Vector3::z() * 8.0).along(&Vector3::y()),
+            Frame::body(load, Vector3::new(0.0, 0.0, 0.5)),
+        ];
+        let law = RowLaw::new(compliance, 0.05);
+        let cable = MasslessCable {
+            sheaves: vec![None, Some(sheave), None],
+            ..MasslessCable::new(frames, 5.0 + 7.0 + 0.2 * std::f64::consts::PI + 0.01, law)
+        };
+        scene.reeve("rope", &cable, 0).expect("a rope");
+        let mut stepper = stepper(scene);
+        let mut slips = 0;
+        while stepper.time() < 1.5 {
+            let report = stepper.step().expect("a step");
+            slips += report.slipping;
+            assert_eq!(report.undecided, 0, "{mass} {friction} {report:?}");
+        }
+        assert!(slips > 5, "{mass} {friction}: {slips}");
+    }
+}

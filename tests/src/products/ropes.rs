@@ -1,0 +1,188 @@
+//! Invariants of ropes and of the sheaves that they slip over.
+
+use super::RATE;
+use super::invariants::{Fault, first};
+use super::run::{Case, Moment, Part};
+use nalgebra::Vector3;
+
+/// The part in the three states before the end of step `n`, latest last.
+fn history<'a>(case: &'a Case, n: usize, part: &'a Part) -> Option<[&'a Part; 4]> {
+    let steps = &case.run.steps[n.checked_sub(3)?..=n];
+    // A cable that leaves a sheave is one part with another path.
+    let other = |m: &Moment| {
+        let sudden = m.report.events > 0 || m.report.implicit_substeps > 0;
+        sudden || m.parts.len() != steps[3].parts.len()
+    };
+    if steps.iter().any(other) {
+        return None;
+    }
+    let of = |k: usize| steps[k].part(&part.name);
+    Some([of(0)?, of(1)?, of(2)?, part])
+}
+
+/// The mean of past and future gaps that the third-difference scheme takes, [`taut_integrator::Scheme`].
+fn mean_gap(phi: [f64; 4]) -> f64 {
+    let [a, b, c, d] = phi;
+    c + 0.5 * (d - 2.0 * c + b) - 0.1 * (d - 3.0 * c + 3.0 * b - a)
+}
+
+/// Parts that a cable slips between, together: what slips shortens one by what it adds to the next, so that only their sum
+/// tells a slack cable.
+fn chains(m: &Moment) -> Vec<Vec<&Part>> {
+    let mut chains: Vec<Vec<&Part>> = m.parts.iter().map(|part| vec![part]).collect();
+    for wheel in &m.wheels {
+        let (joined, rest) = chains.into_iter().partition::<Vec<_>, _>(|chain| {
+            chain.iter().any(|part| wheel.parts.contains(&part.name))
+        });
+        chains = rest;
+        chains.push(joined.into_iter().flatten().collect());
+    }
+    chains
+}
+
+pub(super) fn slack(case: &Case) -> Fault {
+    let noise = 1e-9 * case.choices.weight().min(1e12);
+    first(case, |n, m| {
+        if let Some(part) = m.parts.iter().find(|part| part.tension < -noise) {
+            return Some(format!("{part:?} pushes"));
+        }
+        // A blow is in the velocities that a step ends with, and not in the tension.
+        let blows = case.choices.restitution > 0.0 && m.report.contacts.touching > 0;
+        if case.choices.steps.substeps > 1 || m.report.asleep || blows {
+            return None;
+        }
+        chains(m).into_iter().find_map(|chain| {
+            let mut phi = [0.0; 4];
+            for part in &chain {
+                let history = history(case, n, part)?;
+                phi.iter_mut().zip(history).for_each(|(sum, p)| *sum += p.phi);
+            }
+            // What crosses its length within a step takes the mean of a hat about t for its gap, up to a sixth of its way in a
+            // step, besides what the scheme adds for the gaps before and after.
+            // Its rate at t is the mean of the steps beside it, or what the first of them had at its end.
+            let bends = 0.5 * (phi[3] - 2.0 * phi[2] + phi[1]).abs();
+            let way = (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs()) + bends;
+            let crosses = phi[2] > -way;
+            let beside = mean_gap(phi) - if crosses { phi[2] } else { 0.0 };
+            let most = beside.max(0.0) + if crosses { way / 6.0 } else { 0.0 };
+            let law: f64 = chain.iter().map(|part| part.compliance * part.tension).sum();
+            let is_rigid = chain.iter().all(|part| part.compliance == 0.0);
+            let turning: f64 = chain.iter().map(|part| turning(case, n, part)).sum();
+            let open = phi[2] < 0.0 && phi[3] < 0.0 && law > most + turning + 1e-9;
+            let open = if is_rigid { phi[2] < -way - turning - 1e-6 } else { open };
+            let pulls = chain.iter().find(|part| part.tension > noise)?;
+            open.then(|| {
+                format!(
+                    "`{}` carries {:.4e} N while {:.3e} m, then {:.3e} m longer than its path (τ = {} s)",
+                    pulls.name, pulls.tension, -phi[2], -phi[3], pulls.damping
+                )
+            })
+        })
+    })
+}
+
+/// By how much the path of a part is longer at the end of step `n` than its rates say, twofold: of points that go round in a
+/// circle about its other end, as long as the part is now, or about the body's centre \[m].
+fn turning(case: &Case, n: usize, part: &Part) -> f64 {
+    let bodies = &case.run.steps[n].bodies;
+    let squares = bodies.velocity.iter().zip(&bodies.angular_velocity);
+    let squares =
+        squares.map(|(v, w)| v.norm_squared() / (0.5 * part.length) + 0.25 * w.norm_squared());
+    squares.fold(0.0, f64::max) / (RATE * RATE)
+}
+
+/// ε T = φ̄ + τ φ̇ of a taut part whose drum holds, to how far φ moved in the last steps.
+pub(super) fn stretch(case: &Case) -> Fault {
+    if case.choices.steps.substeps > 1 || case.choices.load.mass > 1e12 {
+        return None;
+    }
+    first(case, |n, m| {
+        m.parts.iter().find_map(|part| {
+            let history = history(case, n, part)?;
+            let slips = part.tension >= part.holds * (1.0 - 1e-9);
+            if m.report.asleep || slips || history.iter().any(|p| p.tension <= 0.0) {
+                return None;
+            }
+            let phi = history.map(|p| p.phi);
+            let [least, most] = [f64::min, f64::max].map(|f| phi.into_iter().reduce(f).unwrap_or(0.0));
+            let law = part.compliance * part.tension;
+            let found = mean_gap(phi) + part.damping * (phi[3] - phi[2]) * RATE;
+            let moved = (most - least) * (1.0 + part.damping * RATE);
+            let allowed = 1e-6 + 1e-6 * law + moved + turning(case, n, part) * (1.0 + part.damping * RATE);
+            ((law - found).abs() > allowed).then(|| {
+                format!(
+                    "`{}`: ε T = {law:.3e} m of {:.3e} N, path less length and damping {found:.3e} m, moved {moved:.1e} m",
+                    part.name, part.tension
+                )
+            })
+        })
+    })
+}
+
+/// The parts' lengths add up to the same, but for what winches and slipping drums pay out.
+pub(super) fn lengths(case: &Case) -> Fault {
+    if case.choices.rope.as_ref()?.winch.is_some() {
+        return None;
+    }
+    let sum = |m: &Moment| m.parts.iter().map(|p| p.length).sum::<f64>();
+    first(case, |n, m| {
+        let last = &case.run.steps[n.checked_sub(1)?];
+        let (before, after) = (sum(last), sum(m));
+        let same = last.parts.len() == m.parts.len() && m.report.events == 0;
+        (same && (after - before).abs() > 1e-9 * after.max(1.0))
+            .then(|| format!("{before} m, then {after} m"))
+    })
+}
+
+/// Tensions before and after a sheave, its slip and grip.
+fn at_sheaves(m: &Moment) -> impl Iterator<Item = (f64, f64, f64, f64)> + '_ {
+    let tension = |name: &String| m.part(name).map(|p| p.tension);
+    m.wheels
+        .iter()
+        .filter_map(move |w| Some((tension(&w.parts[0])?, tension(&w.parts[1])?, w.slip, w.grip)))
+}
+
+/// By how much e^(μθ) differs between sub-steps, over itself: a span turns by its end's way over its length.
+fn between(case: &Case, m: &Moment) -> f64 {
+    let friction = case.choices.rope.as_ref().and_then(|r| r.sheave);
+    if case.choices.steps.substeps == 1 {
+        return 0.0;
+    }
+    let speeds = m.bodies.velocity.iter().map(Vector3::norm);
+    let fastest = speeds.fold(0.0, f64::max);
+    let lengths = m.parts.iter().map(|part| part.length);
+    let shortest = lengths.fold(f64::INFINITY, f64::min);
+    friction.unwrap_or(0.0) * fastest / (RATE * shortest)
+}
+
+pub(super) fn cone_of_sheaves(case: &Case) -> Fault {
+    let noise = 1e-6 * case.choices.weight();
+    first(case, |n, m| {
+        // The grip is that of the beginning of the step.
+        let wheels = &case.run.steps[n.saturating_sub(1)].wheels;
+        if n == 0 || wheels.len() != m.wheels.len() || m.report.undecided > 0 {
+            return None;
+        }
+        at_sheaves(m)
+            .zip(wheels)
+            .find_map(|((before, after, slip, grip), last)| {
+                let grip = grip.max(last.grip) * (1.0 + 1e-6 + between(case, m));
+                let beyond = before > grip * after + noise || after > grip * before + noise;
+                beyond.then(|| {
+                    format!("{before:.6e} and {after:.6e} N, e^μθ = {grip}, slip {slip:e} m/s")
+                })
+            })
+    })
+}
+
+/// What slips forwards is pulled forwards: the part after the sheave is strained more, by all that friction can hold.
+pub(super) fn work_of_sheaves(case: &Case) -> Fault {
+    let weight = case.choices.weight();
+    first(case, |_, m| {
+        at_sheaves(m).find_map(|(before, after, slip, _)| {
+            let power = (before - after) * slip;
+            (power > 1e-9 * weight * slip.abs().max(1e-6) && slip.abs() > 1e-9)
+                .then(|| format!("{before:.6e} and {after:.6e} N, slip {slip:e} m/s: {power:e} W"))
+        })
+    })
+}
