@@ -11,8 +11,9 @@
 //! may end in a tie at a vector of mostly zeros. LAPACK's `xGESVX` and `UMFPACK`'s callers judge by the same number.
 
 use crate::agreement::split_mix;
+use crate::claim::Judge;
 use crate::kernels::Scalar;
-use crate::{SolveError, norm_inf};
+use crate::{SolveError, Status, norm_inf};
 
 /// Columns of the estimate.
 const COLUMNS: usize = 4;
@@ -28,6 +29,12 @@ const UNSOLVED: f64 = 0.05;
 
 /// Solutions and corrections after which the factors are given up.
 const CORRECTIONS: usize = 8;
+
+/// Sweeps that scale rows and columns by the inverse.
+const BALANCES: usize = 4;
+
+/// Bound of the relative error that is claimed where the bound is all that is known: estimates are seldom a third of it.
+const BOUND: f64 = 0.1;
 
 /// Reciprocal condition below which factors that do not solve are those of a singular matrix.
 const GROWTH: f64 = 1e-10;
@@ -240,8 +247,11 @@ impl Scales {
     }
 
     /// The same for a factorisation, which leaves rows and columns of sizes within a million of each other as they are:
-    /// scaling would exchange other rows for nothing.
-    pub(crate) fn of_uneven(&mut self, entries: impl Iterator<Item = (usize, usize, f64)> + Clone) {
+    /// scaling would exchange other rows for nothing. Whether it scales.
+    pub(crate) fn of_uneven(
+        &mut self,
+        entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
+    ) -> bool {
         self.of(entries);
         let even = [&self.rows, &self.columns].into_iter().all(|scales| {
             let least = scales.iter().copied().fold(f64::INFINITY, f64::min);
@@ -251,6 +261,44 @@ impl Scales {
             self.rows.fill(1.0);
             self.columns.fill(1.0);
         }
+        !even
+    }
+
+    /// x ← (R A C)⁻¹ x, or (R A C)⁻ᵀ x, by what solves with A.
+    fn solve(
+        &self,
+        x: &mut [f64],
+        transposed: bool,
+        solve: &mut impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<(), SolveError> {
+        let divide = |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).for_each(|(x, s)| *x /= s);
+        let [before, after] = if transposed {
+            [&self.columns, &self.rows]
+        } else {
+            [&self.rows, &self.columns]
+        };
+        divide(x, before);
+        solve(x, transposed)?;
+        divide(x, after);
+        Ok(())
+    }
+
+    /// ‖R v‖∞ of a residual, ‖C⁻¹ v‖∞ of a solution.
+    fn by(&self, v: &[f64], is_residual: bool) -> f64 {
+        let scales = if is_residual {
+            &self.rows
+        } else {
+            &self.columns
+        };
+        let of = |(v, s): (&f64, &f64)| if is_residual { v * s } else { v / s };
+        // What is no number stays.
+        v.iter().zip(scales).map(of).fold(0.0, |most: f64, v| {
+            if most.is_nan() || v.abs() <= most {
+                most
+            } else {
+                v.abs()
+            }
+        })
     }
 
     /// R A C at an entry.
@@ -260,21 +308,35 @@ impl Scales {
     }
 }
 
+/// How factors solve for what is hardest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(crate) enum Factors {
+    /// At once.
+    #[default]
+    Good,
+    /// After corrections: entries grew in the elimination, and a residual that is small beside ‖A‖ ‖x‖ tells nothing of rows
+    /// and columns that are small beside others.
+    Poor,
+    /// With rows and columns scaled by the inverse alone: each solution is judged by a bound of its error.
+    Graded,
+    /// Not at all: nothing is claimed.
+    Useless,
+}
+
 /// What the rule says of a matrix that is not singular.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Verdict {
     /// 1/(‖R A C‖₁ ‖(R A C)⁻¹‖₁).
     pub(crate) reciprocal: f64,
-    /// Whether its factors solve for what is hardest, if need be after corrections: where they do not, entries grew in the
-    /// elimination and nothing is claimed.
-    pub(crate) solved: bool,
+    /// What its factors are worth.
+    pub(crate) factors: Factors,
 }
 
 impl Verdict {
     /// Where entries grew so much that nothing can be told.
     pub(crate) const UNKNOWN: Self = Self {
         reciprocal: 0.0,
-        solved: false,
+        factors: Factors::Useless,
     };
 }
 
@@ -282,6 +344,8 @@ impl Verdict {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rule {
     scales: Scales,
+    /// Those of equal largest entries, where the others are not.
+    even: Scales,
     sums: Vec<f64>,
     estimate: Estimate,
 }
@@ -291,6 +355,7 @@ impl Rule {
     pub(crate) fn new(dim: usize) -> Self {
         Self {
             scales: Scales::new(dim),
+            even: Scales::new(dim),
             sums: vec![0.0; dim],
             estimate: Estimate::new(dim),
         }
@@ -309,30 +374,37 @@ impl Rule {
         if self.sums.is_empty() {
             return Ok(Verdict {
                 reciprocal: 1.0,
-                solved: true,
+                factors: Factors::Good,
             });
         }
         self.scales.of(entries.clone());
+        match self.check_scaled(entries, roundoff, &mut solve) {
+            Err(SolveError::Singular { .. }) => {
+                self.even.columns.copy_from_slice(&self.scales.columns);
+                self.scale_by_inverse(entries, &mut solve)?;
+                let found = self.check_scaled(entries, roundoff, &mut solve)?;
+                let factors = found.factors.max(Factors::Graded);
+                Ok(Verdict { factors, ..found })
+            }
+            found => found,
+        }
+    }
+
+    /// What is so with rows and columns scaled as they are now.
+    fn check_scaled(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        roundoff: f64,
+        solve: &mut impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<Verdict, SolveError> {
         self.sums.fill(0.0);
         for (r, c, a) in entries.clone() {
             self.sums[c] += self.scales.at(r, c, a).abs();
         }
-        let divide = |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).for_each(|(x, s)| *x /= s);
-        let mut solve = |scales: &Scales, x: &mut [f64], transposed: bool| {
-            let [before, after] = if transposed {
-                [&scales.columns, &scales.rows]
-            } else {
-                [&scales.rows, &scales.columns]
-            };
-            divide(x, before);
-            solve(x, transposed)?;
-            divide(x, after);
-            Ok(())
-        };
         let scales = &self.scales;
         let longest = match self
             .estimate
-            .run(|x, transposed| solve(scales, x, transposed))
+            .run(|x, transposed| scales.solve(x, transposed, solve))
         {
             // Where numbers overflow there is no inverse to speak of.
             Err(SolveError::NonFinite { block, .. }) => Longest {
@@ -349,30 +421,42 @@ impl Rule {
             return Err(singular);
         }
         // Of more digits than x holds nothing would be seen.
-        let solved = roundoff < f64::ROUNDOFF
-            || self.solves(entries, Some(longest.unit), &mut solve)?
-                && self.solves(entries, None, &mut solve)?;
-        if !solved && reciprocal < GROWTH {
+        let factors = if roundoff < f64::ROUNDOFF {
+            Factors::Good
+        } else {
+            let hardest = self.solves(entries, Some(longest.unit), solve)?;
+            let mut all = hardest.max(self.solves(entries, None, solve)?);
+            let mut bits = split_mix(self.sums.len() as u64);
+            for _ in 0..COLUMNS {
+                all = all.max(self.finds(entries, &mut bits, solve)?);
+                // Corrections may hide what is singular from the vectors before, not from several.
+                if all != Factors::Poor {
+                    break;
+                }
+            }
+            all
+        };
+        if factors == Factors::Useless && reciprocal < GROWTH {
             return Err(singular);
         }
         Ok(Verdict {
             reciprocal: reciprocal.min(1.0),
-            solved,
+            factors,
         })
     }
 
-    /// Whether some corrections bring v − R A C y down; v is a unit vector or one of all rows. Of a
-    /// singular matrix no correction takes uᵀ v away.
+    /// How many corrections bring v − R A C y down; v is a unit vector or one of all rows. Of a singular matrix no correction
+    /// takes uᵀ v away.
     fn solves(
         &mut self,
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         of: Option<usize>,
-        solve: &mut impl FnMut(&Scales, &mut [f64], bool) -> Result<(), SolveError>,
-    ) -> Result<bool, SolveError> {
+        solve: &mut impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<Factors, SolveError> {
         let (y, left) = (&mut self.estimate.largest, &mut self.sums);
         let correction = &mut self.estimate.columns[..y.len()];
         y.fill(0.0);
-        for _ in 0..=CORRECTIONS {
+        for solution in 0..=CORRECTIONS {
             match of {
                 Some(at) => unit(left, at),
                 None => alternate(left),
@@ -383,16 +467,196 @@ impl Rule {
             }
             let sum: f64 = left.iter().map(|r| r.abs()).sum();
             if sum <= UNSOLVED && norm_inf(left) <= UNSOLVED * largest {
-                return Ok(true);
+                return Ok(if solution > 1 {
+                    Factors::Poor
+                } else {
+                    Factors::Good
+                });
             }
             correction.copy_from_slice(left);
-            match solve(&self.scales, correction, false) {
-                Err(SolveError::NonFinite { .. }) => return Ok(false),
+            match self.scales.solve(correction, false, solve) {
+                Err(SolveError::NonFinite { .. }) => return Ok(Factors::Useless),
                 solved => solved?,
             }
             y.iter_mut().zip(&*correction).for_each(|(y, d)| *y += d);
         }
-        Ok(false)
+        Ok(Factors::Useless)
+    }
+
+    /// How many corrections bring the solution of R A C y = R A C s near an s of signs: of a singular matrix none does, since
+    /// what is in s of the null vector is not in the right-hand side; and s takes part in what is not hardest too.
+    fn finds(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        bits: &mut impl FnMut() -> u64,
+        solve: &mut impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<Factors, SolveError> {
+        // s − y.
+        let (error, left) = (&mut self.estimate.largest, &mut self.sums);
+        let signs = error.iter_mut();
+        signs.for_each(|s| *s = if bits() >> 63 == 0 { 1.0 } else { -1.0 });
+        for solution in 0..=CORRECTIONS {
+            left.fill(0.0);
+            for (r, c, a) in entries.clone() {
+                left[r] += self.scales.at(r, c, a) * error[c];
+            }
+            match self.scales.solve(left, false, solve) {
+                Err(SolveError::NonFinite { .. }) => break,
+                solved => solved?,
+            }
+            error.iter_mut().zip(&*left).for_each(|(e, y)| *e -= y);
+            if error.iter().all(|e| e.abs() <= UNSOLVED) {
+                return Ok(if solution > 0 {
+                    Factors::Poor
+                } else {
+                    Factors::Good
+                });
+            }
+        }
+        Ok(Factors::Useless)
+    }
+
+    /// Scales rows and columns nearly as well as can be. The condition in the ∞-norm of R A C is at least the spectral radius
+    /// of |A⁻¹| |A|, and is that where the diagonal of C is its eigenvector c, and that of R 1/(|A| c) (Bauer, *Optimally
+    /// scaled matrices*, 1963). Equal largest entries are far from it where a small entry is all that holds something,
+    /// such as a mass of 10⁻³⁰ beside joints of 1.
+    fn scale_by_inverse(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        solve: &mut impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<(), SolveError> {
+        let n = self.sums.len();
+        let mut bits = split_mix(n as u64);
+        for _ in 0..BALANCES {
+            self.balance_rows(entries);
+            // c ← |(R A C)⁻¹| 1, about, from products with random signs.
+            let sizes = &mut self.estimate.largest;
+            sizes.fill(0.0);
+            for _ in 0..COLUMNS {
+                let x = &mut self.estimate.columns[..n];
+                x.iter_mut()
+                    .for_each(|x| *x = if bits() >> 63 == 0 { 1.0 } else { -1.0 });
+                match self.scales.solve(x, false, solve) {
+                    Err(SolveError::NonFinite { .. }) => return Ok(()),
+                    solved => solved?,
+                }
+                let rows = sizes.iter_mut().zip(&*x);
+                rows.for_each(|(size, x)| *size = size.max(x.abs()));
+            }
+            let largest = norm_inf(sizes);
+            for (column, size) in self.scales.columns.iter_mut().zip(&*sizes) {
+                *column /= over((size / largest).max(f64::EPSILON));
+            }
+        }
+        self.balance_rows(entries);
+        Ok(())
+    }
+
+    /// R = 1/(|A| c), to a power of two.
+    fn balance_rows(&mut self, entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone)) {
+        let Scales { rows, columns } = &mut self.scales;
+        rows.fill(0.0);
+        for (r, c, a) in entries.clone() {
+            rows[r] += a.abs() * columns[c];
+        }
+        rows.iter_mut().for_each(|r| *r = over(*r));
+    }
+
+    /// The judge of solutions by factors that are not good, of residuals and solutions with rows and columns scaled as in the
+    /// last check.
+    pub(crate) fn judge(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+    ) -> Judge {
+        let (counts, sums) = (&mut self.estimate.largest, &mut self.sums);
+        counts.fill(0.0);
+        sums.fill(0.0);
+        for (r, c, a) in entries.clone() {
+            counts[r] += 1.0;
+            sums[r] += self.scales.at(r, c, a).abs();
+        }
+        Judge::new(norm_inf(counts), norm_inf(sums))
+    }
+
+    /// Judges x, which factors of this worth made of b, and corrects it; `judge` is that of the matrix, or [`Rule::judge`]
+    /// where they are not good; `residual` and `solve` are those of [`Judge::settle`] with transposes. Allocates nothing.
+    ///
+    /// # Errors
+    /// Those of `solve`.
+    pub(crate) fn settle(
+        &mut self,
+        (judge, factors): (Judge, Factors),
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        x: &mut [f64],
+        [r, d]: [&mut [f64]; 2],
+        residual: impl FnMut(&[f64], &mut [f64]),
+        mut solve: impl FnMut(&[f64], &mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<Status, SolveError> {
+        let (first, scales) = (f64::INFINITY, &self.scales);
+        let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
+        let status = if matches!(factors, Factors::Good | Factors::Useless) {
+            judge.settle(x, [&mut *r, &mut *d], first, residual, correct)?
+        } else {
+            let sizes = |r: &[f64], x: &[f64]| [scales.by(r, true), scales.by(x, false)];
+            let buffers = [&mut *r, &mut *d];
+            judge.settle_by(sizes, x, buffers, first, residual, correct)?
+        };
+        Ok(match factors {
+            Factors::Useless => Status::Stalled,
+            Factors::Graded if status == Status::Direct => {
+                let solve = |x: &mut [f64], transposed: bool| {
+                    d.copy_from_slice(x);
+                    solve(d, x, transposed)
+                };
+                match self.error(entries, x, r, solve)? <= BOUND {
+                    true => status,
+                    false => Status::Stalled,
+                }
+            }
+            _ => status,
+        })
+    }
+
+    /// A bound of the error of x, with residual r, over x, both over the scales of their columns: of |A⁻¹| (|r| + (k + 2) u (|A|
+    /// |x|)) with k entries in the longest row (Higham, 7.27).
+    fn error(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        x: &[f64],
+        r: &[f64],
+        mut solve: impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<f64, SolveError> {
+        let counts = &mut self.estimate.largest;
+        let (rounded, columns) = (&mut self.sums, &self.even.columns);
+        counts.fill(0.0);
+        rounded.fill(0.0);
+        for (r, c, a) in entries.clone() {
+            counts[r] += 1.0;
+            rounded[r] += (a * x[c]).abs();
+        }
+        let part = (norm_inf(counts) + 2.0) * f64::EPSILON;
+        for (rounded, r) in rounded.iter_mut().zip(r) {
+            *rounded = part * *rounded + r.abs();
+        }
+        // ‖C⁻¹ A⁻¹ G‖∞ is ‖G A⁻ᵀ C⁻¹‖₁.
+        let longest = self.estimate.run(|x, transposed| {
+            let times = |x: &mut [f64]| x.iter_mut().zip(&*rounded).for_each(|(x, g)| *x *= g);
+            let over = |x: &mut [f64]| x.iter_mut().zip(columns).for_each(|(x, c)| *x /= c);
+            if transposed {
+                times(x);
+                solve(x, false)?;
+                over(x);
+            } else {
+                over(x);
+                solve(x, true)?;
+                times(x);
+            }
+            Ok(())
+        });
+        match longest {
+            Err(SolveError::NonFinite { .. }) => Ok(f64::INFINITY),
+            longest => Ok(longest?.norm / self.even.by(x, false)),
+        }
     }
 }
 

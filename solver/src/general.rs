@@ -16,9 +16,9 @@
 
 use crate::backends::General;
 use crate::claim::Judge;
-use crate::condition::{Rule, Verdict};
+use crate::condition::{Factors, Rule, Verdict};
 use crate::error::expect_len;
-use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport, Status};
+use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport};
 
 /// A square sparse matrix by compressed columns, rows ascending in each column, no entry twice.
 #[derive(Debug, Clone, PartialEq)]
@@ -233,7 +233,7 @@ pub struct GeneralSolver {
     /// Of the matrix last factorised.
     judge: Option<Judge>,
     rule: Rule,
-    solved: bool,
+    factors: Factors,
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
 }
@@ -262,7 +262,7 @@ impl GeneralSolver {
             factorized: false,
             judge: None,
             rule: Rule::new(a.dim()),
-            solved: true,
+            factors: Factors::Good,
             buffers: [(); 2].map(|()| vec![0.0; a.dim()]),
         })
     }
@@ -295,13 +295,16 @@ impl GeneralSolver {
                     Err(SolveError::Singular { .. }) if work.growth() > GROWN => Verdict::UNKNOWN,
                     judged => judged?,
                 };
-                self.solved = verdict.solved;
+                self.factors = verdict.factors;
                 FactorReport {
                     reciprocal_condition: Some(verdict.reciprocal),
                 }
             }
         };
-        self.judge = Some(Judge::of_general(a, &mut self.buffers[0]));
+        self.judge = Some(match self.factors {
+            Factors::Good | Factors::Useless => Judge::of_general(a, &mut self.buffers[0]),
+            Factors::Poor | Factors::Graded => self.rule.judge(&a.entries()),
+        });
         self.factorized = true;
         Ok(report)
     }
@@ -349,11 +352,13 @@ impl GeneralSolver {
             r.copy_from_slice(b);
             a.for_each(|row, column, a| r[row] -= a * x[column]);
         };
-        let status = judge.settle(x, [r, d], f64::INFINITY, residual, |r, d| {
-            work.solve(r, d, false)
-        })?;
+        let (judge, solve) = (
+            (judge, self.factors),
+            |b: &[f64], x: &mut [f64], transposed: bool| work.solve(b, x, transposed),
+        );
+        let (rule, entries) = (&mut self.rule, &a.entries());
+        let status = rule.settle(judge, entries, x, [r, d], residual, solve)?;
         check_finite("solution", x)?;
-        let status = if self.solved { status } else { Status::Stalled };
         Ok(SolveReport {
             status,
             ..SolveReport::DIRECT

@@ -79,11 +79,12 @@ impl<T: Scalar + Default> Dense<T> {
             *p = i;
         }
         let lu = &self.lu;
-        self.scales
-            .of_uneven((0..n * n).map(|at| (at / n, at % n, lu[at].to_f64())));
-        for (row, r) in self.lu.chunks_exact_mut(n.max(1)).zip(&self.scales.rows) {
-            for (a, c) in row.iter_mut().zip(&self.scales.columns) {
-                *a = *a * (*r).into() * (*c).into();
+        let entries = (0..n * n).map(|at| (at / n, at % n, lu[at].to_f64()));
+        if self.scales.of_uneven(entries) {
+            for (row, r) in self.lu.chunks_exact_mut(n.max(1)).zip(&self.scales.rows) {
+                for (a, c) in row.iter_mut().zip(&self.scales.columns) {
+                    *a = *a * (*r).into() * (*c).into();
+                }
             }
         }
         // A pivot is noise if it is at roundoff of the largest number that its column ever held.

@@ -2,7 +2,7 @@
 
 use super::check_solution;
 use crate::claim::Judge;
-use crate::condition::Rule;
+use crate::condition::{Factors, Rule};
 use crate::error::{columns, expect_columns};
 use crate::kernels::Scalar;
 use crate::{
@@ -84,7 +84,24 @@ pub(crate) trait Direct: Send {
         })
     }
 
-    /// The same with what is kept besides the factor.
+    /// Looks at the last factor by the rule, which tells what it is worth. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`], and those of solves.
+    fn check(&mut self, a: &SymBlockMatrix, common: &mut Common) -> Result<(), SolveError> {
+        let roundoff = self.roundoff();
+        // Of a symmetric matrix the transpose is the same.
+        let solve = |x: &mut [f64], _| {
+            common.buffers[0].copy_from_slice(x);
+            self.substitute(a, &common.buffers[0], x)
+        };
+        let checked = common.rule.check(&a.entries(), roundoff, solve);
+        common.factors = checked.map_err(|e| of_block(e, a))?.factors;
+        common.checked = self.pivot_ratio();
+        Ok(())
+    }
+
+    /// What x is worth that the factor made of b, after corrections.
     fn judge(
         &mut self,
         a: &SymBlockMatrix,
@@ -97,29 +114,22 @@ pub(crate) trait Direct: Send {
             None => {
                 let ratio = self.pivot_ratio();
                 if !common.is_known(ratio) {
-                    let roundoff = self.roundoff();
-                    // Of a symmetric matrix the transpose is the same.
-                    let solve = |x: &mut [f64], _| {
-                        common.buffers[0].copy_from_slice(x);
-                        self.substitute(a, &common.buffers[0], x)
-                    };
-                    let checked = common.rule.check(&a.entries(), roundoff, solve);
-                    common.solved = checked.map_err(|e| of_block(e, a))?.solved;
-                    common.checked = ratio;
+                    self.check(a, common)?;
                 }
                 let [r, _] = &mut common.buffers;
-                *common.judge.insert(Judge::of(a, r))
+                let judge = match common.factors {
+                    Factors::Good | Factors::Useless => Judge::of(a, r),
+                    Factors::Poor | Factors::Graded => common.rule.judge(&a.entries()),
+                };
+                *common.judge.insert(judge)
             }
         };
         let [r, d] = &mut common.buffers;
         let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
-        let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
-        let status = judge.settle(x, [r, d], f64::INFINITY, residual, correct)?;
-        Ok(if common.solved {
-            status
-        } else {
-            Status::Stalled
-        })
+        let solve = |b: &[f64], x: &mut [f64], _| self.substitute(a, b, x);
+        let judge = (judge, common.factors);
+        let rule = &mut common.rule;
+        rule.settle(judge, &a.entries(), x, [r, d], residual, solve)
     }
 }
 
@@ -132,8 +142,8 @@ pub(crate) struct Common {
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
     rule: Rule,
-    /// Whether the rule lets the factor claim anything, once there is a judge.
-    solved: bool,
+    /// What the factor is worth, once there is a judge.
+    factors: Factors,
     /// Ratio of the pivots of the factor that the rule looked at.
     checked: Option<f64>,
 }

@@ -398,10 +398,11 @@ impl Lu {
         let columns = pattern.col_ptr().windows(2).enumerate();
         let at = columns.flat_map(|(c, range)| (range[0]..range[1]).map(move |e| (e, c)));
         let rows = pattern.row_idx();
-        self.scales
-            .of_uneven(at.clone().map(|(e, c)| (rows[e], c, csc.values[e])));
-        for (e, c) in at {
-            csc.values[e] = self.scales.at(rows[e], c, csc.values[e]);
+        let entries = at.clone().map(|(e, c)| (rows[e], c, csc.values[e]));
+        if self.scales.of_uneven(entries) {
+            for (e, c) in at {
+                csc.values[e] = self.scales.at(rows[e], c, csc.values[e]);
+            }
         }
         let [order, inverse] = &mut self.rows;
         let (matrix, columns, stack) = (

@@ -10,6 +10,7 @@
 use super::csc::{Csc, Triangle, diagnose};
 use super::direct::{Common, Direct};
 use crate::block_ldlt::Pivots;
+use crate::condition::Scales;
 use crate::{AnalyzeReport, BlockPattern, FactorReport, GeneralMatrix, SolveError};
 use crate::{SymBlockMatrix, UmfpackOptions};
 use std::sync::Arc;
@@ -29,6 +30,10 @@ struct Work {
     options: Options,
     /// The matrix, both triangles, as of the last factorisation: refinement takes its residuals from it.
     csc: Csc<i32>,
+    /// Its rows and columns are scaled, before UMFPACK scales rows: sums of rows are those of their largest columns alone.
+    scales: Scales,
+    /// A right-hand side, scaled.
+    scaled: Vec<f64>,
     symbolic: Symbolic,
     /// Replaced in place: it keeps the memory for solves.
     numeric: Option<Numeric>,
@@ -67,11 +72,16 @@ impl Direct for Umfpack {
         if let Some(work) = &mut self.work {
             let info = work.factorize(a.values()).map_err(|e| named(&e, a))?;
             // UMFPACK refuses exact zeros only. Of a matrix that is singular to rounding its estimate is at roundoff, and
-            // also where rows are scaled beyond all measure: a second opinion tells which (and allocates, in this case).
-            if info.rcond < f64::EPSILON
-                && let Some(e) = singular(a)
-            {
-                return Err(e);
+            // also where all that holds something is small: the rule tells which.
+            if info.rcond < f64::EPSILON {
+                let mut common = std::mem::take(&mut self.common);
+                let checked = self.check(a, &mut common);
+                self.common = common;
+                checked.map_err(|e| match e {
+                    // The pivot that vanishes without exchanges tells more than the largest part of a null vector.
+                    SolveError::Singular { .. } => singular(a).unwrap_or(e),
+                    e => e,
+                })?;
             }
             report.reciprocal_condition = Some(info.rcond);
         }
@@ -114,12 +124,15 @@ impl Work {
             symbolic: Symbolic::new(n, &csc.column_start, &csc.row, Some(&ones), &options)?,
             options,
             csc,
+            scales: Scales::new(n),
+            scaled: vec![0.0; n],
             numeric: None,
         })
     }
 
     fn factorize(&mut self, values: &[f64]) -> Result<FactorInfo, Error> {
         self.csc.gather(values);
+        self.scale();
         let Csc {
             column_start,
             row,
@@ -136,6 +149,24 @@ impl Work {
         }
     }
 
+    /// Scales rows and columns of the matrix where their sizes are far apart.
+    fn scale(&mut self) {
+        let Csc {
+            column_start,
+            row,
+            values,
+            ..
+        } = &mut self.csc;
+        let columns = column_start.windows(2).enumerate();
+        let at = columns.flat_map(|(c, at)| (at[0] as usize..at[1] as usize).map(move |e| (e, c)));
+        let entries = at.clone().map(|(e, c)| (row[e] as usize, c, values[e]));
+        if self.scales.of_uneven(entries) {
+            for (e, c) in at {
+                values[e] = self.scales.at(row[e] as usize, c, values[e]);
+            }
+        }
+    }
+
     fn solve(&mut self, b: &[f64], x: &mut [f64], transposed: bool) -> Result<(), Error> {
         let Csc {
             column_start,
@@ -144,11 +175,21 @@ impl Work {
             ..
         } = &self.csc;
         let numeric = self.numeric.as_mut().ok_or(Error::InvalidNumericObject)?;
-        let solved = if transposed {
-            numeric.solve_transposed(column_start, row, values, b, x)
+        let Scales { rows, columns } = &self.scales;
+        let [before, after] = if transposed {
+            [columns, rows]
         } else {
-            numeric.solve(column_start, row, values, b, x)
+            [rows, columns]
         };
+        for ((scaled, b), s) in self.scaled.iter_mut().zip(b).zip(before) {
+            *scaled = b * s;
+        }
+        let solved = if transposed {
+            numeric.solve_transposed(column_start, row, values, &self.scaled, x)
+        } else {
+            numeric.solve(column_start, row, values, &self.scaled, x)
+        };
+        x.iter_mut().zip(after).for_each(|(x, s)| *x *= s);
         solved.map(|_| ())
     }
 }
