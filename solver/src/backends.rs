@@ -49,7 +49,8 @@ pub(crate) enum General {
 }
 
 impl General {
-    pub(crate) fn factorize(&mut self, a: &GeneralMatrix) -> Result<(), SolveError> {
+    /// The column of the first pivot that is noise, if any.
+    pub(crate) fn factorize(&mut self, a: &GeneralMatrix) -> Result<Option<usize>, SolveError> {
         match self {
             Self::Dense(work) => work.factorize_general(a),
             Self::Extended(work) => work.factorize_general(a),

@@ -284,16 +284,21 @@ impl GeneralSolver {
         let report = match &mut self.work {
             None => FactorReport::default(),
             Some(work) => {
-                work.factorize(a)?;
+                let doubt = work.factorize(a)?;
                 let (roundoff, [b, _]) = (work.roundoff(), &mut self.buffers);
                 let judged = self.rule.check(&a.entries(), roundoff, |x, transposed| {
                     b.copy_from_slice(x);
                     work.solve(b, x, transposed)
                 });
-                let verdict = match judged {
+                let verdict = match (judged, doubt) {
+                    (Err(SolveError::Singular { .. }), Some(block)) => {
+                        return Err(SolveError::Singular { block });
+                    }
                     // What the factors tell is then of another matrix.
-                    Err(SolveError::Singular { .. }) if work.growth() > GROWN => Verdict::UNKNOWN,
-                    judged => judged?,
+                    (Err(SolveError::Singular { .. }), None) if work.growth() > GROWN => {
+                        Verdict::UNKNOWN
+                    }
+                    (judged, _) => judged?,
                 };
                 self.factors = verdict.factors;
                 FactorReport {
@@ -390,7 +395,7 @@ fn check_finite(what: &'static str, v: &[f64]) -> Result<(), SolveError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{backward_error_general, forward_error};
+    use crate::{Status, backward_error_general, forward_error};
 
     /// A convection and diffusion: −u″ + p u′ on a line, upwind, and a permuted row so that no pivot order is natural.
     fn upwind(n: usize) -> GeneralMatrix {

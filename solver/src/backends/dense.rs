@@ -64,8 +64,11 @@ impl<T: Scalar + Default> Dense<T> {
         Ok(dense)
     }
 
-    /// LU of a matrix that need not be symmetric.
-    pub(crate) fn factorize_general(&mut self, a: &GeneralMatrix) -> Result<(), SolveError> {
+    /// LU of a matrix that need not be symmetric; the column whose pivot is noise, if any.
+    pub(crate) fn factorize_general(
+        &mut self,
+        a: &GeneralMatrix,
+    ) -> Result<Option<usize>, SolveError> {
         let n = a.dim();
         self.lu.fill(T::default());
         a.for_each(|r, c, value| self.lu[r * n + c] = value.into());
@@ -73,8 +76,9 @@ impl<T: Scalar + Default> Dense<T> {
         self.factorize_rows(n).map_err(singular)
     }
 
-    /// LU of the matrix in `lu`, which it scales; the column that depends on those before it, to rounding, as an error.
-    fn factorize_rows(&mut self, n: usize) -> Result<(), usize> {
+    /// LU of the matrix in `lu`, which it scales; the first column that depends on those before it, to rounding: where the
+    /// matrix holds something by numbers at roundoff of others, that is right as it is. A column of zeros is an error.
+    fn factorize_rows(&mut self, n: usize) -> Result<Option<usize>, usize> {
         for (i, p) in self.pivot.iter_mut().enumerate() {
             *p = i;
         }
@@ -92,7 +96,7 @@ impl<T: Scalar + Default> Dense<T> {
             self.scale[c] = column_max(&self.lu, n, 0, c);
         }
         self.largest = norm_inf(&self.scale);
-        let scale = &mut self.scale;
+        let (scale, mut doubt) = (&mut self.scale, None);
         for k in 0..n {
             let best = (k..n).max_by(|&p, &q| {
                 let size = |r: usize| self.lu[r * n + k].to_f64().abs();
@@ -100,8 +104,11 @@ impl<T: Scalar + Default> Dense<T> {
             });
             let best = best.unwrap_or(k);
             let pivot = self.lu[best * n + k].to_f64().abs();
-            if pivot.is_nan() || pivot <= NOISE * T::ROUNDOFF * scale[k] {
-                return Err(k);
+            if pivot.is_nan() || pivot == 0.0 {
+                return Err(doubt.unwrap_or(k));
+            }
+            if pivot <= NOISE * T::ROUNDOFF * scale[k] {
+                doubt = doubt.or(Some(k));
             }
             if best != k {
                 self.pivot.swap(k, best);
@@ -126,7 +133,7 @@ impl<T: Scalar + Default> Dense<T> {
                 }
             }
         }
-        Ok(())
+        Ok(doubt)
     }
 
     /// Largest number that elimination made over the largest that it began with.
@@ -213,7 +220,9 @@ impl<T: Scalar + Default + Send> Direct for Dense<T> {
         let singular = |column| SolveError::Singular {
             block: a.pattern().block_of_row(column),
         };
-        self.factorize_rows(n).map_err(singular)?;
+        if let Some(column) = self.factorize_rows(n).map_err(singular)? {
+            self.check_doubt(a, |_| singular(column))?;
+        }
         Ok(FactorReport::default())
     }
 

@@ -101,6 +101,25 @@ pub(crate) trait Direct: Send {
         Ok(())
     }
 
+    /// The same in the midst of a factorisation, when a pivot is noise; `singular` is told the error of a singular matrix
+    /// and may know more.
+    ///
+    /// # Errors
+    /// That, and those of solves.
+    fn check_doubt(
+        &mut self,
+        a: &SymBlockMatrix,
+        singular: impl FnOnce(SolveError) -> SolveError,
+    ) -> Result<(), SolveError> {
+        let mut common = std::mem::take(self.common());
+        let checked = self.check(a, &mut common);
+        *self.common() = common;
+        checked.map_err(|e| match e {
+            SolveError::Singular { .. } => singular(e),
+            e => e,
+        })
+    }
+
     /// What x is worth that the factor made of b, after corrections.
     fn judge(
         &mut self,

@@ -100,7 +100,12 @@ impl Direct for Faer {
             None => {}
             Some(Work::Cholesky(work)) => work.factorize(a)?,
             Some(Work::Lblt(work)) => work.factorize(a)?,
-            Some(Work::Lu(work)) => work.factorize(a.values(), |r| a.pattern().block_of_row(r))?,
+            Some(Work::Lu(work)) => {
+                let block = |row: usize| a.pattern().block_of_row(row);
+                if let Some(block) = work.factorize(a.values(), block)? {
+                    self.check_doubt(a, |_| SolveError::Singular { block })?;
+                }
+            }
         }
         Ok(FactorReport::default())
     }
@@ -387,12 +392,12 @@ impl Lu {
         Self::new(Matrix::of(Csc::of_general(a)?)?)
     }
 
-    /// Factorises the values; errors name the block of a scalar column.
+    /// Factorises the values; errors name the block of a scalar column. The block of the first pivot that is noise, if any.
     pub(crate) fn factorize(
         &mut self,
         values: &[f64],
         block_of: impl Fn(usize) -> usize,
-    ) -> Result<(), SolveError> {
+    ) -> Result<Option<usize>, SolveError> {
         self.matrix.csc.gather(values);
         let Matrix { pattern, csc } = &mut self.matrix;
         let columns = pattern.col_ptr().windows(2).enumerate();
@@ -427,6 +432,7 @@ impl Lu {
         })?;
 
         // faer divides by any pivot. It is noise at roundoff of the largest number in its column, as in `dense`.
+        let mut doubt = None;
         let u = self.factors.u_factor_unsorted();
         for (column, &from) in columns.arrays().0.iter().enumerate() {
             let above = u.val_of_col(column);
@@ -441,13 +447,16 @@ impl Lu {
                     block: block(column),
                 });
             }
-            if pivot.abs() <= NOISE * f64::ROUNDOFF * scale {
+            if pivot == 0.0 {
                 return Err(SolveError::Singular {
                     block: block(column),
                 });
             }
+            if pivot.abs() <= NOISE * f64::ROUNDOFF * scale {
+                doubt = doubt.or(Some(block(column)));
+            }
         }
-        Ok(())
+        Ok(doubt)
     }
 
     /// Largest number that elimination made over the largest that it began with.

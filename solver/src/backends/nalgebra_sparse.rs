@@ -64,12 +64,6 @@ impl Direct for NalgebraSparse {
         true
     }
 
-    fn is_doubtful(&self) -> bool {
-        self.work
-            .as_ref()
-            .is_some_and(|work| work.singularity.is_doubtful())
-    }
-
     fn substitute(
         &mut self,
         _: &SymBlockMatrix,

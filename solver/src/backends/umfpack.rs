@@ -74,14 +74,8 @@ impl Direct for Umfpack {
             // UMFPACK refuses exact zeros only. Of a matrix that is singular to rounding its estimate is at roundoff, and
             // also where all that holds something is small: the rule tells which.
             if info.rcond < f64::EPSILON {
-                let mut common = std::mem::take(&mut self.common);
-                let checked = self.check(a, &mut common);
-                self.common = common;
-                checked.map_err(|e| match e {
-                    // The pivot that vanishes without exchanges tells more than the largest part of a null vector.
-                    SolveError::Singular { .. } => singular(a).unwrap_or(e),
-                    e => e,
-                })?;
+                // The pivot that vanishes without exchanges tells more than the largest part of a null vector.
+                self.check_doubt(a, |e| singular(a).unwrap_or(e))?;
             }
             report.reciprocal_condition = Some(info.rcond);
         }
@@ -205,9 +199,10 @@ impl General {
         Ok(Self(work))
     }
 
-    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<(), SolveError> {
+    /// Which pivot is noise it does not tell.
+    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<Option<usize>, SolveError> {
         let factorized = self.0.factorize(values);
-        factorized.map(|_| ()).map_err(|e| match e {
+        factorized.map(|_| None).map_err(|e| match e {
             // Which column it does not tell.
             Error::SingularMatrix { .. } => SolveError::Singular { block: 0 },
             e => library(&e),
@@ -319,7 +314,9 @@ mod tests {
         solver.analyze(&pattern).unwrap();
         for (values, estimate) in [
             ([4.0, 0.0, 1.0], 0.5..=1.0),
-            ([1.0, 1e-20, 1e-38], 0.0..=1e-17),
+            // Of the matrix whose rows and columns are scaled.
+            ([1.0, 1e-20, 1e-38], 0.1..=1.0),
+            ([1.0, 1.0, 1.0 + 1e-12], 0.0..=1e-11),
         ] {
             a.values_mut().copy_from_slice(&values);
             let found = solver.factorize(&a).unwrap().reciprocal_condition.unwrap();
