@@ -378,15 +378,21 @@ impl Rule {
             });
         }
         self.scales.of(entries.clone());
+        let found = self.check_scaled(entries, roundoff, &mut solve);
+        // With more digits than x holds there is nothing to see whether a solution is right.
+        if roundoff < f64::ROUNDOFF || !matches!(found, Err(SolveError::Singular { .. })) {
+            return found;
+        }
+        self.even.columns.copy_from_slice(&self.scales.columns);
+        self.scale_by_inverse(entries, &mut solve)?;
         match self.check_scaled(entries, roundoff, &mut solve) {
-            Err(SolveError::Singular { .. }) => {
-                self.even.columns.copy_from_slice(&self.scales.columns);
-                self.scale_by_inverse(entries, &mut solve)?;
-                let found = self.check_scaled(entries, roundoff, &mut solve)?;
-                let factors = found.factors.max(Factors::Graded);
-                Ok(Verdict { factors, ..found })
-            }
-            found => found,
+            Ok(Verdict { factors, .. }) if factors == Factors::Useless => found,
+            Ok(verdict) => Ok(Verdict {
+                factors: Factors::Graded,
+                ..verdict
+            }),
+            Err(SolveError::Singular { .. }) => found,
+            other => other,
         }
     }
 

@@ -194,7 +194,9 @@ fn solve(
             // Entries rounded to doubles are a regular matrix for 32 digits; and what vanishes in them may be regular.
             let told_by_digits = truth.x.is_some() || !truth.regular;
             let known = drawn.rank != Rank::Rounded && told_by_digits;
-            if (known || !backend.to_string().contains("extended")) && error.is_none_or(|error| error.is_nan() || error > 1.0) {
+            if (known || !backend.to_string().contains("extended"))
+                && error.is_none_or(|error| error.is_nan() || error > 1.0)
+            {
                 verdict.fault("false claim", told(format!("error {error:?}")));
             }
             let left = problem.matrix.backward_error(&truth.b, &x);

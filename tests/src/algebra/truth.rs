@@ -25,7 +25,8 @@ pub struct Truth {
     pub x: Option<Vec<f64>>,
     /// Whether the determinant is not 0, whatever digits that takes.
     pub regular: bool,
-    /// Scales of the columns, C.
+    /// Scales of the columns, C; of a definite matrix the S⁻¹ by which its elimination is judged, since units of such a matrix
+    /// are those of rows and columns at once.
     pub columns: Vec<f64>,
 }
 
@@ -54,7 +55,11 @@ fn residue(x: f64) -> u128 {
         true => fraction * inverse(power) % PRIME,
         false => fraction * power % PRIME,
     };
-    if x < 0.0 { (PRIME - size) % PRIME } else { size }
+    if x < 0.0 {
+        (PRIME - size) % PRIME
+    } else {
+        size
+    }
 }
 
 /// Whether the determinant is not 0.
@@ -232,7 +237,10 @@ impl Truth {
             b,
             x: Some(x),
             regular: true,
-            columns,
+            columns: match drawn.is_definite() {
+                true => s.iter().map(|s| 1.0 / s).collect(),
+                false => columns,
+            },
         }
     }
 }
