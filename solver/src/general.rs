@@ -270,8 +270,8 @@ impl GeneralSolver {
     /// Prepares for solves with the values of `a`, and estimates its condition with rows and columns scaled.
     ///
     /// # Errors
-    /// [`SolveError::Singular`] (its block is a column) where that is beyond 1/(2 u) or a pivot vanishes, [`SolveError::NonFinite`], [`SolveError::PatternChanged`] and
-    /// what a library reports.
+    /// [`SolveError::Singular`] (its block is a column) where that is beyond 1/(4 √n u) of n rows or a pivot vanishes,
+    /// [`SolveError::NonFinite`], [`SolveError::PatternChanged`] and what a library reports.
     pub fn factorize(&mut self, a: &GeneralMatrix) -> Result<FactorReport, SolveError> {
         self.factorized = false;
         self.check_pattern(a)?;

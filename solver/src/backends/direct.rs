@@ -96,7 +96,11 @@ pub(crate) trait Direct: Send {
             self.substitute(a, &common.buffers[0], x)
         };
         let checked = common.rule.check(&a.entries(), roundoff, solve);
-        common.factors = checked.map_err(|e| of_block(e, a))?.factors;
+        common.factors = match checked {
+            // Positive pivots that were tested make a solution of a matrix near by, of which nothing more can be claimed.
+            Err(SolveError::Singular { .. }) if self.is_stable() => Factors::Useless,
+            checked => checked.map_err(|e| of_block(e, a))?.factors,
+        };
         common.checked = self.pivot_ratio();
         Ok(())
     }
