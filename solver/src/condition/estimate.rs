@@ -43,7 +43,7 @@ pub(super) struct Longest {
     /// The unit vector with the longest product.
     pub(super) unit: usize,
     /// The length of that.
-    of_unit: f64,
+    pub(super) of_unit: f64,
 }
 
 impl Longest {
