@@ -112,13 +112,13 @@ impl Rule {
         }
         self.scales.of(entries.clone());
         let found = self.check_scaled(entries, roundoff, &mut solve);
-        // With more digits than x holds there is nothing to see whether a solution is right.
-        if roundoff < f64::ROUNDOFF || !matches!(found, Err(SolveError::Singular { .. })) {
+        if !matches!(found, Err(SolveError::Singular { .. })) {
             return found;
         }
         self.even.columns.copy_from_slice(&self.scales.columns);
         self.scale_by_inverse(entries, &mut solve)?;
-        match self.check_scaled(entries, roundoff, &mut solve) {
+        // Whatever the digits of the factors, those of x have to do.
+        match self.check_scaled(entries, f64::ROUNDOFF, &mut solve) {
             Ok(Verdict { factors, .. }) if factors == Factors::Useless => found,
             Ok(verdict) => Ok(Verdict {
                 factors: Factors::Graded,
