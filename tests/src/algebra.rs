@@ -5,9 +5,9 @@
 //! refusals, conditions and words.
 //!
 //! Of the faults that it is to keep out its first 10⁴ systems showed by themselves: claims of singular matrices, symmetric or
-//! not; refusals of regular ones for their units; a factor that missed a weak pivot of a leaf; conditions that ended in a tie;
-//! zeros that made pattern; regular matrices called singular, and singular ones called something else; errors of iterations
-//! that found one of many solutions.
+//! not; refusals of regular ones for their units; conditions that ended in a tie; zeros that made pattern;
+//! regular matrices called singular, and singular ones called something else; errors of iterations that found one of many
+//! solutions.
 //!
 //! `cargo test -p taut-tests --test all algebra` draws 500 systems. A longer search, and the system of one seed:
 //!
