@@ -298,7 +298,7 @@ fn a_singular_matrix_is_said_to_be_singular_and_where_it_is_empty() {
     }
 }
 
-/// Units are no reason: rates of 10⁻²⁰ beside a row of ones, numbers below the smallest normal one, masses of 10⁻³⁰ beside
+/// Units are no reason: rates of 10⁻²⁰ beside a row of ones, numbers below the smallest normal one beside others, masses of 10⁻³⁰ beside
 /// joints of 1.
 #[test]
 fn regular_matrices_in_any_units_are_solved() {
@@ -310,7 +310,8 @@ fn regular_matrices_in_any_units_are_solved() {
             &[rate, -3.0 * rate, 0.25 * rate],
         ]),
         rows(&[&[1.0, 1.0], &[0.0, 1e-17]]),
-        rows(&[&[0.0, 1e-310], &[1e-310, 1.0]]),
+        rows(&[&[0.0, 1e-300], &[1e-300, 0.0]]),
+        rows(&[&[1.0, 1e-320], &[2e-320, 1.0]]),
         rows(&[&[1.0, 0.0], &[1e-320, 1e-300]]),
         rows(&[
             &[1e-30, 0.0, 1.0, 0.0],
@@ -360,7 +361,7 @@ fn zeros_of_a_file_are_counted_and_dropped() {
     let mut entries: Vec<_> = (0..n).map(|i| (i, i, 4.0)).collect();
     entries.extend((1..n).flat_map(|i| [(i, i - 1, -1.0), (i - 1, i, -1.0)]));
     // Of all rows, far from the diagonal.
-    entries.extend((0..10 * n).map(|k| (k % n, (k * 7919 + 13) % n, 0.0)));
+    entries.extend((0..10 * n).map(|k| (k % n, (k * 7919 + k / n * 31 + 13) % n, 0.0)));
     let results = results(&general(n, &entries));
     assert!(results.about.zeros > 35_000, "{}", results.about.zeros);
     assert_eq!(results.about.entries, 3 * n - 2);
