@@ -119,7 +119,10 @@ impl Rule {
         self.scale_by_inverse(entries, &mut solve)?;
         // Whatever the digits of the factors, those of x have to do.
         match self.check_scaled(entries, f64::ROUNDOFF, &mut solve) {
-            Ok(Verdict { factors, .. }) if factors == Factors::Useless => found,
+            Ok(Verdict {
+                factors: Factors::Useless,
+                ..
+            }) => found,
             Ok(verdict) => Ok(Verdict {
                 factors: Factors::Graded,
                 ..verdict
