@@ -1,5 +1,7 @@
 //! Properties that hold for all numbers.
 
+/// Systems of every kind against 32 digits.
+mod algebra;
 /// The assembled systems: symmetric, definite, and the same as their definition.
 mod assembly;
 /// Rows with bounds: complementarity, against all active sets.

@@ -65,7 +65,7 @@ fn contact(stepper: &Stepper, body: usize) -> Vector3<f64> {
 }
 
 /// Quantities of a joint, link or cable; `None` where it has no such quantity.
-const OF_CONSTRAINT: [Quantity<OfConstraint>; 11] = [
+const OF_CONSTRAINT: [Quantity<OfConstraint>; 15] = [
     (TENSION, "N", |s, c| loads(s, c).tension),
     ("fx", "N", |s, c| Some(force(s, c)?.force.x)),
     ("fy", "N", |s, c| Some(force(s, c)?.force.y)),
@@ -79,6 +79,10 @@ const OF_CONSTRAINT: [Quantity<OfConstraint>; 11] = [
     }),
     ("length", "m", length),
     ("slip", "m/s", slip),
+    ("moment", "N m", |s, c| Some(moment(s, c)?.norm())),
+    ("mx", "N m", |s, c| Some(moment(s, c)?.x)),
+    ("my", "N m", |s, c| Some(moment(s, c)?.y)),
+    ("mz", "N m", |s, c| Some(moment(s, c)?.z)),
 ];
 
 /// The quantity that cables of segments have, too.
@@ -121,6 +125,13 @@ fn force(stepper: &Stepper, c: usize) -> Option<Wrench> {
         Some(_) => None,
         None => stepper.force(c),
     }
+}
+
+/// The torque on side b about the attachment point, world frame, of what holds an angle.
+fn moment(stepper: &Stepper, c: usize) -> Option<Vector3<f64>> {
+    let mut parts = stepper.scene().constraints.get(c)?.parts();
+    parts.find(|(kind, rows, _)| kind.is_angular() && *rows > 0)?;
+    Some(force(stepper, c)?.torque)
 }
 
 /// A column that cannot be made.

@@ -157,7 +157,7 @@ pub fn check(solver: &mut dyn LinearSolver, claims: &Claims) -> Result<Agreement
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
-fn split_mix(mut state: u64) -> impl FnMut() -> u64 {
+pub(crate) fn split_mix(mut state: u64) -> impl FnMut() -> u64 {
     move || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

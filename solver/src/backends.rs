@@ -33,8 +33,9 @@ pub(crate) mod testing;
 #[cfg(feature = "umfpack")]
 pub(crate) mod umfpack;
 
+use crate::kernels::Scalar;
 use crate::matrix::check_finite;
-use crate::{DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix};
+use crate::{DoubleDouble, GeneralMatrix, SolveError, SymBlockMatrix};
 use dense::Dense;
 
 /// A backend at work on a matrix that need not be symmetric.
@@ -48,30 +49,55 @@ pub(crate) enum General {
 }
 
 impl General {
-    pub(crate) fn factorize(&mut self, a: &GeneralMatrix) -> Result<FactorReport, SolveError> {
+    /// The column of the first pivot that is noise, if any.
+    pub(crate) fn factorize(&mut self, a: &GeneralMatrix) -> Result<Option<usize>, SolveError> {
         match self {
             Self::Dense(work) => work.factorize_general(a),
             Self::Extended(work) => work.factorize_general(a),
             #[cfg(feature = "faer")]
-            Self::Faer(work) => work
-                .factorize(a.values(), |column| column)
-                .map(|()| FactorReport::default()),
+            Self::Faer(work) => work.factorize(a.values(), |column| column),
             #[cfg(feature = "umfpack")]
             Self::Umfpack(work) => work.factorize(a.values()),
         }
     }
 
-    pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+    /// Of the arithmetic of the factors.
+    pub(crate) fn roundoff(&self) -> f64 {
         match self {
-            Self::Dense(work) => work.solve_rows(b, x),
-            Self::Extended(work) => work.solve_rows(b, x),
+            Self::Extended(_) => DoubleDouble::ROUNDOFF,
+            _ => f64::ROUNDOFF,
+        }
+    }
+
+    /// Largest number that elimination made over the largest that it began with; UMFPACK scales that to 1.
+    pub(crate) fn growth(&self) -> f64 {
+        match self {
+            Self::Dense(work) => work.growth(),
+            Self::Extended(work) => work.growth(),
+            #[cfg(feature = "faer")]
+            Self::Faer(work) => work.growth(),
+            #[cfg(feature = "umfpack")]
+            Self::Umfpack(work) => work.growth(),
+        }
+    }
+
+    /// x = A⁻¹ b, or A⁻ᵀ b.
+    pub(crate) fn solve(
+        &mut self,
+        b: &[f64],
+        x: &mut [f64],
+        transposed: bool,
+    ) -> Result<(), SolveError> {
+        match self {
+            Self::Dense(work) => work.solve_rows(b, x, transposed),
+            Self::Extended(work) => work.solve_rows(b, x, transposed),
             #[cfg(feature = "faer")]
             Self::Faer(work) => {
                 x.copy_from_slice(b);
-                work.solve(x);
+                work.solve(x, transposed);
             }
             #[cfg(feature = "umfpack")]
-            Self::Umfpack(work) => work.solve(b, x)?,
+            Self::Umfpack(work) => work.solve(b, x, transposed)?,
         }
         Ok(())
     }

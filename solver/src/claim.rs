@@ -51,7 +51,8 @@ impl Judge {
         Self::new(norm_inf(sums), a.norm_inf_in(sums))
     }
 
-    fn new(longest: f64, norm: f64) -> Self {
+    /// Of rows of at most `longest` entries and a norm.
+    pub(crate) fn new(longest: f64, norm: f64) -> Self {
         Self {
             bar: (longest + 2.0) * f64::EPSILON * norm,
         }
@@ -69,6 +70,20 @@ impl Judge {
     pub(crate) fn settle(
         self,
         x: &mut [f64],
+        buffers: [&mut [f64]; 2],
+        before: f64,
+        residual: impl FnMut(&[f64], &mut [f64]),
+        solve: impl FnMut(&[f64], &mut [f64]) -> Result<(), SolveError>,
+    ) -> Result<Status, SolveError> {
+        let sizes = |r: &[f64], x: &[f64]| [norm_inf(r), norm_inf(x)];
+        self.settle_by(sizes, x, buffers, before, residual, solve)
+    }
+
+    /// The same with other sizes of the residual and of x.
+    pub(crate) fn settle_by(
+        self,
+        sizes: impl Fn(&[f64], &[f64]) -> [f64; 2],
+        x: &mut [f64],
         [r, d]: [&mut [f64]; 2],
         mut before: f64,
         mut residual: impl FnMut(&[f64], &mut [f64]),
@@ -76,7 +91,7 @@ impl Judge {
     ) -> Result<Status, SolveError> {
         for _ in 0..=SWEEPS {
             residual(x, r);
-            let (left, size) = (norm_inf(r), norm_inf(x));
+            let [left, size] = sizes(r, x);
             if self.admits(left, size) {
                 return Ok(Status::Direct);
             }

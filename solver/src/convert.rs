@@ -11,7 +11,8 @@
 //! # Ok::<(), taut_solver::ConvertError>(())
 //! ```
 //!
-//! Entries are copied as they are: no number is rounded, and explicit zeros stay. With the features `faer` and
+//! Entries are copied as they are: no number is rounded. Explicit zeros are dropped, since places that couple nothing cost
+//! fill. With the features `faer` and
 //! `nalgebra-sparse` their matrices convert by `TryFrom`.
 
 use crate::{BlockPattern, GeneralMatrix, SolveError, SymBlockMatrix};
@@ -146,7 +147,7 @@ impl From<SolveError> for ConvertError {
 
 impl GeneralMatrix {
     /// The `rows` × `columns` matrix of compressed columns: `column_start` holds the first entry of each column and the
-    /// number of entries, `row` and `values` the entries, rows ascending in each column.
+    /// number of entries, `row` and `values` the entries, rows ascending in each column. Entries that are zero are dropped.
     ///
     /// # Errors
     /// [`ConvertError`] where it is not square, the indices are not as said, or a value is not finite.
@@ -188,7 +189,9 @@ impl GeneralMatrix {
                 before = Some(row);
             }
         }
-        Ok(Self::of_columns(column_start, row, values))
+        let mut a = Self::of_columns(column_start, row, values);
+        a.drop_zeros();
+        Ok(a)
     }
 
     /// Fails where an entry differs from the one across the diagonal, what is not stored being zero.
@@ -308,6 +311,20 @@ mod tests {
             let refused = SymBlockMatrix::from_symmetric(&a, sizes);
             assert_eq!(refused, Err(ConvertError::Sizes { dim: 3 }));
         }
+    }
+
+    #[test]
+    fn zeros_make_no_pattern() {
+        let (start, row, mut values) = plain();
+        (values[1], values[2], values[6]) = (0.0, -0.0, 0.0);
+        let mut a = GeneralMatrix::from_csc(3, 3, start, row, values).expect("sound");
+        assert_eq!(
+            (a.rows(), a.column_start()),
+            (&[0, 1, 2, 1][..], &[0, 1, 3, 4][..])
+        );
+        assert_eq!((a.drop_zeros(), a.get(1, 2), a.get(2, 2)), (0, 2.0, 0.0));
+        let blocks = SymBlockMatrix::from_symmetric(&a, &[1, 1, 1]).expect("symmetric");
+        assert_eq!(blocks.pattern().stored_blocks(), 4);
     }
 
     #[test]

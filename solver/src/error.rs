@@ -123,6 +123,9 @@ impl fmt::Display for SolveError {
             } => {
                 write!(f, "{what} has length {found}, {expected} needed")
             }
+            Self::NonFinite { what, block } if what.starts_with("norm") => {
+                write!(f, "{what} overflows at block {block}: scale the system")
+            }
             Self::NonFinite { what, block } => {
                 write!(f, "{what} holds a NaN or an infinity in block {block}")
             }
@@ -130,8 +133,8 @@ impl fmt::Display for SolveError {
                 write!(
                     f,
                     "the matrix is singular to rounding at block {block}, whose pivot lost all digits: where its rows depend \
-                     on others remove them or add compliance; else choose a backend that exchanges rows (faer:lu, or \
-                     umfpack, which scales them too)"
+                     on others remove them or add compliance; what exchanges no rows may end there in a regular matrix too, \
+                     which umfpack, faer:lu and dense solve"
                 )
             }
             Self::NotPositiveDefinite { block } => {
@@ -151,8 +154,7 @@ impl fmt::Display for SolveError {
             Self::NotSymmetric { backend } => {
                 write!(
                     f,
-                    "backend `{backend}`, as it was chosen, is for symmetric matrices and this one is not: choose one of \
-                     umfpack, faer:lu, dense"
+                    "backend `{backend}` is for symmetric matrices and this one is not: choose one of umfpack, faer:lu, dense"
                 )
             }
             Self::TooLarge { size, limit, what } if size <= limit => {

@@ -16,6 +16,7 @@
 
 use crate::backends::General;
 use crate::claim::Judge;
+use crate::condition::{Factors, Rule, Verdict};
 use crate::error::expect_len;
 use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport};
 
@@ -84,6 +85,23 @@ impl GeneralMatrix {
         Ok(a)
     }
 
+    /// Drops the entries that are zero, and says how many.
+    pub fn drop_zeros(&mut self) -> usize {
+        let (before, mut kept, mut from) = (self.values.len(), 0, 0);
+        for c in 0..self.dim() {
+            for e in from..self.column_start[c + 1] {
+                if self.values[e] != 0.0 {
+                    (self.row[kept], self.values[kept]) = (self.row[e], self.values[e]);
+                    kept += 1;
+                }
+            }
+            from = std::mem::replace(&mut self.column_start[c + 1], kept);
+        }
+        self.row.truncate(kept);
+        self.values.truncate(kept);
+        before - kept
+    }
+
     /// Takes columns that were checked.
     pub(crate) fn of_columns(column_start: Vec<usize>, row: Vec<usize>, values: Vec<f64>) -> Self {
         Self {
@@ -132,6 +150,23 @@ impl GeneralMatrix {
                 f(self.row[e], c, self.values[e]);
             }
         }
+    }
+
+    /// Stored entries (row, column, value), columns in order.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone + '_ {
+        let columns = self.column_start.windows(2).enumerate();
+        columns.flat_map(move |(c, at)| {
+            let entry = move |e: usize| (self.row[e], c, self.values[e]);
+            (at[0]..at[1]).map(entry)
+        })
+    }
+
+    /// Aᵀ. Allocates.
+    #[must_use]
+    pub fn transposed(&self) -> Self {
+        let entries = self.entries().map(|(r, c, a)| (c, r, a)).collect();
+        // The indices are within the dimension.
+        Self::from_entries(self.dim(), entries).unwrap_or_else(|_| self.clone())
     }
 
     /// Whether aᵢⱼ = aⱼᵢ for all entries, what is not stored being zero. Allocates.
@@ -184,6 +219,9 @@ impl Backend {
     }
 }
 
+/// Growth of the largest number in the elimination beyond which it may have lost the entries.
+const GROWN: f64 = 1e8;
+
 /// A backend at work on general matrices of one pattern: analysed once, factorised for each matrix, solved for each
 /// right-hand side, as a [`LinearSolver`](crate::LinearSolver) is.
 pub struct GeneralSolver {
@@ -194,6 +232,8 @@ pub struct GeneralSolver {
     factorized: bool,
     /// Of the matrix last factorised.
     judge: Option<Judge>,
+    rule: Rule,
+    factors: Factors,
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
 }
@@ -221,15 +261,17 @@ impl GeneralSolver {
             row: a.row.clone(),
             factorized: false,
             judge: None,
+            rule: Rule::new(a.dim()),
+            factors: Factors::Good,
             buffers: [(); 2].map(|()| vec![0.0; a.dim()]),
         })
     }
 
-    /// Prepares for solves with the values of `a`.
+    /// Prepares for solves with the values of `a`, and estimates its condition with rows and columns scaled.
     ///
     /// # Errors
-    /// [`SolveError::Singular`] (its block is a column), [`SolveError::NonFinite`], [`SolveError::PatternChanged`] and
-    /// what a library reports.
+    /// [`SolveError::Singular`] (its block is a column) where that is beyond 1/(4 √n u) of n rows or a pivot vanishes,
+    /// [`SolveError::NonFinite`], [`SolveError::PatternChanged`] and what a library reports.
     pub fn factorize(&mut self, a: &GeneralMatrix) -> Result<FactorReport, SolveError> {
         self.factorized = false;
         self.check_pattern(a)?;
@@ -241,9 +283,33 @@ impl GeneralSolver {
         }
         let report = match &mut self.work {
             None => FactorReport::default(),
-            Some(work) => work.factorize(a)?,
+            Some(work) => {
+                let doubt = work.factorize(a)?;
+                let (roundoff, [b, _]) = (work.roundoff(), &mut self.buffers);
+                let judged = self.rule.check(&a.entries(), roundoff, |x, transposed| {
+                    b.copy_from_slice(x);
+                    work.solve(b, x, transposed)
+                });
+                let verdict = match (judged, doubt) {
+                    (Err(SolveError::Singular { .. }), Some(block)) => {
+                        return Err(SolveError::Singular { block });
+                    }
+                    // What the factors tell is then of another matrix.
+                    (Err(SolveError::Singular { .. }), None) if work.growth() > GROWN => {
+                        Verdict::UNKNOWN
+                    }
+                    (judged, _) => judged?,
+                };
+                self.factors = verdict.factors;
+                FactorReport {
+                    reciprocal_condition: Some(verdict.reciprocal),
+                }
+            }
         };
-        self.judge = Some(Judge::of_general(a, &mut self.buffers[0]));
+        self.judge = Some(match self.factors {
+            Factors::Good | Factors::Useless => Judge::of_general(a, &mut self.buffers[0]),
+            Factors::Poor | Factors::Graded => self.rule.judge(&a.entries()),
+        });
         self.factorized = true;
         Ok(report)
     }
@@ -284,14 +350,19 @@ impl GeneralSolver {
         let (Some(work), Some(judge)) = (&mut self.work, self.judge) else {
             return Ok(SolveReport::DIRECT);
         };
-        work.solve(b, x)?;
+        work.solve(b, x, false)?;
         check_finite("solution", x)?;
         let [r, d] = &mut self.buffers;
         let residual = |x: &[f64], r: &mut [f64]| {
             r.copy_from_slice(b);
             a.for_each(|row, column, a| r[row] -= a * x[column]);
         };
-        let status = judge.settle(x, [r, d], f64::INFINITY, residual, |r, d| work.solve(r, d))?;
+        let (judge, solve) = (
+            (judge, self.factors),
+            |b: &[f64], x: &mut [f64], transposed: bool| work.solve(b, x, transposed),
+        );
+        let (rule, entries) = (&mut self.rule, &a.entries());
+        let status = rule.settle(judge, entries, x, [r, d], residual, solve)?;
         check_finite("solution", x)?;
         Ok(SolveReport {
             status,
@@ -420,6 +491,59 @@ mod tests {
         let none = GeneralMatrix::from_entries(0, vec![]).unwrap();
         let (x, report) = solve_general(&dense, &none, &[]).unwrap();
         assert!(x.is_empty() && report.status == Status::Direct);
+    }
+
+    /// Rows that depend on others, exactly and to rounding, and the transposes.
+    #[test]
+    fn singular_matrices_are_not_claimed() {
+        let noise = |k: usize| ((k * k + 3 * k) as f64).sin();
+        for n in [3, 4, 9, 20] {
+            for whole in [true, false] {
+                let mut a: Vec<Vec<f64>> = (0..n)
+                    .map(|r| (0..n).map(|c| noise(r * n + c)).collect())
+                    .collect();
+                if whole {
+                    a.iter_mut().flatten().for_each(|a| *a = (9.0 * *a).round());
+                }
+                let part = if whole { 1.0 } else { 1.0 / 3.0 };
+                a[n - 1] = (0..n).map(|c| part * a[0][c] + a[1][c]).collect();
+                let places = || (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
+                let b = vec![1.0; n];
+                for transposed in [false, true] {
+                    let entries = places().map(|(r, c)| match transposed {
+                        true => (c, r, a[r][c]),
+                        false => (r, c, a[r][c]),
+                    });
+                    let a = GeneralMatrix::from_entries(n, entries.collect()).unwrap();
+                    // In 32 digits what was rounded is regular.
+                    for backend in all()
+                        .into_iter()
+                        .filter(|b| whole || b.to_string() != "dense:extended")
+                    {
+                        let found = solve_general(&backend, &a, &b);
+                        let refused = matches!(found, Err(SolveError::Singular { .. }));
+                        assert!(refused, "{backend} {n} {whole}: {found:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Of whatever units rows and columns are.
+    #[test]
+    fn scaling_makes_no_matrix_singular() {
+        for tiny in [1e-17, 1e-30, 1e-200] {
+            let upper = vec![(0, 0, 1.0), (0, 1, 1.0), (1, 1, tiny)];
+            let lower = upper.iter().map(|&(r, c, a)| (c, r, a)).collect();
+            for (entries, b) in [(upper, [2.0, tiny]), (lower, [1.0, 1.0 + tiny])] {
+                let a = GeneralMatrix::from_entries(2, entries).unwrap();
+                for backend in all() {
+                    let (x, report) = solve_general(&backend, &a, &b).unwrap();
+                    assert_eq!(report.status, Status::Direct, "{backend} {tiny}");
+                    assert!((x[0] - 1.0).abs() < 1e-15, "{backend} {tiny}: {x:?}");
+                }
+            }
+        }
     }
 
     #[test]

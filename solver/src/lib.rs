@@ -66,6 +66,7 @@
 //! | `groups` | exact solves inside groups of blocks |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `singularity` | whether a factor with weak pivots is that of a singular matrix |
+//! | `condition` | scaling of rows and columns; how ill-conditioned what was factorised is, and which condition is too large |
 //! | `claim` | whether what a direct solver made is a solution |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
@@ -98,6 +99,7 @@ mod chain;
 mod checked;
 mod claim;
 pub mod clock;
+mod condition;
 mod convert;
 mod cost;
 pub mod coulomb;
@@ -132,6 +134,7 @@ pub use batch::{
     BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
 };
 pub use checked::{Checked, Fault};
+pub use condition::inverse_norm;
 pub use convert::ConvertError;
 pub use cost::{Counts, TERMS};
 pub use double_double::DoubleDouble;

@@ -106,6 +106,21 @@ impl SymBlockMatrix {
         }
     }
 
+    /// Entries (row, column, value) of both triangles.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone + '_ {
+        let p = &*self.pattern;
+        let blocks = (0..p.blocks()).flat_map(move |j| p.column(j).map(move |k| (k, j)));
+        let lower = blocks.flat_map(move |(k, j)| {
+            let (rows, columns, block) = (p.rows(p.row(k)), p.rows(j), self.block(k));
+            block.iter().enumerate().map(move |(at, &a)| {
+                let n = rows.len();
+                (rows.start + at % n, columns.start + at / n, a)
+            })
+        });
+        let lower = lower.filter(|&(r, c, _)| r >= c);
+        lower.flat_map(|(r, c, a)| std::iter::once((r, c, a)).chain((r != c).then_some((c, r, a))))
+    }
+
     /// `r = b − A x`, all of length `dim`. Allocates nothing.
     ///
     /// # Panics

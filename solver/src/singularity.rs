@@ -16,6 +16,10 @@ use crate::{SolveError, SymBlockMatrix};
 /// thousand times that one.
 pub(crate) const WEAK: f64 = 1e8;
 
+/// Length of the second ỹ above which a matrix is not claimed by this test alone, which knows no other start than the weak
+/// rows.
+const DOUBTFUL: f64 = 1e12;
+
 /// The pivots of a factor that stand in doubt, and the work space of their test.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SingularityTest {
@@ -25,6 +29,8 @@ pub(crate) struct SingularityTest {
     vector: Vec<f64>,
     /// Rows of weak pivots, ascending.
     weak: Vec<usize>,
+    /// The second length of the last test.
+    growth: f64,
 }
 
 impl SingularityTest {
@@ -34,12 +40,19 @@ impl SingularityTest {
             scale: vec![0.0; dim],
             vector: vec![0.0; dim],
             weak: Vec::with_capacity(dim),
+            growth: 0.0,
         }
     }
 
     /// Before the pivots of a factor: forgets those of the last one.
     pub(crate) fn begin(&mut self) {
         self.weak.clear();
+        self.growth = 0.0;
+    }
+
+    /// Whether the last factor is so near to that of a singular matrix that another test is called for.
+    pub(crate) fn is_doubtful(&self) -> bool {
+        self.growth > DOUBTFUL
     }
 
     /// Takes the next row's pivot, with the largest magnitude that it was made from.
@@ -69,6 +82,7 @@ impl SingularityTest {
         }
         self.iterate(&mut solve);
         let growth = self.iterate(&mut solve);
+        self.growth = growth;
         // Where numbers overflow there is no inverse to speak of.
         if 4.0 * f64::ROUNDOFF * growth < 1.0 {
             return Ok(());

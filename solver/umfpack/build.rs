@@ -21,6 +21,7 @@ const INDICES: &[&str] = &[
     "LNZ",
     "UNZ",
     "RCOND",
+    "UMAX",
     "IR_TAKEN",
     "OMEGA1",
     "OMEGA2",
@@ -53,6 +54,7 @@ const CODES: &[&str] = &[
     "SCALE_SUM",
     "SCALE_MAX",
     "A",
+    "At",
 ];
 
 const VERSION: &[&str] = &["MAIN_VERSION", "SUB_VERSION", "SUBSUB_VERSION"];

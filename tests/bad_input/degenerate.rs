@@ -158,9 +158,6 @@ fn light() -> Result<Scene, SceneError> {
     params.build()
 }
 
-/// Masses far from 1 that a solver finds singular.
-const SINGULAR: [(&str, &str); 2] = [("10⁻³⁰ kg", "faer:lu/kkt"), ("10³⁰ kg", "faer:lu/kkt")];
-
 /// Solvers that 10⁴ segments take more iterations than these have.
 const UNFINISHED: [&str; 5] = [
     "gauss-seidel:joints",
@@ -203,17 +200,7 @@ fn strange_scenes_run_with_every_solver() {
     for (name, scene) in strange() {
         for choice in choices() {
             let found = run(scene.clone(), choice.options(DT));
-            let singular = matches!(
-                found,
-                Err(StepError::Solve {
-                    source: SolveError::Singular { .. },
-                    culprit: Some(_),
-                    time: 0.0,
-                })
-            );
-            let expected = SINGULAR.contains(&(name, choice.family().as_str()));
-            assert_eq!(singular, expected, "{name}, {choice}: {found:?}");
-            assert!(expected || found == Ok(true), "{name}, {choice}: {found:?}");
+            assert!(found == Ok(true), "{name}, {choice}: {found:?}");
         }
         let claims = audit(name, &scene, &[0, 3, 40]);
         assert!(!claims.solves.is_empty(), "{name}");

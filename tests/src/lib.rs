@@ -15,6 +15,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
+//! | `algebra` | systems of every kind, scaling and rank, and what may not be told of them |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
 //! | `fuzzing`, `decode` | functions for arbitrary bytes, and the decoding of these bytes |
@@ -35,6 +36,7 @@
 // Unpublished: a comment says why, a unit or an error, not a name again.
 #![allow(missing_docs)]
 
+pub mod algebra;
 pub mod decode;
 pub mod fuzzing;
 pub mod graphs;

@@ -118,6 +118,15 @@ pub enum RightHandSide {
     },
 }
 
+/// Entries of a file that a matrix does not hold as such.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Dropped {
+    /// Stood at the place of an earlier one and were added to it.
+    pub duplicates: usize,
+    /// Zeros, as they stood or as the sum of several.
+    pub zeros: usize,
+}
+
 /// A system that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
@@ -125,8 +134,8 @@ pub struct System {
     pub name: String,
     /// A.
     pub matrix: Matrix,
-    /// Entries of the file that stood at the place of an earlier one and were added to it.
-    pub duplicates: usize,
+    /// Entries of the file that are none of the matrix.
+    pub dropped: Dropped,
     /// b.
     pub b: Vec<f64>,
     /// Where b comes from.
@@ -142,7 +151,7 @@ impl System {
     /// # Errors
     /// [`MarketError`].
     pub fn read(path: &Path, b: Option<&Path>, x: Option<&Path>) -> Result<Self, MarketError> {
-        let (matrix, duplicates) = matrix_of(&market::read(path)?, path)?;
+        let (matrix, dropped) = matrix_of(&market::read(path)?, path)?;
         let beside_b = b.is_none().then(|| beside(path, "b")).flatten();
         let beside_x = beside_b.is_some().then(|| beside(path, "x")).flatten();
         let read = |path: PathBuf| {
@@ -166,7 +175,7 @@ impl System {
         Ok(Self {
             name: stem(path),
             matrix,
-            duplicates,
+            dropped,
             b,
             from,
             x,
@@ -208,11 +217,24 @@ fn beside(path: &Path, what: &str) -> Option<PathBuf> {
     names.into_iter().find(|p| p.is_file())
 }
 
-/// The matrix of a file, and how many entries were added to earlier ones.
+/// The matrix of a file without its zeros, and what was dropped.
 ///
 /// # Errors
 /// [`MarketError`]: not square, singular as it stands, blocks that do not fit, sums that overflow.
-pub fn matrix_of(market: &Market, path: &Path) -> Result<(Matrix, usize), MarketError> {
+pub fn matrix_of(market: &Market, path: &Path) -> Result<(Matrix, Dropped), MarketError> {
+    matrix_with(market, path, GeneralMatrix::drop_zeros)
+}
+
+/// The same with its zeros, for systems that are to have one pattern.
+pub(crate) fn stored_matrix_of(market: &Market, path: &Path) -> Result<Matrix, MarketError> {
+    matrix_with(market, path, |_| 0).map(|(matrix, _)| matrix)
+}
+
+fn matrix_with(
+    market: &Market,
+    path: &Path,
+    drop_zeros: fn(&mut GeneralMatrix) -> usize,
+) -> Result<(Matrix, Dropped), MarketError> {
     let n = market.rows;
     let fault = |message: String| shape(path, message);
     if n != market.columns {
@@ -238,21 +260,23 @@ pub fn matrix_of(market: &Market, path: &Path) -> Result<(Matrix, usize), Market
     }
     let given = market.entries.len();
     let entries = GeneralMatrix::from_entries(n, market.entries.clone());
-    let entries = entries.map_err(|e| fault(e.to_string()))?;
+    let mut entries = entries.map_err(|e| fault(e.to_string()))?;
     if !entries.values().iter().all(|v| v.is_finite()) {
         return Err(fault(
             "entries at one place add up to more than a double holds: scale them".to_owned(),
         ));
     }
     let duplicates = given - entries.values().len();
+    let zeros = drop_zeros(&mut entries);
+    let dropped = Dropped { duplicates, zeros };
     if !market.symmetric && !entries.is_symmetric() {
-        return Ok((Matrix::General(entries), duplicates));
+        return Ok((Matrix::General(entries), dropped));
     }
     let a = symmetric(&entries, market).map_err(|message| MarketError {
         fault: Fault::Blocks,
         ..fault(message)
     })?;
-    Ok((Matrix::Symmetric(a), duplicates))
+    Ok((Matrix::Symmetric(a), dropped))
 }
 
 /// Numbers that blocks may hold whatever the entries of the file; beyond it they are to be at most 16 for each.

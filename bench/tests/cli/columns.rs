@@ -194,6 +194,37 @@ fn forces_of_contacts_are_columns() {
     assert!((both / weight - 1.0).abs() < 0.02, "{both}");
 }
 
+/// A weight of 98.1 N two metres out along x turns what holds it about y.
+#[test]
+fn locks_hinges_and_sliders_have_moments() {
+    let at = folder("moments");
+    let run = "run arm.toml --time 1 --columns";
+    for joint in [
+        "kind = \"lock\"",
+        "kind = \"hinge\"\naxis = [1, 0, 0]",
+        "kind = \"slider\"\naxis = [1, 0, 0]",
+    ] {
+        let scene = format!(
+            "[[body]]\nname = \"arm\"\nmass = 10\nshape = {{ sphere = {{ radius = 0.2 }} }}\nposition = [2, 0, 0]\n\
+             [[joint]]\nname = \"hold\"\n{joint}\na = \"world\"\nb = \"arm\"\npoint = [0, 0, 0]\n"
+        );
+        fs::write(at.join("arm.toml"), scene).expect("writable");
+        let columns = "hold.moment,hold.mx,hold.my,hold.mz,hold.fz";
+        let (headings, rows) = table(&good(&at, &format!("{run} {columns} --out -")));
+        assert_eq!(
+            headings.join(","),
+            "hold.moment [N m],hold.mx [N m],hold.my [N m],hold.mz [N m],hold.fz [N]"
+        );
+        let last = rows.last().expect("rows").iter();
+        let last: Vec<f64> = last.map(|value| value.expect("a number")).collect();
+        for (value, right) in last.iter().zip([196.2, 0.0, -196.2, 0.0, 98.1]) {
+            assert!((value - right).abs() < 0.2, "{joint}: {last:?}");
+        }
+    }
+    let ball = "run hoist --set segments=2 --out a.csv --columns load.moment";
+    refused(&at, ball, &["`load` has no `moment`"]);
+}
+
 /// `run --help` lists every quantity that a refused column name is answered with.
 #[test]
 fn the_help_names_every_quantity() {

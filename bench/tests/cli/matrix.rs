@@ -163,6 +163,27 @@ fn definite_backends_say_who_solves_what_is_not() {
     refused(&at, "solve singular.mtx --backend dense", &["singular"]);
 }
 
+/// One of several files is no reason to lose what was measured of the others; where all are singular, that is the answer.
+#[test]
+fn a_singular_matrix_among_others_is_left_out() {
+    let at = folder("singular_among_others");
+    write(&at, "a.mtx", UNSYMMETRIC);
+    let whole = "%%MatrixMarket matrix array real general\n3 3\n1\n4\n7\n2\n5\n8\n3\n6\n9\n";
+    write(&at, "whole.mtx", whole);
+    let table = good(&at, "study matrix a.mtx,whole.mtx --quick");
+    for words in ["Left out", "whole: ", "the matrix is singular to rounding"] {
+        assert!(table.contains(words), "{words}: {table}");
+    }
+    let results = json(&at, "study matrix whole.mtx,a.mtx --quick --json -");
+    let results = results.as_array().expect("a list");
+    let count = |of: &Value| rows(of).iter().filter(|r| r["status"] == "direct").count();
+    assert_eq!(results.iter().map(count).filter(|n| *n > 0).count(), 1);
+    // Whatever the reasons of those that are for symmetric matrices alone.
+    for run in ["study matrix whole.mtx --quick", "solve whole.mtx"] {
+        refused(&at, run, &["whole: the matrix is singular to rounding"]);
+    }
+}
+
 #[test]
 fn the_benchmark_of_a_matrix_sorts_and_compares() {
     let at = folder("bench_matrix");

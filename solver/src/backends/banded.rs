@@ -184,6 +184,10 @@ impl Direct for Banded {
         }
     }
 
+    fn is_doubtful(&self) -> bool {
+        matches!(self.last, Way::InOrder) && self.singularity.is_doubtful()
+    }
+
     fn substitute(
         &mut self,
         _: &SymBlockMatrix,

@@ -4,10 +4,11 @@
 
 use super::direct::{Common, Direct};
 use crate::block_ldlt::NOISE;
+use crate::condition::Scales;
 use crate::kernels::Scalar;
 use crate::options::{DenseOptions, Precision};
 use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, LinearSolver};
-use crate::{SolveError, SymBlockMatrix};
+use crate::{SolveError, SymBlockMatrix, norm_inf};
 use std::sync::Arc;
 
 /// Most rows: beyond this the matrix alone takes half a gigabyte.
@@ -32,6 +33,10 @@ pub(crate) struct Dense<T> {
     work: Vec<T>,
     /// Largest number that each column ever held.
     scale: Vec<f64>,
+    /// Largest number before the elimination.
+    largest: f64,
+    /// Of the matrix whose rows and columns, scaled, are factorised.
+    scales: Scales,
 }
 
 impl<T: Scalar + Default> Dense<T> {
@@ -48,6 +53,7 @@ impl<T: Scalar + Default> Dense<T> {
         self.pivot = (0..n).collect();
         self.work = vec![T::default(); n];
         self.scale = vec![0.0; n];
+        self.scales = Scales::new(n);
         Ok(())
     }
 
@@ -58,29 +64,39 @@ impl<T: Scalar + Default> Dense<T> {
         Ok(dense)
     }
 
-    /// LU of a matrix that need not be symmetric.
+    /// LU of a matrix that need not be symmetric; the column whose pivot is noise, if any.
     pub(crate) fn factorize_general(
         &mut self,
         a: &GeneralMatrix,
-    ) -> Result<FactorReport, SolveError> {
+    ) -> Result<Option<usize>, SolveError> {
         let n = a.dim();
         self.lu.fill(T::default());
         a.for_each(|r, c, value| self.lu[r * n + c] = value.into());
         let singular = |column| SolveError::Singular { block: column };
-        self.factorize_rows(n).map_err(singular)?;
-        Ok(FactorReport::default())
+        self.factorize_rows(n).map_err(singular)
     }
 
-    /// LU of the matrix in `lu`; the column that depends on those before it, to rounding, as an error.
-    fn factorize_rows(&mut self, n: usize) -> Result<(), usize> {
+    /// LU of the matrix in `lu`, which it scales; the first column that depends on those before it, to rounding: where the
+    /// matrix holds something by numbers at roundoff of others, that is right as it is. A column of zeros is an error.
+    fn factorize_rows(&mut self, n: usize) -> Result<Option<usize>, usize> {
         for (i, p) in self.pivot.iter_mut().enumerate() {
             *p = i;
+        }
+        let lu = &self.lu;
+        let entries = (0..n * n).map(|at| (at / n, at % n, lu[at].to_f64()));
+        if self.scales.of_uneven(entries) {
+            for (row, r) in self.lu.chunks_exact_mut(n.max(1)).zip(&self.scales.rows) {
+                for (a, c) in row.iter_mut().zip(&self.scales.columns) {
+                    *a = *a * (*r).into() * (*c).into();
+                }
+            }
         }
         // A pivot is noise if it is at roundoff of the largest number that its column ever held.
         for c in 0..n {
             self.scale[c] = column_max(&self.lu, n, 0, c);
         }
-        let scale = &mut self.scale;
+        self.largest = norm_inf(&self.scale);
+        let (scale, mut doubt) = (&mut self.scale, None);
         for k in 0..n {
             let best = (k..n).max_by(|&p, &q| {
                 let size = |r: usize| self.lu[r * n + k].to_f64().abs();
@@ -88,8 +104,11 @@ impl<T: Scalar + Default> Dense<T> {
             });
             let best = best.unwrap_or(k);
             let pivot = self.lu[best * n + k].to_f64().abs();
-            if pivot.is_nan() || pivot <= NOISE * T::ROUNDOFF * scale[k] {
-                return Err(k);
+            if pivot.is_nan() || pivot == 0.0 {
+                return Err(doubt.unwrap_or(k));
+            }
+            if pivot <= NOISE * T::ROUNDOFF * scale[k] {
+                doubt = doubt.or(Some(k));
             }
             if best != k {
                 self.pivot.swap(k, best);
@@ -114,19 +133,46 @@ impl<T: Scalar + Default> Dense<T> {
                 }
             }
         }
-        Ok(())
+        Ok(doubt)
     }
 
-    /// x = U⁻¹ L⁻¹ P b.
-    pub(crate) fn solve_rows(&mut self, b: &[f64], x: &mut [f64]) {
+    /// Largest number that elimination made over the largest that it began with.
+    pub(crate) fn growth(&self) -> f64 {
+        norm_inf(&self.scale) / self.largest
+    }
+
+    /// x = C U⁻¹ L⁻¹ P R b, or R Pᵀ L⁻ᵀ U⁻ᵀ C b.
+    pub(crate) fn solve_rows(&mut self, b: &[f64], x: &mut [f64], transposed: bool) {
         let n = b.len();
-        let y = &mut self.work;
+        let (y, Scales { rows, columns }) = (&mut self.work, &self.scales);
+        if transposed {
+            for k in 0..n {
+                y[k] = (b[k] * columns[k]).into();
+            }
+            for k in 0..n {
+                let row = &self.lu[k * n..(k + 1) * n];
+                let u = y[k] / row[k];
+                y[k] = u;
+                let later = y[k + 1..].iter_mut().zip(&row[k + 1..]);
+                later.for_each(|(y, &a)| *y = *y - a * u);
+            }
+            for k in (0..n).rev() {
+                let l = y[k];
+                let earlier = y[..k].iter_mut().zip(&self.lu[k * n..]);
+                earlier.for_each(|(y, &a)| *y = *y - a * l);
+            }
+            for (&row, y) in self.pivot.iter().zip(&*y) {
+                x[row] = y.to_f64() * rows[row];
+            }
+            return;
+        }
         for k in 0..n {
             let row = &self.lu[k * n..k * n + k];
+            let from = self.pivot[k];
             y[k] = row
                 .iter()
                 .zip(&*y)
-                .fold(b[self.pivot[k]].into(), |sum, (&l, &y)| sum - l * y);
+                .fold((b[from] * rows[from]).into(), |sum, (&l, &y)| sum - l * y);
         }
         for k in (0..n).rev() {
             let row = &self.lu[k * n..(k + 1) * n];
@@ -136,8 +182,8 @@ impl<T: Scalar + Default> Dense<T> {
                 .fold(y[k], |sum, (&u, &y)| sum - u * y);
             y[k] = sum / row[k];
         }
-        for (x, y) in x.iter_mut().zip(y) {
-            *x = y.to_f64();
+        for ((x, y), c) in x.iter_mut().zip(y).zip(columns) {
+            *x = y.to_f64() * c;
         }
     }
 }
@@ -174,7 +220,9 @@ impl<T: Scalar + Default + Send> Direct for Dense<T> {
         let singular = |column| SolveError::Singular {
             block: a.pattern().block_of_row(column),
         };
-        self.factorize_rows(n).map_err(singular)?;
+        if let Some(column) = self.factorize_rows(n).map_err(singular)? {
+            self.check_doubt(a, |_| singular(column))?;
+        }
         Ok(FactorReport::default())
     }
 
@@ -183,13 +231,17 @@ impl<T: Scalar + Default + Send> Direct for Dense<T> {
         false
     }
 
+    fn roundoff(&self) -> f64 {
+        T::ROUNDOFF
+    }
+
     fn substitute(
         &mut self,
         _: &SymBlockMatrix,
         b: &[f64],
         x: &mut [f64],
     ) -> Result<(), SolveError> {
-        self.solve_rows(b, x);
+        self.solve_rows(b, x, false);
         Ok(())
     }
 }

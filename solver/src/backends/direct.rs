@@ -1,8 +1,10 @@
-//! What all direct backends share: the phases, and the judge of what their factor makes.
+//! Shared by all direct backends: the phases, the judge of what their factor makes, and the rule of its condition.
 
 use super::check_solution;
 use crate::claim::Judge;
+use crate::condition::{Factors, Rule};
 use crate::error::{columns, expect_columns};
+use crate::kernels::Scalar;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
     Status, SymBlockMatrix,
@@ -25,6 +27,21 @@ pub(crate) trait Direct: Send {
 
     /// Whether all pivots of the last factor are positive, so that what it makes is a solution by theory (`claim`).
     fn is_stable(&self) -> bool;
+
+    /// Whether a pivot of a stable factor was weak, so that the rule is to tell whether it claims anything.
+    fn is_doubtful(&self) -> bool {
+        false
+    }
+
+    /// The smallest by the largest pivot of the last factor, where that is at hand: a hint at its condition.
+    fn pivot_ratio(&self) -> Option<f64> {
+        None
+    }
+
+    /// Of the arithmetic that makes the factor.
+    fn roundoff(&self) -> f64 {
+        f64::ROUNDOFF
+    }
 
     /// x from b by the factor.
     fn substitute(
@@ -53,22 +70,89 @@ pub(crate) trait Direct: Send {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         check_solution(a, x)?;
-        if self.is_stable() {
+        if self.is_stable() && !self.is_doubtful() {
             return Ok(SolveReport::DIRECT);
         }
         let mut common = std::mem::take(self.common());
-        let [r, d] = &mut common.buffers;
-        let judge = *common.judge.get_or_insert_with(|| Judge::of(a, r));
-        let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
-        let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
-        let settled = judge.settle(x, [r, d], f64::INFINITY, residual, correct);
+        let accepted = self.judge(a, b, x, &mut common);
         *self.common() = common;
-        let status = settled?;
+        let status = accepted?;
         check_solution(a, x)?;
         Ok(SolveReport {
             status,
             ..SolveReport::DIRECT
         })
+    }
+
+    /// Looks at the last factor by the rule, which tells what it is worth. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`], and those of solves.
+    fn check(&mut self, a: &SymBlockMatrix, common: &mut Common) -> Result<(), SolveError> {
+        let roundoff = self.roundoff();
+        // Of a symmetric matrix the transpose is the same.
+        let solve = |x: &mut [f64], _| {
+            common.buffers[0].copy_from_slice(x);
+            self.substitute(a, &common.buffers[0], x)
+        };
+        let checked = common.rule.check(&a.entries(), roundoff, solve);
+        common.factors = match checked {
+            // Positive pivots that were tested make a solution of a matrix near by, of which nothing more can be claimed.
+            Err(SolveError::Singular { .. }) if self.is_stable() => Factors::Useless,
+            checked => checked.map_err(|e| of_block(e, a))?.factors,
+        };
+        common.checked = self.pivot_ratio();
+        Ok(())
+    }
+
+    /// The same in the midst of a factorisation, when a pivot is noise; `singular` is told the error of a singular matrix
+    /// and may know more.
+    ///
+    /// # Errors
+    /// That, and those of solves.
+    fn check_doubt(
+        &mut self,
+        a: &SymBlockMatrix,
+        singular: impl FnOnce(SolveError) -> SolveError,
+    ) -> Result<(), SolveError> {
+        let mut common = std::mem::take(self.common());
+        let checked = self.check(a, &mut common);
+        *self.common() = common;
+        checked.map_err(|e| match e {
+            SolveError::Singular { .. } => singular(e),
+            e => e,
+        })
+    }
+
+    /// What x is worth that the factor made of b, after corrections.
+    fn judge(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+        common: &mut Common,
+    ) -> Result<Status, SolveError> {
+        let judge = match common.judge {
+            Some(judge) => judge,
+            None => {
+                let ratio = self.pivot_ratio();
+                if !common.is_known(ratio) {
+                    self.check(a, common)?;
+                }
+                let [r, _] = &mut common.buffers;
+                let judge = match common.factors {
+                    Factors::Good | Factors::Useless => Judge::of(a, r),
+                    Factors::Poor | Factors::Graded => common.rule.judge(&a.entries()),
+                };
+                *common.judge.insert(judge)
+            }
+        };
+        let [r, d] = &mut common.buffers;
+        let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
+        let solve = |b: &[f64], x: &mut [f64], _| self.substitute(a, b, x);
+        let judge = (judge, common.factors);
+        let rule = &mut common.rule;
+        rule.settle(judge, &a.entries(), x, [r, d], residual, solve)
     }
 }
 
@@ -80,6 +164,29 @@ pub(crate) struct Common {
     judge: Option<Judge>,
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
+    rule: Rule,
+    /// What the factor is worth, once there is a judge.
+    factors: Factors,
+    /// Ratio of the pivots of the factor that the rule looked at.
+    checked: Option<f64>,
+}
+
+impl Common {
+    /// Whether the rule has looked at factors with about this ratio of pivots, as from step to step.
+    fn is_known(&self, ratio: Option<f64>) -> bool {
+        let like = |before: f64| ratio.is_some_and(|r| (0.5..=2.0).contains(&(r / before)));
+        self.checked.is_some_and(like)
+    }
+}
+
+/// The error with the block of its scalar row.
+fn of_block(e: SolveError, a: &SymBlockMatrix) -> SolveError {
+    match e {
+        SolveError::Singular { block: row } => SolveError::Singular {
+            block: a.pattern().block_of_row(row),
+        },
+        e => e,
+    }
 }
 
 impl<D: Direct> LinearSolver for D {
@@ -95,6 +202,8 @@ impl<D: Direct> LinearSolver for D {
         let report = self.prepare(pattern)?;
         let common = self.common();
         common.buffers = [(); 2].map(|()| vec![0.0; pattern.dim()]);
+        common.rule = Rule::new(pattern.dim());
+        common.checked = None;
         common.phases.analyzed(pattern);
         Ok(report)
     }

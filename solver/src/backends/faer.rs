@@ -17,12 +17,13 @@ mod lblt;
 use super::csc::{Csc, Triangle, check_pivots, diagnose};
 use super::direct::{Common, Direct};
 use crate::block_ldlt::{NOISE, Pivots};
+use crate::condition::Scales;
 use crate::kernels::Scalar;
 use crate::singularity::SingularityTest;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, GeneralMatrix,
 };
-use crate::{SolveError, SymBlockMatrix};
+use crate::{SolveError, SymBlockMatrix, norm_inf};
 use ::faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use ::faer::linalg::cholesky::ldlt::factor::LdltError;
 use ::faer::linalg::cholesky::llt::factor::LltError;
@@ -99,7 +100,12 @@ impl Direct for Faer {
             None => {}
             Some(Work::Cholesky(work)) => work.factorize(a)?,
             Some(Work::Lblt(work)) => work.factorize(a)?,
-            Some(Work::Lu(work)) => work.factorize(a.values(), |r| a.pattern().block_of_row(r))?,
+            Some(Work::Lu(work)) => {
+                let block = |row: usize| a.pattern().block_of_row(row);
+                if let Some(block) = work.factorize(a.values(), block)? {
+                    self.check_doubt(a, |_| SolveError::Singular { block })?;
+                }
+            }
         }
         Ok(FactorReport::default())
     }
@@ -110,6 +116,14 @@ impl Direct for Faer {
             Some(Work::Cholesky(work)) => work.positive,
             Some(Work::Lblt(work)) => work.is_positive(),
             Some(Work::Lu(_)) => false,
+        }
+    }
+
+    fn is_doubtful(&self) -> bool {
+        match &self.work {
+            None | Some(Work::Lu(_)) => false,
+            Some(Work::Cholesky(work)) => work.singularity.is_doubtful(),
+            Some(Work::Lblt(work)) => work.is_doubtful(),
         }
     }
 
@@ -124,7 +138,7 @@ impl Direct for Faer {
             None => {}
             Some(Work::Cholesky(work)) => work.solve(x),
             Some(Work::Lblt(work)) => work.solve(x),
-            Some(Work::Lu(work)) => work.solve(x),
+            Some(Work::Lu(work)) => work.solve(x, false),
         }
         Ok(())
     }
@@ -340,6 +354,8 @@ pub(crate) struct Lu {
     rows: [Vec<usize>; 2],
     factors: SimplicialLu<usize, f64>,
     memory: MemBuffer,
+    /// Of the matrix whose rows and columns, scaled, are factorised.
+    scales: Scales,
 }
 
 impl Lu {
@@ -357,13 +373,9 @@ impl Lu {
         )
         .map_err(library)?;
         let factorize = simplicial::factorize_simplicial_numeric_lu_scratch::<usize, f64>(n, n);
-        let memory = memory(
-            factorize.or(simplicial::solve_in_place_scratch::<usize, f64>(
-                n,
-                1,
-                Par::Seq,
-            )),
-        )?;
+        let solve = simplicial::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq);
+        let transposed = simplicial::solve_transpose_in_place_scratch::<usize, f64>(n, 1, Par::Seq);
+        let memory = memory(factorize.or(solve).or(transposed))?;
         let columns = Perm::new_checked(order.into(), inverse.into(), n);
         Ok(Self {
             matrix,
@@ -371,6 +383,7 @@ impl Lu {
             rows: [vec![0; n], vec![0; n]],
             factors: SimplicialLu::new(),
             memory,
+            scales: Scales::new(n),
         })
     }
 
@@ -379,13 +392,23 @@ impl Lu {
         Self::new(Matrix::of(Csc::of_general(a)?)?)
     }
 
-    /// Factorises the values; errors name the block of a scalar column.
+    /// Factorises the values; errors name the block of a scalar column. The block of the first pivot that is noise, if any.
     pub(crate) fn factorize(
         &mut self,
         values: &[f64],
         block_of: impl Fn(usize) -> usize,
-    ) -> Result<(), SolveError> {
+    ) -> Result<Option<usize>, SolveError> {
         self.matrix.csc.gather(values);
+        let Matrix { pattern, csc } = &mut self.matrix;
+        let columns = pattern.col_ptr().windows(2).enumerate();
+        let at = columns.flat_map(|(c, range)| (range[0]..range[1]).map(move |e| (e, c)));
+        let rows = pattern.row_idx();
+        let entries = at.clone().map(|(e, c)| (rows[e], c, csc.values[e]));
+        if self.scales.of_uneven(entries) {
+            for (e, c) in at {
+                csc.values[e] = self.scales.at(rows[e], c, csc.values[e]);
+            }
+        }
         let [order, inverse] = &mut self.rows;
         let (matrix, columns, stack) = (
             self.matrix.view(),
@@ -409,6 +432,7 @@ impl Lu {
         })?;
 
         // faer divides by any pivot. It is noise at roundoff of the largest number in its column, as in `dense`.
+        let mut doubt = None;
         let u = self.factors.u_factor_unsorted();
         for (column, &from) in columns.arrays().0.iter().enumerate() {
             let above = u.val_of_col(column);
@@ -423,31 +447,54 @@ impl Lu {
                     block: block(column),
                 });
             }
-            if pivot.abs() <= NOISE * f64::ROUNDOFF * scale {
+            if pivot == 0.0 {
                 return Err(SolveError::Singular {
                     block: block(column),
                 });
             }
+            if pivot.abs() <= NOISE * f64::ROUNDOFF * scale {
+                doubt = doubt.or(Some(block(column)));
+            }
         }
-        Ok(())
+        Ok(doubt)
     }
 
-    /// x ← A⁻¹ x.
-    pub(crate) fn solve(&mut self, x: &mut [f64]) {
+    /// Largest number that elimination made over the largest that it began with.
+    pub(crate) fn growth(&self) -> f64 {
+        let u = self.factors.u_factor_unsorted();
+        let columns = 0..self.columns.len();
+        let largest = columns.fold(0.0, |most, c| norm_inf(u.val_of_col(c)).max(most));
+        largest / norm_inf(&self.matrix.csc.values)
+    }
+
+    /// x ← A⁻¹ x, or A⁻ᵀ x.
+    pub(crate) fn solve(&mut self, x: &mut [f64], transposed: bool) {
         let n = x.len();
         let rows = PermRef::new_checked(&self.rows[0], &self.rows[1], n);
-        let (x, stack) = (
-            MatMut::from_column_major_slice_mut(x, n, 1),
+        let Scales {
+            rows: of_rows,
+            columns: of_columns,
+        } = &self.scales;
+        let [before, after] = if transposed {
+            [of_columns, of_rows]
+        } else {
+            [of_rows, of_columns]
+        };
+        let times = |x: &mut [f64], by: &[f64]| x.iter_mut().zip(by).for_each(|(x, s)| *x *= s);
+        times(x, before);
+        let (v, stack) = (
+            MatMut::from_column_major_slice_mut(&mut *x, n, 1),
             MemStack::new(&mut self.memory),
         );
-        self.factors.solve_in_place_with_conj(
-            rows,
-            self.columns.as_ref(),
-            Conj::No,
-            x,
-            Par::Seq,
-            stack,
-        );
+        let (columns, conjugate, one) = (self.columns.as_ref(), Conj::No, Par::Seq);
+        if transposed {
+            let factors = &self.factors;
+            factors.solve_transpose_in_place_with_conj(rows, columns, conjugate, v, one, stack);
+        } else {
+            let factors = &self.factors;
+            factors.solve_in_place_with_conj(rows, columns, conjugate, v, one, stack);
+        }
+        times(x, after);
     }
 }
 

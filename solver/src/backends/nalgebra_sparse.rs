@@ -64,6 +64,11 @@ impl Direct for NalgebraSparse {
         true
     }
 
+    fn is_doubtful(&self) -> bool {
+        let work = self.work.as_ref();
+        work.is_some_and(|work| work.singularity.is_doubtful())
+    }
+
     fn substitute(
         &mut self,
         _: &SymBlockMatrix,

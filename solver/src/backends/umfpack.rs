@@ -10,6 +10,7 @@
 use super::csc::{Csc, Triangle, diagnose};
 use super::direct::{Common, Direct};
 use crate::block_ldlt::Pivots;
+use crate::condition::Scales;
 use crate::{AnalyzeReport, BlockPattern, FactorReport, GeneralMatrix, SolveError};
 use crate::{SymBlockMatrix, UmfpackOptions};
 use std::sync::Arc;
@@ -29,6 +30,10 @@ struct Work {
     options: Options,
     /// The matrix, both triangles, as of the last factorisation: refinement takes its residuals from it.
     csc: Csc<i32>,
+    /// Its rows and columns are scaled, before UMFPACK scales rows: sums of rows are those of their largest columns alone.
+    scales: Scales,
+    /// A right-hand side, scaled.
+    scaled: Vec<f64>,
     symbolic: Symbolic,
     /// Replaced in place: it keeps the memory for solves.
     numeric: Option<Numeric>,
@@ -67,11 +72,10 @@ impl Direct for Umfpack {
         if let Some(work) = &mut self.work {
             let info = work.factorize(a.values()).map_err(|e| named(&e, a))?;
             // UMFPACK refuses exact zeros only. Of a matrix that is singular to rounding its estimate is at roundoff, and
-            // also where rows are scaled beyond all measure: a second opinion tells which (and allocates, in this case).
-            if info.rcond < f64::EPSILON
-                && let Some(e) = singular(a)
-            {
-                return Err(e);
+            // also where all that holds something is small: the rule tells which.
+            if info.rcond < f64::EPSILON {
+                // The pivot that vanishes without exchanges tells more than the largest part of a null vector.
+                self.check_doubt(a, |e| singular(a).unwrap_or(e))?;
             }
             report.reciprocal_condition = Some(info.rcond);
         }
@@ -83,6 +87,11 @@ impl Direct for Umfpack {
         false
     }
 
+    fn pivot_ratio(&self) -> Option<f64> {
+        let numeric = self.work.as_ref()?.numeric.as_ref()?;
+        Some(numeric.info().rcond)
+    }
+
     fn substitute(
         &mut self,
         a: &SymBlockMatrix,
@@ -90,7 +99,7 @@ impl Direct for Umfpack {
         x: &mut [f64],
     ) -> Result<(), SolveError> {
         match &mut self.work {
-            Some(work) => work.solve(b, x).map_err(|e| named(&e, a)),
+            Some(work) => work.solve(b, x, false).map_err(|e| named(&e, a)),
             None => Ok(()),
         }
     }
@@ -109,12 +118,15 @@ impl Work {
             symbolic: Symbolic::new(n, &csc.column_start, &csc.row, Some(&ones), &options)?,
             options,
             csc,
+            scales: Scales::new(n),
+            scaled: vec![0.0; n],
             numeric: None,
         })
     }
 
     fn factorize(&mut self, values: &[f64]) -> Result<FactorInfo, Error> {
         self.csc.gather(values);
+        self.scale();
         let Csc {
             column_start,
             row,
@@ -131,7 +143,25 @@ impl Work {
         }
     }
 
-    fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), Error> {
+    /// Scales rows and columns of the matrix where their sizes are far apart.
+    fn scale(&mut self) {
+        let Csc {
+            column_start,
+            row,
+            values,
+            ..
+        } = &mut self.csc;
+        let columns = column_start.windows(2).enumerate();
+        let at = columns.flat_map(|(c, at)| (at[0] as usize..at[1] as usize).map(move |e| (e, c)));
+        let entries = at.clone().map(|(e, c)| (row[e] as usize, c, values[e]));
+        if self.scales.of_uneven(entries) {
+            for (e, c) in at {
+                values[e] = self.scales.at(row[e] as usize, c, values[e]);
+            }
+        }
+    }
+
+    fn solve(&mut self, b: &[f64], x: &mut [f64], transposed: bool) -> Result<(), Error> {
         let Csc {
             column_start,
             row,
@@ -139,12 +169,26 @@ impl Work {
             ..
         } = &self.csc;
         let numeric = self.numeric.as_mut().ok_or(Error::InvalidNumericObject)?;
-        numeric.solve(column_start, row, values, b, x).map(|_| ())
+        let Scales { rows, columns } = &self.scales;
+        let [before, after] = if transposed {
+            [columns, rows]
+        } else {
+            [rows, columns]
+        };
+        for ((scaled, b), s) in self.scaled.iter_mut().zip(b).zip(before) {
+            *scaled = b * s;
+        }
+        let solved = if transposed {
+            numeric.solve_transposed(column_start, row, values, &self.scaled, x)
+        } else {
+            numeric.solve(column_start, row, values, &self.scaled, x)
+        };
+        x.iter_mut().zip(after).for_each(|(x, s)| *x *= s);
+        solved.map(|_| ())
     }
 }
 
-/// UMFPACK on a matrix that need not be symmetric. It refuses exact zeros only: its estimate of the condition, which the
-/// report holds, tells whether a solution may be noise.
+/// UMFPACK on a matrix that need not be symmetric. It refuses exact zeros only: whoever calls it looks at the condition.
 #[derive(Debug)]
 pub(crate) struct General(Work);
 
@@ -155,15 +199,35 @@ impl General {
         Ok(Self(work))
     }
 
-    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<FactorReport, SolveError> {
-        let info = self.0.factorize(values).map_err(|e| library(&e))?;
-        Ok(FactorReport {
-            reciprocal_condition: Some(info.rcond),
+    /// Which pivot is noise it does not tell.
+    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<Option<usize>, SolveError> {
+        let factorized = self.0.factorize(values);
+        factorized.map(|_| None).map_err(|e| match e {
+            // Which column it does not tell.
+            Error::SingularMatrix { .. } => SolveError::Singular { block: 0 },
+            e => library(&e),
         })
     }
 
-    pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
-        self.0.solve(b, x).map_err(|e| library(&e))
+    /// Largest pivot that elimination made of scaled rows.
+    pub(crate) fn growth(&self) -> f64 {
+        let numeric = self.0.numeric.as_ref();
+        numeric.map_or(1.0, |numeric| numeric.info().largest_pivot)
+    }
+
+    pub(crate) fn solve(
+        &mut self,
+        b: &[f64],
+        x: &mut [f64],
+        transposed: bool,
+    ) -> Result<(), SolveError> {
+        self.0.solve(b, x, transposed).map_err(|e| match e {
+            Error::NonFinite { what: "x", index } => SolveError::NonFinite {
+                what: "solution",
+                block: index,
+            },
+            e => library(&e),
+        })
     }
 }
 
@@ -250,7 +314,9 @@ mod tests {
         solver.analyze(&pattern).unwrap();
         for (values, estimate) in [
             ([4.0, 0.0, 1.0], 0.5..=1.0),
-            ([1.0, 1e-20, 1e-38], 0.0..=1e-17),
+            // Of the matrix whose rows and columns are scaled.
+            ([1.0, 1e-20, 1e-38], 0.1..=1.0),
+            ([1.0, 1.0, 1.0 + 1e-12], 0.0..=1e-11),
         ] {
             a.values_mut().copy_from_slice(&values);
             let found = solver.factorize(&a).unwrap().reciprocal_condition.unwrap();

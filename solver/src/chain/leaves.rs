@@ -12,6 +12,7 @@ use crate::kernels::{
     subtract_transposed, unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
 use crate::ordering::neighbours;
+use crate::singularity::WEAK;
 use crate::{BlockPattern, SymBlockMatrix};
 use std::collections::{BTreeMap, BinaryHeap};
 use std::ops::Range;
@@ -246,7 +247,7 @@ impl Leaves {
         start..start + count
     }
 
-    /// Eliminates the leaves of `a`, of the pattern of [`new`](Self::new); `None` where a pivot is noise. The Schur complement,
+    /// Eliminates the leaves of `a`, of the pattern of [`new`](Self::new); `None` where a pivot is weak. The Schur complement,
     /// and the largest magnitude that each entry of its diagonal was made from, one for each scalar row, 0 where no leaf
     /// couples to. Allocates nothing.
     pub(crate) fn factorize<'a>(
@@ -284,6 +285,10 @@ impl Leaves {
             ))
             .is_err()
             {
+                return false;
+            }
+            let mut pivots = inverse.iter().zip(&*scale);
+            if pivots.any(|(d, from)| WEAK * f64::ROUNDOFF * from * d >= 1.0) {
                 return false;
             }
             for c in &self.couplings[leaf.couplings.clone()] {

@@ -301,6 +301,7 @@ impl Factors {
 
     pub(crate) fn solve(
         &mut self,
+        system: i32,
         (col_ptr, row_idx, values): (&[i32], &[i32], &[f64]),
         b: &[f64],
         x: &mut [f64],
@@ -320,7 +321,7 @@ impl Factors {
         // refinement needs, control and info have the lengths that the header gives.
         let status = unsafe {
             umfpack_di_wsolve(
-                A,
+                system,
                 pattern.col_ptr.as_ptr(),
                 pattern.row_idx.as_ptr(),
                 values.as_ptr(),

@@ -180,6 +180,8 @@ pub struct FactorInfo {
     pub unz: u64,
     /// A rough estimate of the reciprocal condition: the smallest by the largest pivot.
     pub rcond: f64,
+    /// The largest pivot of the matrix whose rows are scaled.
+    pub largest_pivot: f64,
     /// Floating-point operations.
     pub flops: f64,
     /// The most memory in bytes that analysis and factorisation held at once.
@@ -254,6 +256,7 @@ impl Numeric {
             lnz: count(info[ffi::LNZ]),
             unz: count(info[ffi::UNZ]),
             rcond: info[ffi::RCOND],
+            largest_pivot: info[ffi::UMAX],
             flops: info[ffi::FLOPS],
             peak_memory: count(info[ffi::PEAK_MEMORY] * info[ffi::SIZE_OF_UNIT]),
         };
@@ -277,8 +280,33 @@ impl Numeric {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<SolveInfo, Error> {
-        let matrix = (col_ptr, row_idx, values);
-        let info = self.factors.solve(matrix, b, x, &self.control)?;
+        self.solve_system(ffi::A, (col_ptr, row_idx, values), b, x)
+    }
+
+    /// The same for `Aᵀ x = b`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Numeric::solve`].
+    pub fn solve_transposed(
+        &mut self,
+        col_ptr: &[i32],
+        row_idx: &[i32],
+        values: &[f64],
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveInfo, Error> {
+        self.solve_system(ffi::AT, (col_ptr, row_idx, values), b, x)
+    }
+
+    fn solve_system(
+        &mut self,
+        system: i32,
+        matrix: (&[i32], &[i32], &[f64]),
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveInfo, Error> {
+        let info = self.factors.solve(system, matrix, b, x, &self.control)?;
         // UMFPACK writes -1 where it has computed nothing.
         let omega = |index: usize| Some(info[index]).filter(|omega| *omega >= 0.0);
         Ok(SolveInfo {

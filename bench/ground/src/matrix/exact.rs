@@ -7,11 +7,11 @@
 //! iterative refinement*, 2006).
 //!
 //! The condition number in the ∞-norm is ‖A‖ times an estimate from below of ‖A⁻¹‖, seldom off by more than a factor
-//! of 3 (Higham, *Accuracy and Stability of Numerical Algorithms*, algorithm 15.1), for symmetric matrices.
+//! of 3 ([`inverse_norm`]).
 
 use super::Matrix;
 use super::prepared::{Prepared, Problem};
-use taut_solver::{Backend, DoubleDouble, SolveError, norm_inf};
+use taut_solver::{Backend, DoubleDouble, SolveError, inverse_norm, norm_inf};
 
 /// The direct backends in the order in which they are asked: the cheapest first, since the sweeps tell whether its factors
 /// are good enough.
@@ -99,65 +99,107 @@ fn refined(problem: &Problem<'_>, backend: &Backend, b: &[f64]) -> Option<Vec<f6
 pub struct Condition {
     /// ‖A‖∞ ‖A⁻¹‖∞ of A as it is.
     pub of_matrix: f64,
-    /// ∞-norm condition of S⁻¹ A S⁻¹, sᵢ² being the largest entry of row i: without the units of
-    /// the rows. Elimination does not see such scaling and meets this number.
+    /// Condition number with rows and columns scaled, so that units do not count: elimination meets this number. Of a
+    /// symmetric matrix S⁻¹ A S⁻¹ in the ∞-norm, sᵢ² being the largest entry of row i; of others
+    /// ‖R A C‖₁ ‖(R A C)⁻¹‖₁ with largest entries of 1 to 2 in all rows and columns.
     pub scaled: f64,
 }
 
-/// The condition of A; `None` where A is not symmetric or no backend factorises it.
-#[must_use]
-pub fn condition(problem: &Problem<'_>) -> Option<Condition> {
-    let Matrix::Symmetric(_) = problem.matrix else {
-        return None;
-    };
-    let mut solver = solvers(problem).find_map(|backend| factorized(problem, &backend).ok())?;
-    let n = problem.matrix.dim();
-    let mut scale = vec![0.0_f64; n];
-    problem
-        .matrix
-        .for_each(|r, _, a| scale[r] = scale[r].max(a.abs()));
-    scale.iter_mut().for_each(|s| *s = s.sqrt());
-    Some(Condition {
-        of_matrix: estimate(problem.matrix, &mut solver, &vec![1.0; n])?,
-        scaled: estimate(problem.matrix, &mut solver, &scale)?,
-    })
+/// What the backends find of a matrix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Regularity {
+    /// One solves it.
+    Regular(Condition),
+    /// One that exchanges rows finds it singular to rounding, and none solves it.
+    Singular,
+    /// None is within reach.
+    Unknown,
 }
 
-/// The condition number of S⁻¹ A S⁻¹.
-fn estimate(a: &Matrix, solver: &mut Prepared<'_>, scale: &[f64]) -> Option<f64> {
-    let n = a.dim();
-    let mut solve = |b: &[f64]| {
-        let times_scale = |v: &[f64]| v.iter().zip(scale).map(|(v, s)| v * s).collect::<Vec<_>>();
-        let mut x = vec![0.0; n];
-        let solved = solver.solve(&times_scale(b), &mut x);
-        solved.ok().map(|_| times_scale(&x))
+/// The condition of A, by the first backend whose solutions are claimed.
+#[must_use]
+pub fn regularity(problem: &Problem<'_>) -> Regularity {
+    let transposed = match problem.matrix {
+        Matrix::Symmetric(_) => None,
+        Matrix::General(a) => Some(Matrix::General(a.transposed())),
     };
+    let transposed = transposed.as_ref().map(Problem::new);
+    let mut found = Regularity::Unknown;
+    for backend in solvers(problem) {
+        match measured(problem, transposed.as_ref(), &backend) {
+            Ok(Some(condition)) => return Regularity::Regular(condition),
+            Err(SolveError::Singular { .. }) if backend.accepts_unsymmetric() => {
+                found = Regularity::Singular;
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// The condition of A; `None` where no backend solves it.
+#[must_use]
+pub fn condition(problem: &Problem<'_>) -> Option<Condition> {
+    match regularity(problem) {
+        Regularity::Regular(condition) => Some(condition),
+        _ => None,
+    }
+}
+
+/// `None` where a solution is not claimed.
+fn measured(
+    problem: &Problem<'_>,
+    transposed: Option<&Problem<'_>>,
+    backend: &Backend,
+) -> Result<Option<Condition>, SolveError> {
+    let n = problem.matrix.dim();
+    let mut solver = problem.analyze(backend)?;
+    let report = solver.factorize()?;
+    let mut other = match transposed {
+        None => None,
+        Some(problem) => Some(factorized(problem, backend)?),
+    };
+    let mut solvers = [Some(&mut solver), other.as_mut()];
+    let of_matrix = estimate(problem.matrix, &mut solvers, &vec![1.0; n])?;
+    let scaled = match (report.reciprocal_condition, transposed) {
+        (Some(reciprocal), Some(_)) => Some(1.0 / reciprocal),
+        _ => {
+            let mut scale = vec![0.0_f64; n];
+            let entries = |r: usize, _, a: f64| scale[r] = scale[r].max(a.abs());
+            problem.matrix.for_each(entries);
+            scale.iter_mut().for_each(|s| *s = s.sqrt());
+            estimate(problem.matrix, &mut solvers, &scale)?
+        }
+    };
+    let both = of_matrix.zip(scaled);
+    Ok(both.map(|(of_matrix, scaled)| Condition { of_matrix, scaled }))
+}
+
+/// The condition number of S⁻¹ A S⁻¹ by solvers of A and, where that is another, of Aᵀ.
+fn estimate(
+    a: &Matrix,
+    [solver, other]: &mut [Option<&mut Prepared<'_>>; 2],
+    scale: &[f64],
+) -> Result<Option<f64>, SolveError> {
+    let n = a.dim();
+    let (mut b, mut claimed) = (vec![0.0; n], true);
+    // ‖A⁻¹‖∞ is ‖A⁻ᵀ‖₁.
+    let inverse = inverse_norm(n, |x, transposed| {
+        let by = match (&mut *other, transposed) {
+            (Some(other), false) => Some(&mut **other),
+            _ => solver.as_deref_mut(),
+        };
+        for ((b, x), s) in b.iter_mut().zip(&mut *x).zip(scale) {
+            *b = *x * s;
+            *x = 0.0;
+        }
+        if let Some(by) = by {
+            claimed &= by.solve(&b, x)?.is_claim();
+        }
+        x.iter_mut().zip(scale).for_each(|(x, s)| *x *= s);
+        Ok(())
+    })?;
     let mut sums = vec![0.0; n];
     a.for_each(|r, c, a| sums[r] += (a / (scale[r] * scale[c])).abs());
-    let one_norm = |v: &[f64]| v.iter().map(|v| v.abs()).sum::<f64>();
-    let mut x = vec![1.0 / n as f64; n];
-    let mut estimate = 0.0_f64;
-    for sweep in 0..5 {
-        let y = solve(&x)?;
-        if sweep > 0 && one_norm(&y) <= estimate {
-            break;
-        }
-        estimate = one_norm(&y);
-        let signs: Vec<f64> = y.iter().map(|y| 1.0_f64.copysign(*y)).collect();
-        let z = solve(&signs)?;
-        let best = (0..n).max_by(|&i, &j| z[i].abs().total_cmp(&z[j].abs()))?;
-        let inner: f64 = z.iter().zip(&x).map(|(z, x)| z * x).sum();
-        if z[best].abs() <= inner {
-            break;
-        }
-        x.fill(0.0);
-        x[best] = 1.0;
-    }
-    // Higham's second vector, for what the gradient does not see.
-    let weight = |i: usize| 1.0 + i as f64 / (n.max(2) - 1) as f64;
-    let alternating: Vec<f64> = (0..n)
-        .map(|i| if i % 2 == 0 { weight(i) } else { -weight(i) })
-        .collect();
-    let second = 2.0 * one_norm(&solve(&alternating)?) / (3.0 * n as f64);
-    Some(norm_inf(&sums) * estimate.max(second))
+    Ok(claimed.then_some(norm_inf(&sums) * inverse))
 }

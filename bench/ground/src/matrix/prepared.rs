@@ -25,6 +25,25 @@ impl<'a> Problem<'a> {
         Self { matrix, ordered }
     }
 
+    /// Where a block of what a backend is given stands in the original, counted from 1: `row 3`, or `block 2` of several rows.
+    #[must_use]
+    pub fn place(&self, backend: &Backend, block: usize) -> String {
+        let (Matrix::Symmetric(a), Ok(View::Symmetric(seen, rows))) =
+            (self.matrix, self.view(backend))
+        else {
+            return format!("row {}", block + 1);
+        };
+        let p = seen.pattern();
+        let row = p.rows(block.min(p.blocks() - 1)).start;
+        let row = rows.map_or(row, |rows| rows[row]);
+        let (block, p) = (a.pattern().block_of_row(row), a.pattern());
+        if p.size(block) == 1 {
+            format!("row {}", row + 1)
+        } else {
+            format!("block {}", block + 1)
+        }
+    }
+
     /// The matrix as a backend is given it, and the place of its rows in the original where that is another.
     fn view(&self, backend: &Backend) -> Result<View<'_>, SolveError> {
         match (self.matrix, &self.ordered) {

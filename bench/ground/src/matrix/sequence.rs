@@ -20,7 +20,7 @@ mod record;
 pub use record::{Recorder, Wanted, Written};
 
 use super::market::{self, MarketError};
-use super::{Matrix, matrix_of, member, shape};
+use super::{Matrix, member, shape, stored_matrix_of};
 use crate::files::{FileError, read_text};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -318,7 +318,7 @@ fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), SequenceError> {
 fn read_systems(folder: &Path, name: &str, steps: usize) -> Result<Systems, SequenceError> {
     let path = member(folder, name);
     let market = market::read(&path)?;
-    let (Matrix::Symmetric(matrix), _) = matrix_of(&market, &path)? else {
+    let Matrix::Symmetric(matrix) = stored_matrix_of(&market, &path)? else {
         let message = "the matrix of a step is symmetric, this one is not".to_owned();
         return Err(shape(&path, message).into());
     };

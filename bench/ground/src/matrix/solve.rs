@@ -4,7 +4,7 @@
 //! solve: η and ω of the module `accuracy` in the solver crate, and the forward error against x of the file, else
 //! against the solution in extended precision ([`super::exact`]) where there is one.
 
-use super::exact::{condition, solution};
+use super::exact::{Regularity, regularity, solution};
 use super::prepared::Problem;
 use super::{Matrix, RightHandSide, System};
 use crate::choice::{Choice, Omission};
@@ -88,6 +88,8 @@ pub struct About {
     pub entries: usize,
     /// Entries of the file that were added to earlier ones at the same place.
     pub duplicates: usize,
+    /// Zeros of the file, which were dropped.
+    pub zeros: usize,
     pub symmetric: bool,
     /// Order in which those backends eliminate that keep it: `natural`, `minimum-degree`; none for general matrices and
     /// where the fill is out of reach.
@@ -96,7 +98,7 @@ pub struct About {
     pub factor_entries: Option<u64>,
     /// Floating-point operations of that factorisation.
     pub factor_flops: Option<u64>,
-    /// Estimate of the condition number in the ∞-norm, for symmetric matrices.
+    /// Estimate of the condition number in the ∞-norm.
     pub condition: Option<f64>,
     /// Condition number after scaling rows and columns to one size.
     pub condition_scaled: Option<f64>,
@@ -104,6 +106,8 @@ pub struct About {
     pub right_hand_side: String,
     /// Reference of the forward errors, in words.
     pub solution: String,
+    /// Why it is singular, where it is.
+    pub singular: Option<String>,
 }
 
 /// One row: a backend on a system.
@@ -171,12 +175,39 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
+impl Results {
+    /// Why there is no row at all, where there is none: that it is singular, or the first reason that is more than that a
+    /// backend is for symmetric matrices.
+    #[must_use]
+    pub fn refusal(&self) -> Option<String> {
+        let first = self.omissions.first().filter(|_| self.records.is_empty())?;
+        if let Some(singular) = &self.about.singular {
+            return Some(format!("{}: {singular}", self.about.matrix));
+        }
+        let telling = |o: &&Omission| !o.reason.contains("is for symmetric matrices");
+        let told = self.omissions.iter().find(telling).unwrap_or(first);
+        Some(format!(
+            "{}: no backend solves it. {}: {}",
+            self.about.matrix, told.backend, told.reason
+        ))
+    }
+}
+
 /// Runs all backends on a system, one after the other. A backend that fails is an omission with its reason.
 #[must_use]
 pub fn run(system: &System, config: &Config) -> Results {
     let problem = Problem::new(&system.matrix);
-    let (exact, told) = exact_solution(system, &problem);
-    let about = about(system, &problem, told);
+    let regularity = regularity(&problem);
+    let singular = (regularity == Regularity::Singular).then(|| singular(&system.matrix));
+    let (exact, told) = match &singular {
+        Some(_) => (
+            None,
+            "one of many, the matrix is singular: errors mean nothing".to_owned(),
+        ),
+        None => exact_solution(system, &problem),
+    };
+    let mut about = about(system, &problem, regularity, told);
+    about.singular = singular;
     let (mut records, mut omissions) = (Vec::new(), Vec::new());
     for backend in &config.backends {
         let name = Choice::schur(backend.clone()).family();
@@ -204,7 +235,7 @@ pub fn run(system: &System, config: &Config) -> Results {
                     }
                 }
                 Err(e) => {
-                    omit(e.to_string());
+                    omit(refusal(&e, &problem, &backend, regularity));
                     break;
                 }
             }
@@ -226,15 +257,70 @@ pub fn run(system: &System, config: &Config) -> Results {
     }
 }
 
-fn about(system: &System, problem: &Problem<'_>, solution: String) -> About {
+/// Why a matrix is singular, with rows and columns counted from 1.
+fn singular(a: &Matrix) -> String {
+    let mut full = [(); 2].map(|()| vec![false; a.dim()]);
+    a.for_each(|r, c, value| {
+        if value != 0.0 {
+            (full[0][r], full[1][c]) = (true, true);
+        }
+    });
+    let empty = |full: &[bool]| full.iter().position(|full| !full);
+    match (empty(&full[0]), empty(&full[1])) {
+        (Some(row), _) => format!("the matrix is singular, row {} holds nothing", row + 1),
+        (_, Some(column)) => format!("the matrix is singular, column {} holds nothing", column + 1),
+        _ => "the matrix is singular to rounding: rows depend on others, remove them or add compliance"
+            .to_owned(),
+    }
+}
+
+/// What a backend says that refuses, with rows, or blocks of several, counted as in the file; of a regular matrix that has a
+/// solution no less.
+fn refusal(
+    e: &SolveError,
+    problem: &Problem<'_>,
+    backend: &Backend,
+    regularity: Regularity,
+) -> String {
+    let block = match e {
+        SolveError::Singular { block }
+        | SolveError::NotPositiveDefinite { block }
+        | SolveError::NonFinite { block, .. }
+        | SolveError::OutOfRange { block } => *block,
+        _ => return e.to_string(),
+    };
+    let place = problem.place(backend, block);
+    match (e, regularity) {
+        (SolveError::Singular { .. }, Regularity::Regular(_)) => format!(
+            "a pivot of {place} vanishes in this order though the matrix is regular: choose a backend that exchanges rows \
+             (umfpack, faer:lu, dense)"
+        ),
+        (SolveError::Singular { .. }, Regularity::Singular) => {
+            format!("the matrix is singular to rounding at {place}")
+        }
+        _ => e.to_string().replace(&format!("block {block}"), &place),
+    }
+}
+
+fn about(
+    system: &System,
+    problem: &Problem<'_>,
+    regularity: Regularity,
+    solution: String,
+) -> About {
     let ordered = problem.ordered.as_ref().and_then(|o| o.as_ref().ok());
-    let condition = condition(problem);
+    let condition = match regularity {
+        Regularity::Regular(condition) => Some(condition),
+        _ => None,
+    };
     About {
         matrix: system.name.clone(),
         dim: system.matrix.dim(),
         blocks: system.matrix.blocks(),
         entries: system.matrix.entries(),
-        duplicates: system.duplicates,
+        duplicates: system.dropped.duplicates,
+        zeros: system.dropped.zeros,
+        singular: None,
         symmetric: matches!(system.matrix, Matrix::Symmetric(_)),
         order: ordered.map(|ordered| ordered.name().to_owned()),
         factor_entries: ordered.map(|o| o.cost.entries),
@@ -351,6 +437,9 @@ fn row(
             let time = Instant::now();
             prepared.factorize()?;
             shorter(1, time);
+            // The first solution by a factor may estimate its condition.
+            x.fill(0.0);
+            prepared.solve(&system.b, &mut x)?;
             x.fill(0.0);
             let time = Instant::now();
             let report = prepared.solve(&system.b, &mut x)?;

@@ -1,9 +1,10 @@
 use super::*;
 use crate::matrix::prepared::Problem;
-use crate::matrix::solve::{Config, run};
+use crate::matrix::solve::{Config, Results, run};
+use std::time::Duration;
 use taut_solver::forward_error;
 
-fn parsed(text: &str) -> Result<(Matrix, usize), MarketError> {
+fn parsed(text: &str) -> Result<(Matrix, Dropped), MarketError> {
     let path = Path::new("a.mtx");
     matrix_of(&market::read_from(text.as_bytes(), path)?, path)
 }
@@ -13,7 +14,7 @@ fn system(matrix: Matrix) -> System {
     System {
         name: "test".to_owned(),
         matrix,
-        duplicates: 0,
+        dropped: Dropped::default(),
         b,
         from: RightHandSide::Ones { exact },
         x: None,
@@ -192,9 +193,173 @@ fn what_is_no_regular_system_is_refused_before_it_is_made() {
 #[test]
 fn duplicates_are_added_and_symmetry_is_seen() {
     let text = "%%MatrixMarket matrix coordinate real general\n2 2 5\n1 1 4\n1 2 1\n2 1 0.5\n2 1 0.5\n2 2 3\n";
-    let (matrix, duplicates) = parsed(text).expect("sound");
-    assert_eq!(duplicates, 1);
+    let (matrix, dropped) = parsed(text).expect("sound");
+    assert_eq!(dropped.duplicates, 1);
     assert!(matches!(matrix, Matrix::Symmetric(_)));
     let (matrix, _) = parsed(&text.replace("2 1 0.5\n2 1 0.5", "2 1 0.5\n2 1 0.6")).expect("sound");
     assert!(matches!(matrix, Matrix::General(_)));
+}
+
+/// Results of all backends on a file.
+fn results(text: &str) -> Results {
+    let (matrix, dropped) = parsed(text).expect("sound");
+    let config = Config {
+        budget: Duration::ZERO,
+        ..Config::default()
+    };
+    let read = System {
+        dropped,
+        ..system(matrix)
+    };
+    run(&read, &config)
+}
+
+fn general(n: usize, entries: &[(usize, usize, f64)]) -> String {
+    let kind = "%%MatrixMarket matrix coordinate real general";
+    let lines = entries
+        .iter()
+        .map(|(r, c, a)| format!("{} {} {a:?}\n", r + 1, c + 1));
+    format!(
+        "{kind}\n{n} {n} {}\n{}",
+        entries.len(),
+        lines.collect::<String>()
+    )
+}
+
+fn rows(a: &[&[f64]]) -> String {
+    let of_row = |(r, row): (usize, &&[f64])| {
+        row.iter()
+            .enumerate()
+            .map(move |(c, a)| (r, c, *a))
+            .collect()
+    };
+    let entries: Vec<Vec<_>> = a.iter().enumerate().map(of_row).collect();
+    general(a.len(), &entries.concat())
+}
+
+/// Whatever the pivot at which elimination meets it, in whatever units.
+#[test]
+fn a_singular_matrix_is_said_to_be_singular_and_where_it_is_empty() {
+    let line = |n: usize| {
+        let beside = (1..n).flat_map(|i| [(i, i - 1, 1.0), (i - 1, i, 1.0)]);
+        general(n, &beside.collect::<Vec<_>>())
+    };
+    let to_rounding = "the matrix is singular to rounding: rows depend on others";
+    for (text, words) in [
+        (
+            rows(&[&[1.0, 2.0, 3.0], &[4.0, 5.0, 6.0], &[7.0, 8.0, 9.0]]),
+            to_rounding,
+        ),
+        // Of two rows of a length of 10⁻⁸ of the first the second is twice the first.
+        (
+            rows(&[
+                &[3e11, 7e11, 1e11],
+                &[3e-9, 7e-9, 1e-9],
+                &[6e-9, 14e-9, 2e-9],
+            ]),
+            to_rounding,
+        ),
+        (
+            rows(&[&[1.0, 0.0, 1.0], &[0.0, 0.0, 0.0], &[1.0, 0.0, 1.0]]),
+            "row 2 holds nothing",
+        ),
+        (
+            rows(&[&[1.0, 0.0, 2.0], &[3.0, 0.0, 1.0], &[1.0, 0.0, 5.0]]),
+            "column 2 holds nothing",
+        ),
+        (
+            general(2, &[(0, 0, 2.0), (1, 1, 3.0), (1, 1, -3.0)]),
+            "row 2 holds nothing",
+        ),
+        (line(3), to_rounding),
+        (line(21), to_rounding),
+        // What is missing shows at the last pivot alone.
+        (
+            rows(&[
+                &[2.0, 1.0, 0.0, 3.0],
+                &[1.0, 3.0, 1.0, 5.0],
+                &[0.0, 1.0, 4.0, 5.0],
+                &[3.0, 5.0, 5.0, 13.0],
+            ]),
+            to_rounding,
+        ),
+    ] {
+        let results = results(&text);
+        let told = results.about.singular.clone().unwrap_or_default();
+        assert!(told.contains(words), "{text}{told}");
+        let claim = results.records.iter().find(|r| r.status == "direct");
+        assert_eq!(claim, None, "{text}");
+        for record in &results.records {
+            assert_eq!(record.forward_error, None, "{text}{record:?}");
+        }
+        if let Some(refusal) = results.refusal() {
+            assert!(refusal.contains("is singular"), "{refusal}");
+        }
+    }
+}
+
+/// Units are no reason: rates of 10⁻²⁰ beside a row of ones, numbers below the smallest normal one beside others, masses of 10⁻³⁰ beside
+/// joints of 1.
+#[test]
+fn regular_matrices_in_any_units_are_solved() {
+    let rate = 1e-20;
+    for text in [
+        rows(&[
+            &[1.0, 1.0, 1.0],
+            &[-2.0 * rate, rate, 0.5 * rate],
+            &[rate, -3.0 * rate, 0.25 * rate],
+        ]),
+        rows(&[&[1.0, 1.0], &[0.0, 1e-17]]),
+        rows(&[&[0.0, 1e-300], &[1e-300, 0.0]]),
+        rows(&[&[1.0, 1e-320], &[2e-320, 1.0]]),
+        rows(&[&[1.0, 0.0], &[1e-320, 1e-300]]),
+        rows(&[
+            &[1e-30, 0.0, 1.0, 0.0],
+            &[0.0, 2e-30, -1.0, 1.0],
+            &[1.0, -1.0, 0.0, 0.0],
+            &[0.0, 1.0, 0.0, 0.0],
+        ]),
+    ] {
+        let results = results(&text);
+        for name in ["umfpack", "faer:lu", "dense"] {
+            let backend: taut_solver::Backend = name.parse().expect("a backend");
+            if backend.is_compiled() {
+                let name = crate::Choice::schur(backend).family();
+                let row = results.records.iter().find(|r| r.backend == name);
+                let claimed = row.is_some_and(|row| row.status == "direct");
+                assert!(claimed, "{name}: {text}{row:?} {:?}", results.omissions);
+            }
+        }
+        assert_eq!(results.about.singular, None, "{text}");
+    }
+}
+
+/// ‖A‖∞ ‖A⁻¹‖∞ of a line of neighbours is its length.
+#[test]
+fn the_condition_of_a_line_is_its_length() {
+    for n in [4, 8, 12, 16, 20, 100, 200, 1000, 1004] {
+        let beside = (1..n).flat_map(|i| [(i, i - 1, 1.0), (i - 1, i, 1.0)]);
+        let (matrix, _) = parsed(&general(n, &beside.collect::<Vec<_>>())).expect("sound");
+        let found = exact::condition(&Problem::new(&matrix)).expect("regular");
+        for found in [found.of_matrix, found.scaled] {
+            let part = found / n as f64;
+            assert!((1.0 / 3.0..1.001).contains(&part), "{n}: {found}");
+        }
+    }
+}
+
+/// Numbers for which nothing couples cost nothing.
+#[test]
+fn zeros_of_a_file_are_counted_and_dropped() {
+    let n = 4000;
+    let mut entries: Vec<_> = (0..n).map(|i| (i, i, 4.0)).collect();
+    entries.extend((1..n).flat_map(|i| [(i, i - 1, -1.0), (i - 1, i, -1.0)]));
+    // Of all rows, far from the diagonal.
+    entries.extend((0..10 * n).map(|k| (k % n, (k * 7919 + k / n * 31 + 13) % n, 0.0)));
+    let results = results(&general(n, &entries));
+    assert!(results.about.zeros > 35_000, "{}", results.about.zeros);
+    assert_eq!(results.about.entries, 3 * n - 2);
+    for row in results.records.iter().filter(|r| r.status == "direct") {
+        assert!(row.forward_error < Some(1e-14), "{row:?}");
+    }
 }

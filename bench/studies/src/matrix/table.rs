@@ -112,6 +112,9 @@ fn heading(about: &About) -> String {
     if about.duplicates > 0 {
         let _ = write!(out, " ({} of the file added to others)", about.duplicates);
     }
+    if about.zeros > 0 {
+        let _ = write!(out, " ({} zeros of the file dropped)", about.zeros);
+    }
     if let Some(condition) = about.condition {
         let _ = write!(out, ", condition about {condition:.0e}");
     }
@@ -128,6 +131,9 @@ fn heading(about: &About) -> String {
         );
     }
     let _ = writeln!(out, "\nb: {}; x: {}", about.right_hand_side, about.solution);
+    if let Some(singular) = &about.singular {
+        let _ = writeln!(out, "{singular}");
+    }
     out
 }
 

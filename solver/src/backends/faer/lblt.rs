@@ -88,6 +88,11 @@ impl Lblt {
         self.factor.values.len()
     }
 
+    /// Whether a pivot of the last factor was weak.
+    pub(super) fn is_doubtful(&self) -> bool {
+        self.singularity.is_doubtful()
+    }
+
     /// Whether all pivots of the last factor are positive.
     pub(super) fn is_positive(&self) -> bool {
         self.positive

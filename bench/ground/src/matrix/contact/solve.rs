@@ -11,7 +11,7 @@ use crate::choice::{Choice, Omission};
 use crate::matrix::market::MarketError;
 use crate::matrix::prepared::{Prepared, Problem};
 use crate::matrix::solve::{Config, left_out};
-use crate::matrix::{RightHandSide, System};
+use crate::matrix::{Dropped, RightHandSide, System};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
@@ -107,7 +107,7 @@ pub fn run(
     let system = System {
         name: info.title.clone(),
         matrix: matrix.clone(),
-        duplicates: 0,
+        dropped: Dropped::default(),
         b: Vec::new(),
         from: RightHandSide::Ones { exact: false },
         x: None,

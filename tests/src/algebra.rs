@@ -1,0 +1,274 @@
+//! The net for algebra: small systems of every kind, scaling and rank, every backend and form on them, against 32 digits.
+//!
+//! A seed draws a [`draw::Drawn`] system, as a file would hold it; [`truth::Truth`] is its solution and its condition by
+//! elimination with complete pivoting in double-double arithmetic; [`judge`] says what the program tells wrongly: claims,
+//! refusals, conditions and words.
+//!
+//! Of the faults that it is to keep out its first 10⁴ systems showed by themselves: claims of singular matrices, symmetric or
+//! not; refusals of regular ones for their units; conditions that ended in a tie; zeros that made pattern;
+//! regular matrices called singular, and singular ones called something else; errors of iterations that found one of many
+//! solutions.
+//!
+//! `cargo test -p taut-tests --test all algebra` draws 500 systems. A longer search, and the system of one seed:
+//!
+//! ```text
+//! TAUT_ALGEBRA=100000 TAUT_ALGEBRA_SEED=1000 cargo test --release -p taut-tests --test all algebra -- --nocapture
+//! TAUT_ALGEBRA=1 TAUT_ALGEBRA_SEED=4711 cargo test -p taut-tests --test all algebra
+//! ```
+
+pub mod draw;
+pub mod truth;
+
+use draw::{Drawn, Kind, Rank};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use taut_ground::choice::Omission;
+use taut_ground::matrix::exact::condition;
+use taut_ground::matrix::prepared::Problem;
+use taut_ground::matrix::solve::{CONVERGED, Config, run};
+use taut_ground::matrix::{Matrix, RightHandSide, System, matrix_of};
+use taut_solver::{Backend, GeneralMatrix, Status, norm_inf};
+use truth::{Truth, scaled_error};
+
+/// Condition with rows and columns scaled below which whoever exchanges rows has to solve a system.
+const SOLVABLE: f64 = 1e12;
+
+/// The same above which a matrix is singular for doubles, whatever its rounded entries are.
+const SINGULAR: f64 = 1e17;
+
+/// Conditions are compared up to here: beyond it the factors that estimate them have no digits.
+const COMPARED: f64 = 1e13;
+
+/// Backends that exchange rows as far as is needed.
+const PIVOTING: [&str; 5] = [
+    "dense:double",
+    "dense:extended",
+    "faer:lu",
+    "umfpack",
+    "umfpack:refinement=0",
+];
+
+/// Other direct ones, for symmetric matrices.
+const ORDERED: [&str; 5] = [
+    "banded",
+    "faer:llt",
+    "faer:ldlt",
+    "faer:lblt",
+    "nalgebra-sparse",
+];
+
+/// Those that iterate.
+const ITERATIVE: [&str; 4] = ["cg:none", "cg:jacobi", "minres", "gauss-seidel:joints"];
+
+/// Something that is told wrongly of a system.
+#[derive(Debug, Clone)]
+pub struct Fault {
+    /// What kind of fault it is.
+    pub kind: &'static str,
+    /// Who tells what, and what is so.
+    pub numbers: String,
+}
+
+/// What came of a system.
+#[derive(Debug, Clone, Default)]
+pub struct Verdict {
+    /// All that is wrong.
+    pub faults: Vec<Fault>,
+    /// Each estimate of a condition over the condition.
+    pub ratios: Vec<f64>,
+    /// Direct solutions claimed.
+    pub claims: usize,
+}
+
+impl Verdict {
+    fn fault(&mut self, kind: &'static str, numbers: String) {
+        self.faults.push(Fault { kind, numbers });
+    }
+}
+
+/// The compiled ones among backends by name.
+fn compiled(names: &[&str]) -> Vec<Backend> {
+    let backends = names.iter().filter_map(|name| name.parse().ok());
+    backends.filter(Backend::is_compiled).collect()
+}
+
+/// Judges what is told of the system of a seed.
+#[must_use]
+pub fn judge(seed: u64) -> Verdict {
+    let drawn = Drawn::of_seed(seed);
+    let mut verdict = Verdict::default();
+    let truth = Truth::of(&drawn);
+    let path = Path::new("drawn.mtx");
+    let (matrix, dropped) = match matrix_of(&drawn.market, path) {
+        Ok(read) => read,
+        Err(e) => {
+            if truth.scaled < SINGULAR || !e.message.contains("singular") {
+                verdict.fault("refused at reading", e.to_string());
+            }
+            return verdict;
+        }
+    };
+    pattern(&drawn, &matrix, &mut verdict);
+    let problem = Problem::new(&matrix);
+    conditions(&drawn, &truth, &problem, &mut verdict);
+    for backend in compiled(&PIVOTING).into_iter().chain(compiled(&ORDERED)) {
+        solve(&drawn, &truth, &problem, &backend, &mut verdict);
+    }
+    if let Matrix::Symmetric(_) = matrix {
+        // The same matrix in the form of those that need not be symmetric.
+        let whole = GeneralMatrix::from_entries(drawn.dim(), drawn.entries());
+        let general = Matrix::General(whole.expect("indices within the dimension"));
+        let problem = Problem::new(&general);
+        for backend in compiled(&PIVOTING) {
+            solve(&drawn, &truth, &problem, &backend, &mut verdict);
+        }
+    }
+    let system = System {
+        name: "drawn".to_owned(),
+        matrix,
+        dropped,
+        b: truth.b.clone(),
+        from: RightHandSide::File(PathBuf::from("drawn_b.mtx")),
+        x: None,
+    };
+    words(&truth, &system, &mut verdict);
+    verdict
+}
+
+/// Zeros make no pattern.
+fn pattern(drawn: &Drawn, matrix: &Matrix, verdict: &mut Verdict) {
+    let mut zeros = 0;
+    if drawn.market.blocks.is_empty() {
+        matrix.for_each(|r, c, a| zeros += usize::from(a == 0.0 && r != c));
+    }
+    if zeros > 0 {
+        verdict.fault("zeros in the pattern", format!("{zeros}"));
+    }
+}
+
+fn conditions(drawn: &Drawn, truth: &Truth, problem: &Problem<'_>, verdict: &mut Verdict) {
+    if truth.scaled > COMPARED || truth.condition > COMPARED {
+        return;
+    }
+    let Some(found) = condition(problem) else {
+        verdict.fault("no condition", format!("{:.1e}", truth.condition));
+        return;
+    };
+    let mut compared = vec![(found.of_matrix, truth.condition)];
+    if drawn.market.symmetric {
+        compared.push((found.scaled, truth.symmetrically_scaled));
+    }
+    for (found, right) in compared {
+        let ratio = found / right;
+        verdict.ratios.push(ratio);
+        if !(0.1..=1.01).contains(&ratio) {
+            verdict.fault("condition", format!("{found:.3e} for {right:.3e}"));
+        }
+    }
+}
+
+/// One direct backend.
+fn solve(
+    drawn: &Drawn,
+    truth: &Truth,
+    problem: &Problem<'_>,
+    backend: &Backend,
+    verdict: &mut Verdict,
+) {
+    let mut x = vec![0.0; drawn.dim()];
+    let solved = problem.analyze(backend).and_then(|mut solver| {
+        solver.factorize()?;
+        solver.solve(&truth.b, &mut x)
+    });
+    let form = match problem.matrix {
+        Matrix::Symmetric(_) => "",
+        Matrix::General(_) => "/general",
+    };
+    let told = |what: String| {
+        format!(
+            "{backend}{form}: {what}, condition {:.1e}, scaled {:.1e}",
+            truth.condition, truth.scaled
+        )
+    };
+    let pivots = PIVOTING.contains(&backend.to_string().as_str()) || backend.name() == "dense";
+    let solvable = truth.scaled < SOLVABLE && (pivots || drawn.is_definite());
+    match solved {
+        Ok(report) if report.status == Status::Direct => {
+            verdict.claims += 1;
+            let error = scaled_error(&x, truth);
+            // Entries rounded to doubles are a regular matrix for 32 digits; and what vanishes in them may be regular.
+            let told_by_digits = truth.x.is_some() || !truth.regular;
+            let known = drawn.rank != Rank::Rounded && told_by_digits;
+            if (known || !backend.to_string().contains("extended"))
+                && error.is_none_or(|error| error.is_nan() || error > 1.0)
+            {
+                verdict.fault("false claim", told(format!("error {error:?}")));
+            }
+            let left = problem.matrix.backward_error(&truth.b, &x);
+            let left = left.map_or(f64::NAN, |e| e.normwise);
+            if left.is_nan() || left > 1e-13 {
+                verdict.fault(
+                    "claimed residual",
+                    told(format!("backward error {left:.1e}")),
+                );
+            }
+        }
+        Ok(report) if solvable && drawn.kind != Kind::Growth => {
+            verdict.fault("no claim", told(format!("{:?}", report.status)));
+        }
+        Err(e) if solvable => verdict.fault("refused", told(e.to_string())),
+        _ => {}
+    }
+}
+
+/// What `taut solve` says of it.
+fn words(truth: &Truth, system: &System, verdict: &mut Verdict) {
+    let singular = truth.scaled > SINGULAR;
+    if !singular && truth.scaled > SOLVABLE {
+        return;
+    }
+    let names = if singular {
+        [&ORDERED[..1], &PIVOTING, &ITERATIVE].concat()
+    } else {
+        ORDERED.to_vec()
+    };
+    let config = Config {
+        backends: compiled(&names),
+        budget: Duration::ZERO,
+        ..Config::default()
+    };
+    let results = run(system, &config);
+    if !singular {
+        let called = |o: &&Omission| o.reason.contains("is singular");
+        if let Some(Omission { backend, reason }) = results.omissions.iter().find(called) {
+            verdict.fault("called singular", format!("{backend}: {reason}"));
+        }
+        return;
+    }
+    let converged = results.records.iter().filter(|r| r.status == CONVERGED);
+    // Of entries rounded to doubles 32 digits may tell the solution.
+    let first = converged.clone().find(|r| r.forward_error.is_some());
+    if let Some(first) = first.filter(|_| truth.x.is_none()) {
+        let error = first.forward_error;
+        verdict.fault(
+            "error of one of many",
+            format!("{}: {error:?}", first.backend),
+        );
+    }
+    let about = &results.about;
+    let known = about.solution.starts_with("refined") && truth.x.is_some();
+    if converged.count() > 0 && !about.solution.contains("singular") && !known {
+        verdict.fault("not said to be singular", results.about.solution.clone());
+    }
+    // Nobody solved it: the first that is told of has to be that it is singular.
+    if let Some(text) = results.refusal()
+        && !text.contains("is singular")
+    {
+        verdict.fault("refusal", text);
+    }
+}
+
+/// Largest magnitude of the components of x over the scales of their columns.
+fn size(x: &[f64], scale: &[f64]) -> f64 {
+    norm_inf(&x.iter().zip(scale).map(|(x, c)| x / c).collect::<Vec<_>>())
+}

@@ -1,0 +1,254 @@
+//! The solution of a drawn system and its conditions, by elimination in double-double arithmetic.
+
+use super::draw::Drawn;
+use super::size;
+use taut_solver::DoubleDouble;
+
+/// Pivots below this part of the first are zero: what double-doubles make of it.
+const ZERO: f64 = 1e-27;
+
+/// A prime. Doubles are whole numbers times powers of two, so that determinants by it are exact but for their multiples of it.
+const PRIME: u128 = (1 << 61) - 31;
+
+/// What is so.
+#[derive(Debug, Clone)]
+pub struct Truth {
+    /// ‖A‖∞ ‖A⁻¹‖∞.
+    pub condition: f64,
+    /// The same of R A C, rows and columns scaled to a largest entry of about 1.
+    pub scaled: f64,
+    /// The same of S⁻¹ A S⁻¹ with sᵢ² the largest entry of row i.
+    pub symmetrically_scaled: f64,
+    /// A right-hand side.
+    pub b: Vec<f64>,
+    /// Its solution; none of a singular matrix.
+    pub x: Option<Vec<f64>>,
+    /// Whether the determinant is not 0, whatever digits that takes.
+    pub regular: bool,
+    /// Scales of the columns, C; of a definite matrix the S⁻¹ by which its elimination is judged, since units of such a matrix
+    /// are those of rows and columns at once.
+    pub columns: Vec<f64>,
+}
+
+fn to_the(mut x: u128, mut power: u128) -> u128 {
+    let mut y = 1;
+    while power > 0 {
+        if power & 1 == 1 {
+            y = y * x % PRIME;
+        }
+        (x, power) = (x * x % PRIME, power >> 1);
+    }
+    y
+}
+
+fn inverse(x: u128) -> u128 {
+    to_the(x, PRIME - 2)
+}
+
+/// A double by the prime.
+fn residue(x: f64) -> u128 {
+    let bits = x.to_bits();
+    let exponent = (bits >> 52 & 0x7ff) as i32;
+    let fraction = u128::from(bits & ((1 << 52) - 1)) + (u128::from(exponent > 0) << 52);
+    let power = to_the(2, u128::from((exponent.max(1) - 1075).unsigned_abs()));
+    let size = match exponent.max(1) < 1075 {
+        true => fraction * inverse(power) % PRIME,
+        false => fraction * power % PRIME,
+    };
+    if x < 0.0 {
+        (PRIME - size) % PRIME
+    } else {
+        size
+    }
+}
+
+/// Whether the determinant is not 0.
+fn is_regular(a: &[Vec<f64>]) -> bool {
+    let n = a.len();
+    let of_row = |row: &Vec<f64>| row.iter().map(|&v| residue(v)).collect();
+    let mut a: Vec<Vec<u128>> = a.iter().map(of_row).collect();
+    for k in 0..n {
+        let Some(pivot) = (k..n).find(|&r| a[r][k] != 0) else {
+            return false;
+        };
+        a.swap(k, pivot);
+        let (done, rest) = a.split_at_mut(k + 1);
+        let by = inverse(done[k][k]);
+        for row in rest.iter_mut().filter(|row| row[k] != 0) {
+            let factor = PRIME - row[k] * by % PRIME;
+            for (a, &u) in row[k..].iter_mut().zip(&done[k][k..]) {
+                *a = (*a + factor * u) % PRIME;
+            }
+        }
+    }
+    true
+}
+
+/// The nearest power of two, 1 of 0.
+fn power(x: f64) -> f64 {
+    if x == 0.0 {
+        1.0
+    } else {
+        2.0_f64.powi(x.log2().round() as i32)
+    }
+}
+
+/// R and C: powers of two over the largest entries of rows, then of columns.
+fn scales(a: &[Vec<f64>]) -> [Vec<f64>; 2] {
+    let n = a.len();
+    let largest = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, |m: f64, v| m.max(v.abs()));
+    let rows: Vec<f64> = a
+        .iter()
+        .map(|row| 1.0 / power(largest(&mut row.iter().copied())))
+        .collect();
+    let columns = (0..n).map(|c| 1.0 / power(largest(&mut (0..n).map(|r| rows[r] * a[r][c]))));
+    let columns = columns.collect();
+    [rows, columns]
+}
+
+/// L U of B with complete pivoting: the factors, and the order of the rows and of the columns; `None` where a pivot
+/// vanishes.
+struct Factor {
+    lu: Vec<Vec<DoubleDouble>>,
+    order: [Vec<usize>; 2],
+}
+
+impl Factor {
+    fn of(b: &[Vec<f64>]) -> Option<Self> {
+        let n = b.len();
+        let wide = |row: &Vec<f64>| row.iter().map(|&v| v.into()).collect();
+        let mut lu: Vec<Vec<DoubleDouble>> = b.iter().map(wide).collect();
+        let mut order = [(); 2].map(|()| (0..n).collect::<Vec<_>>());
+        let mut first = 0.0;
+        for k in 0..n {
+            let places = (k..n).flat_map(|r| (k..n).map(move |c| (r, c)));
+            let size = |&(r, c): &(usize, usize)| lu[r][c].to_f64().abs();
+            let (r, c) = places.max_by(|p, q| size(p).total_cmp(&size(q)))?;
+            let pivot = size(&(r, c));
+            first = if k == 0 { pivot } else { first };
+            if pivot <= ZERO * first {
+                return None;
+            }
+            lu.swap(k, r);
+            order[0].swap(k, r);
+            lu.iter_mut().for_each(|row| row.swap(k, c));
+            order[1].swap(k, c);
+            let (done, rest) = lu.split_at_mut(k + 1);
+            for row in rest {
+                let factor = row[k] / done[k][k];
+                row[k] = factor;
+                for (a, &u) in row[k + 1..].iter_mut().zip(&done[k][k + 1..]) {
+                    *a = *a - factor * u;
+                }
+            }
+        }
+        Some(Self { lu, order })
+    }
+
+    fn solve(&self, b: &[DoubleDouble]) -> Vec<DoubleDouble> {
+        let n = b.len();
+        let mut y: Vec<DoubleDouble> = self.order[0].iter().map(|&r| b[r]).collect();
+        for k in 0..n {
+            for c in 0..k {
+                y[k] = y[k] - self.lu[k][c] * y[c];
+            }
+        }
+        for k in (0..n).rev() {
+            for c in k + 1..n {
+                y[k] = y[k] - self.lu[k][c] * y[c];
+            }
+            y[k] = y[k] / self.lu[k][k];
+        }
+        let mut x = y.clone();
+        for (at, &c) in self.order[1].iter().enumerate() {
+            x[c] = y[at];
+        }
+        x
+    }
+}
+
+/// ‖·‖∞ of a matrix of these entries.
+fn norm(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
+    let row = |r: usize| (0..n).map(|c| entry(r, c).abs()).sum::<f64>();
+    (0..n).map(row).fold(0.0, f64::max)
+}
+
+impl Truth {
+    /// Of a system.
+    #[must_use]
+    pub fn of(drawn: &Drawn) -> Self {
+        let a = drawn.full();
+        let n = a.len();
+        let [rows, columns] = scales(&a);
+        let b = drawn.right_hand_side(&a, &columns);
+        let scaled = |r: usize, c: usize| rows[r] * a[r][c] * columns[c];
+        let matrix: Vec<Vec<f64>> = (0..n)
+            .map(|r| (0..n).map(|c| scaled(r, c)).collect())
+            .collect();
+        let Some(factor) = Factor::of(&matrix) else {
+            let [condition, scaled, symmetrically_scaled] = [f64::INFINITY; 3];
+            return Self {
+                condition,
+                scaled,
+                symmetrically_scaled,
+                b,
+                x: None,
+                regular: is_regular(&a),
+                columns,
+            };
+        };
+        let unit = |at: usize| {
+            let column: Vec<_> = (0..n)
+                .map(|r| f64::from(u8::from(r == at)).into())
+                .collect();
+            factor.solve(&column)
+        };
+        let inverse: Vec<Vec<DoubleDouble>> = (0..n).map(unit).collect();
+        // Of B⁻¹, of A⁻¹ = C B⁻¹ R.
+        let of_scaled = |r: usize, c: usize| inverse[c][r].to_f64();
+        let of_matrix = |r: usize, c: usize| columns[r] * of_scaled(r, c) * rows[c];
+        let s: Vec<f64> = a
+            .iter()
+            .map(|row| row.iter().fold(0.0, |m: f64, v| m.max(v.abs())).sqrt())
+            .collect();
+        let wide: Vec<DoubleDouble> = b.iter().zip(&rows).map(|(b, r)| (b * r).into()).collect();
+        let mut y = factor.solve(&wide);
+        for _ in 0..2 {
+            let mut left = wide.clone();
+            for (left, row) in left.iter_mut().zip(&matrix) {
+                for (&a, &y) in row.iter().zip(&y) {
+                    *left = *left - y * a.into();
+                }
+            }
+            for (y, d) in y.iter_mut().zip(factor.solve(&left)) {
+                *y = *y + d;
+            }
+        }
+        let x = y
+            .iter()
+            .zip(&columns)
+            .map(|(y, c)| y.to_f64() * c)
+            .collect();
+        Self {
+            condition: norm(n, |r, c| a[r][c]) * norm(n, of_matrix),
+            scaled: norm(n, scaled) * norm(n, of_scaled),
+            symmetrically_scaled: norm(n, |r, c| a[r][c] / s[r] / s[c])
+                * norm(n, |r, c| s[r] * of_matrix(r, c) * s[c]),
+            b,
+            x: Some(x),
+            regular: true,
+            columns: match drawn.is_definite() {
+                true => s.iter().map(|s| 1.0 / s).collect(),
+                false => columns,
+            },
+        }
+    }
+}
+
+/// Relative error of x, each component over the scale of its column, in the largest norm; none where nothing is right.
+#[must_use]
+pub fn scaled_error(x: &[f64], truth: &Truth) -> Option<f64> {
+    let right = truth.x.as_ref()?;
+    let off: Vec<f64> = x.iter().zip(right).map(|(x, right)| x - right).collect();
+    Some(size(&off, &truth.columns) / size(right, &truth.columns))
+}
