@@ -213,9 +213,9 @@ fn made(kind: Kind, n: usize, random: &mut Random) -> Made {
         }
         Kind::Triangular => {
             let mut a = zeros();
-            for r in 0..n {
-                (0..=r).for_each(|c| a[r][c] = number());
-                a[r][r] = 1.0;
+            for (r, row) in a.iter_mut().enumerate() {
+                row[..=r].fill_with(&mut number);
+                row[r] = 1.0;
             }
             let (rows, columns) = (random.permutation(n), random.permutation(n));
             let at = |r: usize, c: usize| a[rows[r]][columns[c]];
@@ -318,13 +318,13 @@ fn saddle(n: usize, cleared: bool, random: &mut Random) -> Vec<Vec<f64>> {
         }
     };
     let (heavy, soft) = (random.log_uniform(1.0, 1e6), random.log_uniform(1e-12, 1.0));
-    for r in 0..n {
-        for c in 0..r {
+    for (r, row) in a.iter_mut().enumerate() {
+        for (c, entry) in row[..r].iter_mut().enumerate() {
             if is_row(r) != is_row(c) && random.below(3) > 0 {
-                a[r][c] = random.uniform();
+                *entry = random.uniform();
             }
         }
-        a[r][r] = match is_row(r) {
+        row[r] = match is_row(r) {
             false => random.log_uniform(1.0, heavy.max(1.1)),
             true if cleared => 0.0,
             true => -soft,
@@ -452,7 +452,7 @@ fn written(made: &mut Made, random: &mut Random) -> Market {
     let order = random.permutation(entries.len().max(1));
     let blocks = if made.symmetric && random.below(4) == 0 {
         let pairs = std::iter::repeat_n(2, n / 2);
-        pairs.chain((n % 2 > 0).then_some(1)).collect()
+        pairs.chain((!n.is_multiple_of(2)).then_some(1)).collect()
     } else {
         Vec::new()
     };
