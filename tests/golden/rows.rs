@@ -16,8 +16,8 @@ pub(crate) struct Rows {
 const BETWEEN: &str = " | ";
 
 impl Rows {
-    /// Of an array of objects, or of the first array of an object: those columns, and rows named by `key`. Of the rows whose
-    /// name begins with one of `named`, only the name is kept.
+    /// Of an array of objects, or of the first array of an object: those columns, and rows named by `key`. Of rows
+    /// whose name contains one of `named`, only the name is kept.
     pub(crate) fn of(value: &Value, columns: &[&str], key: &[&str], named: &[&str]) -> Self {
         let mut table = Self {
             columns: columns.iter().map(|c| (*c).to_owned()).collect(),
@@ -35,7 +35,7 @@ impl Rows {
             let of = |column: &str| text(&row[column]);
             let name: Vec<_> = key.iter().map(|column| of(column)).collect();
             let name = name.join(" ");
-            let kept = !named.iter().any(|begin| name.starts_with(begin));
+            let kept = !named.iter().any(|word| name.contains(word));
             let cells = columns.iter().filter(|_| kept).map(|column| of(column));
             table.put(&name, cells.collect());
         }
