@@ -78,6 +78,10 @@ impl Stepper {
         if self.bounded.is_empty() || self.division.parts > 1 || !self.slip.is_empty() {
             return false;
         }
+        // The blow of a row that an event has just made is none of the motion before, which a divided step goes on from.
+        if !self.closing.made().is_empty() {
+            return false;
+        }
         let (dt, before) = (self.substep(), &self.history.rate);
         let closing = &self.closing;
         let driven = [&*self.division.phi_t, &*self.history.phi_t];

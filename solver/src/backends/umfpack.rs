@@ -184,7 +184,11 @@ impl Work {
             numeric.solve(column_start, row, values, &self.scaled, x)
         };
         x.iter_mut().zip(after).for_each(|(x, s)| *x *= s);
-        solved.map(|_| ())
+        solved?;
+        match x.iter().position(|x| !x.is_finite()) {
+            Some(index) => Err(Error::NonFinite { what: "x", index }),
+            None => Ok(()),
+        }
     }
 }
 
@@ -222,7 +226,11 @@ impl General {
         transposed: bool,
     ) -> Result<(), SolveError> {
         self.0.solve(b, x, transposed).map_err(|e| match e {
-            Error::NonFinite { what: "x", index } => SolveError::NonFinite {
+            // A finite right-hand side that overflows where it is scaled.
+            Error::NonFinite {
+                what: "x" | "b",
+                index,
+            } => SolveError::NonFinite {
                 what: "solution",
                 block: index,
             },
@@ -260,7 +268,10 @@ fn named(e: &Error, a: &SymBlockMatrix) -> SolveError {
     let found = match *e {
         // UMFPACK does not tell the row.
         Error::SingularMatrix { .. } => singular(a),
-        Error::NonFinite { what: "x", index } => Some(SolveError::NonFinite {
+        Error::NonFinite {
+            what: "x" | "b",
+            index,
+        } => Some(SolveError::NonFinite {
             what: "solution",
             block: a.pattern().block_of_row(index),
         }),
