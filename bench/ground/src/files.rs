@@ -70,12 +70,12 @@ fn heard(written: io::Result<()>) -> io::Result<()> {
     }
 }
 
-/// Says something on standard error in one line ([`line`]), after the program's name. Where that is closed or full there is nobody to be told.
+/// Says something on standard error in one line ([`line()`]), after the program's name. Where that is closed or full there is nobody to be told.
 pub fn complain(text: &str) {
     let _ = writeln!(io::stderr().lock(), "taut: {}", line(text));
 }
 
-/// Says on standard error what stops nothing, in one line ([`line`]).
+/// Says on standard error what stops nothing, in one line ([`line()`]).
 pub fn note(text: impl std::fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "note: {}", line(&text.to_string()));
 }
