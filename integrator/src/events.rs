@@ -10,15 +10,6 @@ use crate::identity::ConstraintId;
 use crate::stepper::Stepper;
 use taut_model::{Action, CableParts, Event, Frame, When};
 
-/// Events of a step.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Fired {
-    /// Names of those that have acted.
-    names: Vec<String>,
-    /// Of each event of the scene, the largest force \[N] or the least distance \[m], negative, in the sub-steps.
-    met: Vec<f64>,
-}
-
 impl Stepper {
     /// Names of the events of the last step.
     #[must_use]

@@ -291,3 +291,12 @@ impl Tally {
         }
     }
 }
+
+/// Events of a step.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Fired {
+    /// Names of those that have acted.
+    pub(crate) names: Vec<String>,
+    /// Of each event of the scene, the largest force \[N] or the least distance \[m], negative, in the sub-steps.
+    pub(crate) met: Vec<f64>,
+}
