@@ -414,6 +414,7 @@ impl Stepper {
             self.tension_known = false;
             self.mu.fill(0.0);
             self.account.close();
+            self.fired.met.clear();
         }
         done.map(|()| self.tally.report(self.time, self.refinements()))
     }

@@ -24,7 +24,7 @@ use rows::Rows;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 /// Agreement of two numbers, of the larger one: levels of SIMD round differently, and iterations amplify that.
 const RELATIVE: f64 = 1e-3;
@@ -42,18 +42,23 @@ fn writes() -> bool {
     std::env::var("TAUT_GOLDEN").is_ok_and(|word| word == "write")
 }
 
-/// Standard output of the program with the words of a line, in a folder of its own.
-fn taut(name: &str, arguments: &str) -> (String, i32) {
+/// The program with the words of a line, in a folder of its own.
+fn program(name: &str, arguments: &str) -> Output {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("golden-{name}"));
     fs::create_dir_all(&folder).expect("a folder to write to");
     let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
+    let arguments = arguments.split_whitespace();
     command
         .current_dir(folder)
-        .args(arguments.split_whitespace())
-        .stdin(Stdio::null())
-        .stderr(Stdio::inherit());
-    let output = command.output();
-    let output = output.unwrap_or_else(|e| panic!("`taut {arguments}`: {e}"));
+        .args(arguments)
+        .stdin(Stdio::null());
+    command.output().expect("the program starts")
+}
+
+/// Its standard output and exit code; its standard error is passed on.
+fn taut(name: &str, arguments: &str) -> (String, i32) {
+    let output = program(name, arguments);
+    eprint!("{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).expect("UTF-8");
     (text, output.status.code().unwrap_or(-1))
 }

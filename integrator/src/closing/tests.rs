@@ -269,6 +269,46 @@ fn a_rod_that_is_made_between_parting_bodies_stops_them_without_a_rebound() {
     }
 }
 
+/// A load swings on a rigid rope as a rod to another point is made: the rod takes over without throwing it off.
+#[test]
+fn a_rod_beside_a_rigid_rope_takes_its_load_over() {
+    for substeps in [1, 4, 16, 64] {
+        let mut scene = Scene::new("held twice");
+        scene.gravity = Vector3::z() * -G;
+        let load = ball(&mut scene, LOAD, Vector3::zeros());
+        let body = load.body_index().unwrap();
+        let hub = Vector3::new(-0.06, 0.0, 3.0);
+        let frames = vec![Frame::world(hub), load];
+        let rope = MasslessCable::new(frames, hub.norm(), RowLaw::new(0.0, 0.0));
+        scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+        let mut stepper = Stepper::new(scene, options(DT, substeps)).unwrap();
+        for _ in 0..30 {
+            stepper.step().unwrap();
+        }
+        let bodies = &stepper.scene().bodies;
+        let before = bodies.velocity[body].norm();
+        assert!(before > 0.05, "it swings: {before}");
+        let anchor = Vector3::new(0.2, 0.0, 1.0);
+        let rod = Distance {
+            frames: [Frame::world(anchor), load],
+            length: (anchor - bodies.position[body]).norm(),
+            law: RowLaw::new(1e-10, 0.0),
+            transverse: false,
+        };
+        stepper
+            .change(|edit| Ok(edit.add_constraint("rod", Constraint::Distance(rod), 0)))
+            .unwrap();
+        for n in 0..15 {
+            stepper.step().unwrap();
+            let speed = stepper.scene().bodies.velocity[body].norm();
+            assert!(
+                speed < 1.1 * before,
+                "{substeps} sub-steps, step {n}: {speed} m/s of {before}"
+            );
+        }
+    }
+}
+
 /// A drum that has paid out to its end under more than its motor hauls in with.
 #[test]
 fn a_motor_that_is_too_weak_for_its_load_stands_at_the_drum_s_end() {

@@ -78,8 +78,8 @@ impl Stepper {
         if self.bounded.is_empty() || self.division.parts > 1 || !self.slip.is_empty() {
             return false;
         }
-        // The blow of a row that an event has just made is none of the motion before, which a divided step goes on from.
-        if !self.closing.made().is_empty() {
+        // A divided step begins with the motion before it, of which the blow of a row that an event has just made is no part.
+        if self.closing.made().iter().any(|row| row.age == 0) {
             return false;
         }
         let (dt, before) = (self.substep(), &self.history.rate);

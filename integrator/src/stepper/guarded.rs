@@ -143,6 +143,7 @@ impl Stepper {
             self.account(dt, true);
             done += dt;
             self.time = end;
+            self.measure_events();
             self.pieces.rows.follow_windings(&mut self.scene, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
             if converged {
