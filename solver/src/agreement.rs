@@ -1,4 +1,5 @@
-//! What every backend has to get right, as one check that any [`LinearSolver`] can be given, whoever wrote it.
+//! Conformance test of backends: one check that any [`LinearSolver`] can be given, whoever wrote
+//! it.
 //!
 //! [`check`] solves random block systems with the shapes of cables, A x = b of 1 … 120 rows in blocks of 1 … 7, and
 //! compares x with the solution x* in 32 digits ([`reference_solution`]):

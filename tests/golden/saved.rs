@@ -25,7 +25,7 @@ fn saved_runs_and_recordings_of_earlier_versions_are_read_or_refused_by_name() {
             format!("replay {tape} --csv time,load_z --quiet"),
         ] {
             let (text, code) = taut("saved", &read);
-            // What is refused says so in one line with the file's name, and prints nothing.
+            // A refusal exits with 2 and prints nothing to standard output.
             assert!(
                 code == 0 && !text.is_empty() || code == 2 && text.is_empty(),
                 "{read}: {code}"

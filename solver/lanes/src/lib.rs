@@ -30,10 +30,11 @@
 //! ```
 //!
 //! # Mathematics
-//! Of numbers x, a, b in each lane: `mul_add` is fl(x a + b), `neg_mul_add` fl(b − x a), rounded once or twice as said;
-//! `max` and `min` give the second where either is NaN. [`functions`] has x / sin x, arctan, sin x / x and cos near zero,
-//! by polynomials; [`vector`] has 3-vectors and symmetric 3×3 matrices of lanes. No number has a unit here: lanes hold
-//! what the caller puts there.
+//! In each lane, for numbers x, a and b, `mul_add` is fl(x a + b) and `neg_mul_add` is fl(b − x a),
+//! rounded once or twice as said; `max` and `min` give the second where either is NaN.
+//! [`functions`] has x / sin x, arctan, sin x / x and cos near zero, by polynomials; [`vector`] has
+//! 3-vectors and symmetric 3×3 matrices of lanes. No number has a unit here: lanes hold the
+//! caller's quantities.
 //!
 //! # Map
 //! | module | holds |
