@@ -1,10 +1,15 @@
 //! The work that a step spends on its contacts, and the request to end it.
 //!
-//! A dense problem of contacts that Newton's method does not solve costs hundreds of factorisations, and a step may have
-//! hundreds of such problems. Two things bound it. A count of work, which depends on the input alone, so that the same run
-//! has the same bits on each machine: once [`MOST`] is spent, the rest of the step finds its contacts' impulses by a few
-//! sweeps ([`Effort::method`]), without further passes or shorter sub-steps, and the report counts them as undecided. And a flag, which another thread or a signal
-//! handler sets: the step then ends with [`StepError::Stopped`].
+//! A dense problem of contacts that Newton's method does not solve costs hundreds of
+//! factorisations, and a step may have hundreds of such problems. Two things bound the work.
+//!
+//! The first is a count of work. It depends on the input alone, so a run has the same bits on each
+//! machine. Once [`MOST`] is spent, the rest of the step finds its contacts' impulses by a few
+//! sweeps ([`Effort::method`]), without further passes or shorter sub-steps. The report counts them
+//! as undecided.
+//!
+//! The second is a flag, which another thread or a signal handler sets. The step then ends with
+//! [`StepError::Stopped`].
 
 use crate::{StepError, Stepper};
 use std::sync::Arc;
@@ -18,7 +23,7 @@ const MOST: [f64; 2] = [1e11, 1e10];
 /// Sweeps over the contacts of a dense problem once that is spent.
 const SWEEPS: usize = 20;
 
-/// What a step has spent on contacts, and what asks it to end.
+/// Work that a step has spent on contacts, its limit, and the flag that stops the step.
 #[derive(Debug, Default)]
 pub(crate) struct Effort {
     spent: f64,
@@ -43,7 +48,7 @@ impl Effort {
         self.spent += n * n * (n * report.pivots as f64 + report.sweeps as f64);
     }
 
-    /// Whether the step has spent all that it may.
+    /// True once the step has spent more than its limit.
     pub(crate) fn is_spent(&self) -> bool {
         self.spent > self.most
     }
@@ -59,7 +64,7 @@ impl Effort {
         }
     }
 
-    /// Whether the step is asked to end.
+    /// True while the flag is set that stops the step.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop
             .as_ref()
@@ -81,9 +86,11 @@ impl Effort {
 }
 
 impl Stepper {
-    /// Ends steps early while `stop` is true, which another thread or a signal handler may set: the step that is being made
-    /// then fails with [`StepError::Stopped`]. It looks between sub-steps, Newton passes and dense problems of contacts. The
-    /// flag stays through [`change`](Self::change) and [`set_options`](Self::set_options); saved runs do not hold it.
+    /// Ends steps early while `stop` is true. Another thread or a signal handler may set it: the
+    /// step in progress then fails with [`StepError::Stopped`], which says what state is left. The
+    /// step looks at the flag between sub-steps, Newton passes and dense problems of contacts. The
+    /// flag stays through [`change`](Self::change) and [`set_options`](Self::set_options). Saved
+    /// runs do not hold it.
     pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
         self.effort.stop = Some(stop);
         self.share_stop();

@@ -69,10 +69,19 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// The flag of [`Stepper::stop_by`](crate::Stepper::stop_by) was set. The state is that at the beginning of the sub-step;
-    /// without a guard it may be that at its end before shapes rebound.
+    /// The flag of [`Stepper::stop_by`](crate::Stepper::stop_by) was set, and the step is left
+    /// incomplete. [`Stepper::time`](crate::Stepper::time) is the time of the state that is left.
+    ///
+    /// Sub-steps that were finished before stay, as do finished parts of a divided sub-step. No
+    /// event has fired. With a [`Guard`](crate::Guard) the interrupted sub-step, or part, is taken
+    /// back to its beginning. Without one, a stop during the rebound of shapes leaves the state at
+    /// the end of the sub-step, with the velocities from before the rebound.
+    ///
+    /// Constraint multipliers are zero. Once the flag is cleared, further steps go on from this
+    /// state, but may differ from those of a run that was not stopped. To repeat the step, resume
+    /// from a [`SavedRun`](crate::SavedRun) made before it.
     Stopped {
-        /// Time at the beginning of the sub-step \[s].
+        /// Time at which the step looked at the flag, within the interrupted sub-step \[s].
         time: f64,
     },
     /// More contacts than the step solves.

@@ -1,8 +1,9 @@
 //! Actions after a step: events of the scene, and cables that leave sheaves with friction or lie
 //! down on them.
 //!
-//! A blow may begin and end within a step. Conditions on forces and distances are therefore measured after each sub-step and
-//! each part of a divided one ([`Stepper::measure_events`]); the event acts at the end of the step.
+//! A blow may begin and end within a step. Conditions on forces and distances are therefore
+//! measured after each sub-step and each part of a divided one ([`Stepper::measure_events`]). The
+//! event acts at the end of the step.
 
 use crate::StepError;
 use crate::change::Edit;
@@ -30,8 +31,9 @@ impl Stepper {
         self.fired.met = met;
     }
 
-    /// Fires all due events, each once; of a cable only the joint breaks that is strained the most, which relieves the others.
-    /// Allocates where there are any. Returns their number.
+    /// Fires all due events, each once, and returns their number. If several joints of a cable are
+    /// due to break, only the most strained one does, which relieves the others. Allocates if any
+    /// event is due.
     ///
     /// # Errors
     /// As [`change`](Self::change); the events then stay pending.
@@ -82,8 +84,8 @@ impl Stepper {
         Ok(self.fired.names.len())
     }
 
-    /// Cables that have left a sheave with friction in this step, or lie on one that they passed by, get other parts. Allocates
-    /// where there are any.
+    /// Cables that have left a sheave with friction in this step, or lie on one that they passed
+    /// by, get other parts. Returns true, and allocates, if there are any.
     pub(crate) fn lift_and_land(&mut self) -> Result<bool, StepError> {
         let changes = || self.scene.left().next().is_some() || self.scene.landed().next().is_some();
         let changed = self.slip.may_change && changes();
@@ -93,7 +95,7 @@ impl Stepper {
         Ok(changed)
     }
 
-    /// Whether an event acts, of which the largest measure in the step is given.
+    /// True if `event` is due. `met` is its largest [measure](Self::measured) in the step.
     fn is_due(&self, event: &Event, met: f64) -> bool {
         match &event.when {
             // A time that steps add up to may fall short of it by rounding.
@@ -148,7 +150,8 @@ impl Stepper {
 }
 
 impl Edit {
-    /// Releases and attaches what the events ask for at `time` (s), one after the other. What is not there is passed over.
+    /// Releases and attaches what the events ask for at `time` (s), one after the other. Skips
+    /// constraints that do not exist.
     fn act(&mut self, due: &[Event], time: f64) -> Result<(), StepError> {
         let actions = || due.iter().flat_map(|event| &event.then);
         // Numbers change as constraints go.

@@ -297,6 +297,7 @@ impl Tally {
 pub(crate) struct Fired {
     /// Names of those that have acted.
     pub(crate) names: Vec<String>,
-    /// Of each event of the scene, the largest force \[N] or the least distance \[m], negative, in the sub-steps.
+    /// Largest measure of each event of the scene over the sub-steps: the force \[N], or minus the
+    /// distance \[m].
     pub(crate) met: Vec<f64>,
 }

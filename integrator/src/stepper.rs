@@ -313,8 +313,8 @@ impl Stepper {
     /// built-in backends unless contacts appear, events fire or over 200 contacts hang together.
     ///
     /// # Errors
-    /// [`StepError::Solve`] and [`StepError::Stopped`] (the state is then that at the beginning of the sub-step),
-    /// [`StepError::NonFinite`] and [`StepError::EnergyGain`].
+    /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step),
+    /// [`StepError::Stopped`], [`StepError::NonFinite`] and [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         self.check_winches()?;
         if let Some(report) = self.sleep_through()? {

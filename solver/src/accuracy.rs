@@ -52,7 +52,7 @@ pub fn backward_error(
     errors_of(a.norm_inf(), a.dim(), entries, b, x)
 }
 
-/// The same where A need not be symmetric. Allocates.
+/// Backward errors where A need not be symmetric. Allocates.
 ///
 /// # Errors
 /// [`SolveError::Dimension`].

@@ -1,4 +1,5 @@
-//! What every backend has to get right, as one check that any [`LinearSolver`] can be given, whoever wrote it.
+//! Conformance test of backends: one check that any [`LinearSolver`] can be given, whoever wrote
+//! it.
 //!
 //! [`check`] solves random block systems with the shapes of cables, A x = b of 1 … 120 rows in blocks of 1 … 7, and
 //! compares x with the solution x* in 32 digits ([`reference_solution`]):
@@ -39,10 +40,10 @@ use std::fmt;
 use std::sync::Arc;
 use systems::{Shape, System};
 
-/// What a backend is held to.
+/// Error bounds and matrix class that a backend must satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Claims {
-    /// Whether it takes quasi-definite matrices \[M Jᵀ; J −Σ] besides positive definite ones.
+    /// True if it takes quasi-definite matrices \[M Jᵀ; J −Σ] besides positive definite ones.
     pub indefinite: bool,
     /// Largest normwise backward error η; no unit.
     pub backward_error: f64,
@@ -51,21 +52,23 @@ pub struct Claims {
 }
 
 impl Claims {
-    /// Of direct solvers: η at roundoff, x to ten digits: the worst conditioned of the systems cost about five.
+    /// Claims of direct solvers: η at roundoff, x to ten digits. The worst conditioned of the
+    /// systems cost about five.
     pub const DIRECT: Self = Self {
         indefinite: false,
         backward_error: 1e-14,
         forward_error: 1e-10,
     };
 
-    /// Of iterative solvers with a tolerance of 10⁻¹² or near it.
+    /// Claims of iterative solvers with a tolerance of 10⁻¹² or near it.
     pub const ITERATIVE: Self = Self {
         indefinite: false,
         backward_error: 1e-10,
         forward_error: 1e-8,
     };
 
-    /// What a backend of this crate claims, an iterative one with its default tolerance and enough iterations.
+    /// Claims of a backend of this crate; an iterative one has its default tolerance and enough
+    /// iterations.
     #[must_use]
     pub fn of(backend: &Backend) -> Self {
         let claims = if backend.is_iterative() {
@@ -99,11 +102,11 @@ pub struct Agreement {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Disagreement {
-    /// What was asked.
+    /// The check that failed.
     pub asked: &'static str,
-    /// Of which system.
+    /// Description of the system.
     pub system: String,
-    /// What came instead.
+    /// The result that was found instead.
     pub found: String,
 }
 

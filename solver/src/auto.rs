@@ -20,7 +20,7 @@ pub struct Chosen {
     pub cost: Option<f64>,
     /// The next best solver with its predicted time; none where there was no other.
     pub next: Option<(Backend, f64)>,
-    /// What was counted of the system.
+    /// Counts of the system, from which the time is predicted.
     pub counts: Counts,
     /// Time that choosing took, besides the counting of orders that a solver by name is made with, too.
     pub analysis: Duration,

@@ -59,7 +59,7 @@ impl Backend {
         Self::built_in().into_iter().chain(foreign).collect()
     }
 
-    /// Those of this crate.
+    /// All backends of this crate but `auto`.
     pub(crate) fn built_in() -> [Self; 8] {
         [
             Self::Banded,
@@ -73,7 +73,7 @@ impl Backend {
         ]
     }
 
-    /// What the names of this crate stand for.
+    /// All backends of this crate, `auto` last.
     pub(crate) fn own() -> impl Iterator<Item = Self> {
         Self::built_in().into_iter().chain([Self::Auto])
     }
@@ -126,7 +126,8 @@ impl Backend {
         self.entry().licence
     }
 
-    /// Whether it accepts symmetric matrices that are not positive definite, such as the KKT matrix.
+    /// Returns true if it accepts symmetric matrices that are not positive definite, such as the
+    /// KKT matrix.
     #[must_use]
     pub fn accepts_indefinite(&self) -> bool {
         match self {
@@ -137,7 +138,7 @@ impl Backend {
         }
     }
 
-    /// Whether it iterates, so that its error depends on its iterations.
+    /// Returns true if it iterates: its error then depends on the number of iterations.
     #[must_use]
     pub fn is_iterative(&self) -> bool {
         match self {
@@ -148,8 +149,9 @@ impl Backend {
         }
     }
 
-    /// Whether it reads the block that couples two block rows of the given groups: the iterative ones' factors hold no
-    /// more than their groups or single blocks, those of other crates the latter for all that is known.
+    /// Returns true if its factor uses the block that couples two block rows (index, group).
+    /// Iterative backends factorise their groups or single blocks only; iterative solvers of other
+    /// crates are assumed to factorise single blocks.
     #[must_use]
     pub fn factorizes(&self, (i, group_i): (usize, u32), (j, group_j): (usize, u32)) -> bool {
         match self {
@@ -164,8 +166,8 @@ impl Backend {
         }
     }
 
-    /// Whether it factorises, the whole matrix or its groups, in the order of the pattern; of a direct solver of another
-    /// crate that is assumed, and it is given a good order.
+    /// Returns true if it factorises the whole matrix, or its groups, in the order of the pattern.
+    /// Direct solvers of other crates are assumed to do so, and are given a good order.
     #[must_use]
     pub fn keeps_order(&self) -> bool {
         match self {
@@ -177,7 +179,7 @@ impl Backend {
         }
     }
 
-    /// Whether it factorises the groups of the pattern.
+    /// Returns true if it iterates and factorises the groups of the pattern.
     #[must_use]
     pub fn factorizes_groups(&self) -> bool {
         self.is_iterative() && self.factorizes((0, 0), (1, 0))
@@ -201,7 +203,7 @@ impl Backend {
         }
     }
 
-    /// Whether it is compiled in.
+    /// Returns true if it is compiled in.
     #[must_use]
     pub fn is_compiled(&self) -> bool {
         !matches!(self.create(), Err(SolveError::NotCompiled { .. }))
@@ -244,7 +246,7 @@ impl Backend {
         }
     }
 
-    /// The same backend with another limit of iterations; unchanged where it does not iterate.
+    /// Sets the limit of iterations; returns the backend unchanged if it does not iterate.
     #[must_use]
     pub fn with_iterations(&self, iterations: usize) -> Self {
         match self {
@@ -255,7 +257,7 @@ impl Backend {
         }
     }
 
-    /// The same backend with another tolerance, relative to ‖b‖₂; unchanged where it does not iterate.
+    /// Sets the tolerance, relative to ‖b‖₂; returns the backend unchanged if it does not iterate.
     #[must_use]
     pub fn with_tolerance(&self, tolerance: f64) -> Self {
         match self {
@@ -413,7 +415,7 @@ pub enum ParseBackendError {
         backend: &'static str,
         /// The option given.
         option: String,
-        /// What it knows.
+        /// Options that the backend knows.
         known: &'static str,
     },
     /// A solver of another crate does not take its options.
@@ -422,7 +424,7 @@ pub enum ParseBackendError {
         backend: &'static str,
         /// The options given.
         options: String,
-        /// What it says, and which it knows.
+        /// The solver's message.
         reason: String,
     },
 }

@@ -61,7 +61,7 @@ impl General {
         }
     }
 
-    /// Of the arithmetic of the factors.
+    /// Unit roundoff of the arithmetic of the factors.
     pub(crate) fn roundoff(&self) -> f64 {
         match self {
             Self::Extended(_) => DoubleDouble::ROUNDOFF,

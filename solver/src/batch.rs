@@ -298,9 +298,9 @@ pub struct BatchBanded {
     pattern: Arc<BlockPattern>,
     count: usize,
     order: batch::InOrder,
-    /// Those that are worked on together.
+    /// Cables that are factorised together.
     sides: Vec<Side>,
-    /// Those that are left over.
+    /// Cables that fill no side.
     single: Option<Single>,
     factorized: bool,
 }
@@ -398,9 +398,11 @@ impl BatchBanded {
     /// Factorises the matrices of a batch. Allocates nothing where it succeeds.
     ///
     /// # Errors
-    /// Of the first cable that fails [`SolveError::Singular`], [`SolveError::NotPositiveDefinite`],
-    /// [`SolveError::OutOfRange`], [`SolveError::NonFinite`] with the block (entries above the diagonal are not looked
-    /// at); [`SolveError::PatternChanged`], [`SolveError::Dimension`]. There is then no factor of any.
+    /// Error of the first cable that fails: [`SolveError::Singular`],
+    /// [`SolveError::NotPositiveDefinite`], [`SolveError::OutOfRange`] or [`SolveError::NonFinite`]
+    /// with the block (entries above the diagonal are not looked at). Also
+    /// [`SolveError::PatternChanged`] and [`SolveError::Dimension`]. After an error no cable has a
+    /// factor.
     pub fn factorize(&mut self, a: &BatchMatrix) -> Result<(), BatchError> {
         self.factorized = false;
         if !Arc::ptr_eq(&self.pattern, &a.pattern) && *self.pattern != *a.pattern {
@@ -415,9 +417,10 @@ impl BatchBanded {
         )
     }
 
-    /// The same for matrices that each have their values to themselves: `a` says which is a cable's, is asked several
-    /// times, and is to give the same answer. They are put side by side as the elimination comes to them, which costs less
-    /// than a [`BatchMatrix`] that is filled with them. Allocates nothing where it succeeds.
+    /// Factorises matrices that are stored separately. `a(cable)` returns the matrix of a cable; it
+    /// is called several times and must return the same matrix each time. The elimination
+    /// interleaves the values as it reaches them, which costs less than filling a [`BatchMatrix`].
+    /// Allocates nothing where it succeeds.
     ///
     /// # Errors
     /// As for [`factorize`](Self::factorize); [`SolveError::PatternChanged`] names the cable.
@@ -435,7 +438,7 @@ impl BatchBanded {
             }
         }
         let four = |first: usize, cables: &Range<usize>| {
-            // Those beyond the last one are copies of it.
+            // Lanes outside the range of cables repeat its nearest cable.
             let cable = |k: usize| (first + k).clamp(cables.start, cables.end - 1);
             let some = first < cables.end && first + 4 > cables.start;
             some.then(|| [0, 1, 2, 3].map(|k| a(cable(k)).values()))
@@ -548,8 +551,8 @@ impl BatchBanded {
     }
 }
 
-/// What is wrong with the first of some cables that fails by itself. Where none does, the first that has the smallest or
-/// the largest pivots is out of range.
+/// Error of the first cable that fails by itself. If none does, [`SolveError::OutOfRange`] for the
+/// cable and block with the diagonal entry farthest from 1, in decades.
 fn blame(
     pattern: &Arc<BlockPattern>,
     matrix: impl Fn(usize, &mut SymBlockMatrix) -> Result<(), SolveError>,

@@ -197,7 +197,8 @@ impl<T: Scalar> BlockLdlt<T> {
         self.solve_blocks(0..blocks, x);
     }
 
-    /// The same for the rows of some block rows (ascending), which no stored block may couple to others.
+    /// Solves in the block rows `blocks` (ascending) only; no stored block may couple them to
+    /// others.
     pub(crate) fn solve_blocks<I>(&self, blocks: I, x: &mut [T])
     where
         I: DoubleEndedIterator<Item = usize> + Clone,
@@ -297,11 +298,12 @@ fn column_values(p: &BlockPattern, j: usize) -> usize {
     p.values(column.end - 1).end - p.values(column.start).start
 }
 
-/// Whether a_rc² > a_rr a_cc for any r ≠ c, beyond what rounding made of A: no positive semidefinite matrix has that.
+/// Returns true if a_rc² > a_rr a_cc for some r ≠ c, beyond the rounding of A. No positive
+/// semidefinite matrix has such a minor.
 pub(crate) fn has_negative_minor(a: &SymBlockMatrix) -> bool {
     let mut found = false;
     a.for_each_lower(|r, c, coupling| {
-        // Of the roots, since squares overflow.
+        // Products of square roots, since squares overflow.
         let most = a.get(r, r).max(0.0).sqrt() * a.get(c, c).max(0.0).sqrt();
         found |= r != c && coupling.abs() > most * (1.0 + WEAK * f64::EPSILON);
     });
@@ -342,7 +344,7 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
 ) -> Result<(), PivotError> {
     let n = n.get();
     let (a, inverse, scale) = (&mut a[..n * n], &mut inverse[..n], &mut scale[..n]);
-    // Whether there are pivots of either sign before this one.
+    // True for each sign, + and −, that an earlier pivot has.
     let mut signs = [false; 2];
     for c in 0..n {
         // Left-looking: column c of L D is column c of A less what the columns before it take away. The rows above
@@ -356,7 +358,8 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
             return Err(PivotError::NonFinite);
         }
         if signs == [true; 2] {
-            // Of both signs, so that their sum may be less than they are; else the entry is as large.
+            // With earlier pivots of both signs the terms may cancel, so the largest one counts;
+            // otherwise the entry is as large.
             let part = |s: usize| (done[s + n * s] * done[c + n * s] * done[c + n * s]).to_f64();
             scale[c] = (0..c).fold(scale[c], |most, s| most.max(part(s).abs()));
         }
@@ -380,12 +383,12 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
 
 #[allow(dead_code)] // where no backend that uses it is compiled in
 impl BlockLdlt<f64> {
-    /// Whether all pivots of the last factorisation are positive.
+    /// Returns true if all pivots of the last factorisation are positive.
     pub(crate) fn is_positive(&self) -> bool {
         self.inverse_pivots.iter().all(|d| *d > 0.0)
     }
 
-    /// Whether `a`, which was factorised last, is singular to rounding. Allocates nothing.
+    /// Tests `a`, which was factorised last, for singularity to rounding. Allocates nothing.
     ///
     /// # Errors
     /// [`SolveError::Singular`] with the block.

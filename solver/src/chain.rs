@@ -80,7 +80,7 @@ pub(crate) struct Chain {
     scratch: Box<ScratchOfTwo>,
     /// D⁻¹ L⁻¹ b between the forward and the backward pass.
     half: Vec<f64>,
-    /// The same of two right-hand sides.
+    /// D⁻¹ L⁻¹ B of two right-hand sides.
     half_of_two: Vec<f64>,
 }
 
@@ -93,12 +93,12 @@ impl Chain {
     }
 
     #[allow(dead_code)] // where the backend is not compiled in
-    /// Whether some block rows and columns of matrices of `pattern`, ascending, are one.
+    /// Returns true if the block rows `blocks` (ascending) of matrices of `pattern` are a chain.
     pub(crate) fn is(blocks: &[usize], pattern: &BlockPattern) -> bool {
         places::size_of_chain(pattern, blocks).is_some()
     }
 
-    /// The same for some block rows and columns of these matrices, ascending.
+    /// Prepares for the block rows `blocks` (ascending) of matrices, if these are a chain.
     pub(crate) fn of<'a>(
         blocks: &[usize],
         offsets: impl Into<Offsets<'a>>,
@@ -140,8 +140,9 @@ impl Chain {
         )
     }
 
-    /// Whether all pivots of patches in the last factorisation are beyond doubt beside what their rows were made from, which
-    /// is given for every row of the matrix: magnitudes that the matrix itself no longer shows.
+    /// Returns true if every pivot of a patched block exceeds WEAK u times the magnitude that its
+    /// row was computed from. `magnitudes` has one number for each row of the matrix: the matrix
+    /// itself no longer shows them.
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
         let size = self.places.size;
@@ -164,8 +165,8 @@ impl Chain {
         self.backward::<false>(&[], &[], x);
     }
 
-    /// The same for two right-hand sides, with 0.61 of the instructions of two solves (AVX2; 0.66 with SSE2, 1.2 in plain
-    /// doubles; chains of 1 … 101 blocks).
+    /// Solves for two right-hand sides with 0.61 of the instructions of two solves (AVX2; 0.66 with
+    /// SSE2, 1.2 in plain doubles; chains of 1 … 101 blocks).
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn solve_two(&mut self, b: [&[f64]; 2], x: [&mut [f64]; 2]) {
         with_size!(

@@ -10,7 +10,7 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-/// What a solver did that none may do.
+/// A breach of the solver contract.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Fault {
@@ -18,7 +18,7 @@ pub enum Fault {
     Panicked {
         /// In which phase.
         phase: &'static str,
-        /// What it said.
+        /// Message of the panic.
         message: String,
     },
     /// Its solution holds a NaN or an infinity.
@@ -86,10 +86,10 @@ impl fmt::Display for Fault {
 /// Claims of the first solves after an analysis are all verified.
 const FIRST: usize = 256;
 
-/// Of later ones, one in this many.
+/// After the first [`FIRST`] solves, claims are verified at one solve in this many.
 const EVERY: usize = 16;
 
-/// What rows of `x` hold that a direct solver has not written: a quiet NaN like no other.
+/// Bit pattern that marks rows of `x` before a direct solve: a quiet NaN that no computation makes.
 const UNWRITTEN: u64 = 0x7ff8_7461_7574_0001;
 
 /// Normwise backward error that rounding of the residual alone may leave, at any tolerance of an iteration.
@@ -202,11 +202,11 @@ impl Checked {
         Ok(report)
     }
 
-    /// Whether `x` is a solution, as claimed.
+    /// Verifies the claim that `x` solves A x = b.
     fn verify(&mut self, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<(), SolveError> {
         a.subtract_product(b, x, &mut self.residual);
         let (left, size) = (norm_inf(&self.residual), norm_inf(b));
-        // Of size 1, so that no square over- or underflows.
+        // Scaled by ‖b‖∞: no square over- or underflows.
         let square = |v: &[f64]| v.iter().map(|v| (v / size).powi(2)).sum::<f64>();
         let residual = || (square(&self.residual) / square(b)).sqrt();
         let met = match self.tolerance {
@@ -217,7 +217,7 @@ impl Checked {
             return Ok(());
         }
         let error = left / (a.norm_inf_in(&mut self.sums) * norm_inf(x) + size);
-        // What cannot be told is no solution either.
+        // An error that is NaN counts as infinite.
         let told = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
         Err(self.fault(match self.tolerance {
             None if error <= FALSE => return Ok(()),
@@ -298,7 +298,7 @@ impl LinearSolver for Checked {
     }
 }
 
-/// What `work` returns; its panic as an error.
+/// Runs `work` and turns a panic into an error.
 pub(crate) fn caught<R>(
     solver: &'static str,
     phase: &'static str,
@@ -488,7 +488,7 @@ mod tests {
         assert!(matches!(short, Err(SolveError::Dimension { .. })));
     }
 
-    /// What checks nothing itself keeps the contract behind the guard.
+    /// The guard reports no fault of a sound backend.
     #[test]
     fn a_sound_solver_agrees_as_it_does_alone() {
         for backend in Backend::built_in() {

@@ -1,12 +1,14 @@
 //! Acceptance test of direct solutions: one residual, and corrections where it is not small.
 //!
-//! LDLᵀ or L Lᵀ with positive pivots needs no judge: what is computed is the exact factor of a matrix A + ΔA with
-//! |ΔA| ≤ γ |L| D |Lᵀ|, and the entries of |L| D |Lᵀ| are at most the largest of the diagonal (Higham, *Accuracy and
-//! Stability of Numerical Algorithms*, theorems 10.3 and 10.5). All other eliminations may let entries grow: by 2ⁿ⁻¹ at most
-//! where rows are exchanged (Wilkinson 1961), without bound where pivots of either sign are taken as they come. Then a
-//! well-conditioned matrix ends in an x without a digit. What an elimination did shows in the backward error of its x,
+//! LDLᵀ or L Lᵀ with positive pivots is backward stable: it is the exact factor of a matrix A + ΔA
+//! with |ΔA| ≤ γ |L| D |Lᵀ|, and the entries of |L| D |Lᵀ| are at most the largest of the diagonal
+//! (Higham, *Accuracy and Stability of Numerical Algorithms*, theorems 10.3 and 10.5). Its
+//! solutions need no judge unless the singularity test leaves the factor in doubt (`is_doubtful` of
+//! direct backends): positive pivots that are weak may belong to a matrix near a singular one.
 //!
-//! ```text
+//! All other eliminations may let entries grow: by 2ⁿ⁻¹ at most where rows are exchanged (Wilkinson
+//! 1961), without bound where pivots of either sign are taken in order. A well-conditioned matrix
+//! may then give an x without a correct digit. Such growth shows in the backward error of x,
 //! η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞)
 //! ```
 //!
@@ -21,7 +23,7 @@ use crate::{GeneralMatrix, Status, SymBlockMatrix, norm_inf};
 /// Corrections at most: each takes off a part of the residual or is the last.
 const SWEEPS: usize = 16;
 
-/// What the solutions of a matrix are judged by.
+/// Acceptance bound for the solutions of one matrix.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Judge {
     /// Largest ‖b − A x‖∞ / ‖x‖∞ that is claimed.
@@ -44,21 +46,22 @@ impl Judge {
         Self::new(norm_inf(sums), a.norm_inf_in(sums))
     }
 
-    /// The same where the matrix need not be symmetric.
+    /// For solutions of a matrix that need not be symmetric; `sums` is room for one number a row.
     pub(crate) fn of_general(a: &GeneralMatrix, sums: &mut [f64]) -> Self {
         sums.fill(0.0);
         a.for_each(|r, _, _| sums[r] += 1.0);
         Self::new(norm_inf(sums), a.norm_inf_in(sums))
     }
 
-    /// Of rows of at most `longest` entries and a norm.
+    /// For matrices with at most `longest` entries a row and the ∞-norm `norm`.
     pub(crate) fn new(longest: f64, norm: f64) -> Self {
         Self {
             bar: (longest + 2.0) * f64::EPSILON * norm,
         }
     }
 
-    /// Whether a residual of this size is claimed of an x of that size: not where they are too large to tell.
+    /// Returns true if a residual of size `residual` is small enough for an x of size `x`. False if
+    /// the bound overflows.
     pub(crate) fn admits(self, residual: f64, x: f64) -> bool {
         let most = self.bar * x;
         most.is_finite() && residual <= most
@@ -79,7 +82,8 @@ impl Judge {
         self.settle_by(sizes, x, buffers, before, residual, solve)
     }
 
-    /// The same with other sizes of the residual and of x.
+    /// Judges and corrects x as [`settle`](Self::settle) does, with `sizes(r, x)` in place of the
+    /// ∞-norms.
     pub(crate) fn settle_by(
         self,
         sizes: impl Fn(&[f64], &[f64]) -> [f64; 2],

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// What instants are: where there is no clock, as on `wasm32-unknown-unknown`, all are the same.
+/// Clock reading; always zero where there is no clock, as on `wasm32-unknown-unknown`.
 #[cfg(not(all(target_arch = "wasm32", target_os = "unknown")))]
 type Reading = std::time::Instant;
 #[cfg(all(target_arch = "wasm32", target_os = "unknown"))]

@@ -55,12 +55,12 @@ pub(crate) enum Factors {
     Useless,
 }
 
-/// What the rule says of a matrix that is not singular.
+/// Result of the rule for a matrix that is not singular.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Verdict {
     /// 1/(‖R A C‖₁ ‖(R A C)⁻¹‖₁).
     pub(crate) reciprocal: f64,
-    /// What its factors are worth.
+    /// Quality of its factors.
     pub(crate) factors: Factors,
 }
 
@@ -76,7 +76,8 @@ impl Verdict {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rule {
     scales: Scales,
-    /// Those of equal largest entries, where the others are not.
+    /// Column scales that equilibrate the largest entries, kept when `scales` are replaced by those
+    /// from the inverse. Its row scales are not used.
     even: Scales,
     sums: Vec<f64>,
     estimate: Estimate,
@@ -93,7 +94,8 @@ impl Rule {
         }
     }
 
-    /// What is so of A of these entries; `roundoff` is that of the arithmetic that made its factors, `solve` is that of
+    /// Tests A, given by its entries, for singularity, and the quality of its factors. `roundoff`
+    /// is the unit roundoff of the arithmetic that made the factors; `solve` is that of
     /// [`inverse_norm`]. Allocates nothing.
     ///
     /// # Errors
@@ -132,7 +134,7 @@ impl Rule {
         }
     }
 
-    /// What is so with rows and columns scaled as they are now.
+    /// Tests A and its factors with the current scales of rows and columns.
     fn check_scaled(
         &mut self,
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
@@ -162,7 +164,7 @@ impl Rule {
         if reciprocal.is_nan() || reciprocal < 4.0 * rows.sqrt() * roundoff {
             return Err(singular);
         }
-        // Of more digits than x holds nothing would be seen.
+        // The rounding of x, in doubles, hides the error of factors with more digits.
         let factors = if roundoff < f64::ROUNDOFF {
             Factors::Good
         } else {
@@ -324,7 +326,7 @@ impl Rule {
     /// where they are not good; `residual` and `solve` are those of [`Judge::settle`] with transposes. Allocates nothing.
     ///
     /// # Errors
-    /// Those of `solve`.
+    /// The errors of `solve`.
     pub(crate) fn settle(
         &mut self,
         (judge, factors): (Judge, Factors),

@@ -1,5 +1,5 @@
-//! What a direct solver takes for one system, predicted from counts: how the cheapest is chosen before anything is
-//! factorised ([`Backend::Auto`]).
+//! Predicted time of a direct solver for one system, from counts. [`Backend::Auto`] chooses the
+//! cheapest backend by it before anything is factorised.
 //!
 //! The time of a factorisation with two solves, as a step makes them, is taken to be a sum of counts,
 //!
@@ -17,7 +17,7 @@ use crate::{
     elimination_cost,
 };
 
-/// What is counted of a system whose blocks are eliminated in some order.
+/// Counts of a system whose blocks are eliminated in some order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Counts {
     /// Scalar rows.
@@ -26,7 +26,7 @@ pub struct Counts {
     pub blocks: usize,
     /// Mean entries of a stored block.
     pub block: f64,
-    /// Of the block LDLᵀ in that order.
+    /// Cost of the block LDLᵀ in that order.
     pub factor: EliminationCost,
     /// Rows of the border where `banded` takes the system as a chain ([`Backend::border_rows`]).
     pub border: Option<usize>,
@@ -65,7 +65,7 @@ const WAYS: [Way; 8] = [
 const PANELS: f64 = 15.0;
 
 impl Counts {
-    /// Of a system of `pattern` in an order of this cost.
+    /// Counts of a system of `pattern`, eliminated in an order of cost `factor`.
     #[must_use]
     pub fn new(pattern: &BlockPattern, factor: EliminationCost, border: Option<usize>) -> Self {
         Self {
@@ -78,13 +78,14 @@ impl Counts {
         }
     }
 
-    /// Of a system in the order of its pattern, for solvers that are given no border to make.
+    /// Counts of a system in the order of its pattern, for solvers that are given no border to
+    /// make.
     ///
     /// # Errors
-    /// Those of [`elimination_cost`].
+    /// The errors of [`elimination_cost`].
     pub fn in_order(pattern: &BlockPattern) -> Result<Self, SolveError> {
         let order: Vec<usize> = (0..pattern.blocks()).collect();
-        // What is dearer is refused by all that keep the order.
+        // All backends that keep the order refuse a larger factor, so the cost is capped.
         let most = EliminationCost::LARGEST;
         let cost = elimination_cost(pattern, &order, most)?.unwrap_or(most);
         Ok(Self::new(pattern, cost, None))
@@ -105,7 +106,7 @@ impl Counts {
         ]
     }
 
-    /// Of the same system as a dense one without symmetry.
+    /// Counts of the same system as a dense one without symmetry.
     fn dense(self) -> Self {
         let rows = self.rows as u64;
         let entries = rows.saturating_mul(rows);
@@ -116,7 +117,7 @@ impl Counts {
         }
     }
 
-    /// Of an iteration that solves with this factor each time.
+    /// Counts of an iteration that solves with this factor each time.
     fn iterated(self) -> Self {
         let entries = self.factor.entries as f64 * self.iterations;
         let factor = EliminationCost {
@@ -126,7 +127,7 @@ impl Counts {
         Self { factor, ..self }
     }
 
-    /// Whether faer works on panels, not entry by entry.
+    /// Returns true if faer works on panels, not entry by entry.
     fn makes_panels(&self) -> bool {
         let mean_rows = self.rows as f64 / self.blocks.max(1) as f64;
         let upper = self.rows as f64 * (mean_rows - 1.0) * 0.5;
@@ -176,7 +177,7 @@ impl Backend {
         Self::fitting(compiled, indefinite)
     }
 
-    /// Those of them that are candidates.
+    /// Candidates among `all`.
     pub(crate) fn fitting(all: impl Iterator<Item = Self>, indefinite: bool) -> Vec<Self> {
         let fits = |b: &Self| !indefinite || b.accepts_indefinite();
         let (iterative, mut direct): (Vec<Self>, Vec<Self>) =

@@ -64,7 +64,7 @@ pub struct Contacts<'a> {
     pub regularization: &'a [f64],
 }
 
-/// What a solve of a contact problem did, and how good its impulses are.
+/// Work of a contact solve, and residuals of its impulses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ConeReport {
@@ -84,9 +84,10 @@ pub struct ConeReport {
     pub complementarity: f64,
     /// The largest |r_T| − μ r_N, relative to the largest |r|: roundoff, since the impulses are projected.
     pub cone: f64,
-    /// Whether both are at most 10⁻¹⁰.
+    /// True if `complementarity` and `cone` are both at most 10⁻¹⁰.
     pub solved: bool,
-    /// Whether W is positive definite, as far as Newton had to know: a W from iterations that were stopped early may not be.
+    /// False if Newton's method found W not positive definite, as a W from iterations that were
+    /// stopped early may be. It tests W only where it has to.
     pub is_definite: bool,
 }
 
@@ -106,7 +107,7 @@ pub struct ConeSolver {
     u: Vec<f64>,
 }
 
-/// What counts as solved.
+/// Largest residual of a solved problem, relative.
 const TOLERANCE: f64 = 1e-10;
 
 /// Residual at which no better impulses are sought: the last projection into the cones may add to it.

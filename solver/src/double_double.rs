@@ -20,7 +20,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (s, (a - (s - bb)) + (b - bb))
 }
 
-/// The same for |a| ≥ |b|.
+/// a + b exactly, as a rounded sum and its error; requires |a| ≥ |b|.
 fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;
     (s, b - (s - a))

@@ -1,4 +1,4 @@
-//! What is said of each solver wherever solvers are listed: one entry a solver.
+//! Listing data of the solvers: one entry a solver.
 
 /// A solver as tables, pages and the command line present it.
 ///
@@ -39,7 +39,7 @@ impl Entry {
         }
     }
 
-    /// Of a backend of this crate, whose feature has its name.
+    /// Entry of a backend of this crate, whose Cargo feature has the backend's name.
     const fn own(name: &'static str) -> Self {
         Self {
             feature: Some(name),

@@ -81,7 +81,7 @@ pub enum SolveError {
     Misbehaved {
         /// Its name.
         solver: &'static str,
-        /// What it did.
+        /// The breach.
         fault: Fault,
     },
     /// The solver was handed over as a value, and no other of its kind can be made.

@@ -9,13 +9,14 @@ use crate::{Backend, Entry, LinearSolver, SolveError};
 use std::fmt;
 use std::sync::OnceLock;
 
-/// What a caller must know of a solver before it gives it a system.
+/// Properties of a solver that a caller needs before it passes a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Capabilities {
-    /// Whether it takes symmetric matrices that are not positive definite, such as the KKT matrix.
+    /// True if it takes symmetric matrices that are not positive definite, such as the KKT matrix.
     pub indefinite: bool,
-    /// Whether it iterates, so that its error depends on its iterations. It then starts from the guess in `x`, and reads
-    /// `iterations=N` and `tolerance=T` (relative to ‖b‖₂, 10⁻¹² unless given) among its options: studies set both.
+    /// True if it iterates: its error then depends on the number of iterations. Such a solver
+    /// starts from the guess in `x`. It reads `iterations=N` and `tolerance=T` (relative to ‖b‖₂,
+    /// 10⁻¹² unless given) among its options: studies set both.
     pub iterative: bool,
 }
 
@@ -39,7 +40,7 @@ pub struct Capabilities {
 pub struct Foreign {
     /// How it is listed.
     pub entry: Entry,
-    /// What it can do.
+    /// Matrix class and method.
     pub capabilities: Capabilities,
     /// Makes one with the options that follow its name, `a:b=1` of `name:a:b=1`; refuses what it does not know.
     pub create: fn(&str) -> Result<Box<dyn LinearSolver>, SolveError>,
@@ -78,7 +79,7 @@ impl Foreign {
         self.capabilities.iterative.then(given)
     }
 
-    /// Whether it may be registered.
+    /// Checks the entry for registration beside solvers named `others`.
     fn check(&self, others: &[&str]) -> Result<(), RegisterError> {
         let Entry { name, rows, .. } = self.entry;
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';

@@ -169,7 +169,7 @@ impl GeneralMatrix {
         Self::from_entries(self.dim(), entries).unwrap_or_else(|_| self.clone())
     }
 
-    /// Whether aᵢⱼ = aⱼᵢ for all entries, what is not stored being zero. Allocates.
+    /// Returns true if aᵢⱼ = aⱼᵢ for all entries; entries that are not stored are zero. Allocates.
     #[must_use]
     pub fn is_symmetric(&self) -> bool {
         // Columns of the transpose come in the order of this matrix's columns, row by row.
@@ -197,7 +197,7 @@ impl GeneralMatrix {
         self.norm_inf_in(&mut vec![0.0; self.dim()])
     }
 
-    /// The same with room for one number a row.
+    /// ‖A‖∞, with `sums` as room for one number a row.
     pub(crate) fn norm_inf_in(&self, sums: &mut [f64]) -> f64 {
         sums.fill(0.0);
         self.for_each(|r, _, a| sums[r] += a.abs());
@@ -206,7 +206,7 @@ impl GeneralMatrix {
 }
 
 impl Backend {
-    /// Whether it solves matrices that are not symmetric.
+    /// Returns true if it solves matrices that are not symmetric.
     #[must_use]
     pub fn accepts_unsymmetric(&self) -> bool {
         match self {
@@ -230,7 +230,7 @@ pub struct GeneralSolver {
     column_start: Vec<usize>,
     row: Vec<usize>,
     factorized: bool,
-    /// Of the matrix last factorised.
+    /// Judge of the matrix last factorised.
     judge: Option<Judge>,
     rule: Rule,
     factors: Factors,
@@ -294,7 +294,8 @@ impl GeneralSolver {
                     (Err(SolveError::Singular { .. }), Some(block)) => {
                         return Err(SolveError::Singular { block });
                     }
-                    // What the factors tell is then of another matrix.
+                    // After such growth the factors are those of another matrix: they do not show
+                    // that A is singular.
                     (Err(SolveError::Singular { .. }), None) if work.growth() > GROWN => {
                         Verdict::UNKNOWN
                     }
@@ -374,7 +375,7 @@ impl GeneralSolver {
 /// x of A x = b by `backend`, and whether it is claimed: all phases at once. Allocates.
 ///
 /// # Errors
-/// Those of [`GeneralSolver`].
+/// The errors of [`GeneralSolver`].
 pub fn solve_general(
     backend: &Backend,
     a: &GeneralMatrix,
@@ -529,7 +530,7 @@ mod tests {
         }
     }
 
-    /// Of whatever units rows and columns are.
+    /// Rows and columns may have any units.
     #[test]
     fn scaling_makes_no_matrix_singular() {
         for tiny in [1e-17, 1e-30, 1e-200] {

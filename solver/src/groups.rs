@@ -20,7 +20,7 @@ pub(crate) struct Groups {
     /// One for each group; none where one of them is no chain.
     chains: Option<Vec<Chain>>,
     in_order: BlockLdlt<f64>,
-    /// Whether the last factorisation is `in_order`.
+    /// True if the last factorisation is `in_order`.
     ordered: bool,
     /// First scalar row of each block row, and the dimension at the end.
     row: Vec<usize>,
@@ -106,7 +106,7 @@ impl Groups {
         self.in_order.solve_blocks(members.iter().copied(), x);
     }
 
-    /// The same for all groups.
+    /// Solves A x = b in all groups.
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
         if self.ordered {
             x.copy_from_slice(b);

@@ -10,7 +10,7 @@ use std::marker::PhantomData;
 use std::ops::{Add, Mul, Neg, Sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
-/// What the factorisation needs of a number.
+/// Arithmetic that the factorisation needs.
 pub(crate) trait Scalar:
     Copy
     + From<f64>
@@ -172,7 +172,7 @@ macro_rules! by_size {
     };
 }
 
-/// The same for two sizes that are mostly equal.
+/// Binds two block sizes, constant where both are one of the usual sizes.
 macro_rules! by_sizes {
     ($m:expr, $n:expr, |$v:ident, $w:ident| $body:expr) => {
         match ($m, $n) {
@@ -283,7 +283,7 @@ pub(crate) fn update<S: Strips<T>, T: Scalar, M: Bound, N: Bound, K: Bound>(
     }
 }
 
-/// The same for a diagonal block, with the magnitude of what is subtracted from its diagonal.
+/// Updates a diagonal block and records the magnitude of the terms subtracted from its diagonal.
 #[inline(always)]
 pub(crate) fn update_diagonal<S: Strips<T>, T: Scalar, N: Bound, K: Bound>(
     n: N,

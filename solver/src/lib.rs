@@ -163,8 +163,8 @@ pub trait LinearSolver: Send {
     /// The backend's name, as on the command line.
     fn name(&self) -> &'static str;
 
-    /// Whether [`solve`](Self::solve) starts from the guess in `x`. Where it does not, callers may leave anything there,
-    /// and need not gather a guess: direct backends overwrite `x`.
+    /// Returns true if [`solve`](Self::solve) starts from the guess in `x`. If false, callers need
+    /// not gather a guess and may leave anything in `x`: direct backends overwrite it.
     fn takes_guess(&self) -> bool {
         true
     }
@@ -196,8 +196,9 @@ pub trait LinearSolver: Send {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError>;
 
-    /// The same without a residual where the elimination guarantees nothing: it then says [`Status::Unjudged`], which
-    /// claims nothing of `x`. For callers that [`refine`] it, which takes residuals anyway and judges by them.
+    /// Solves A x = b without a residual. Where the elimination guarantees nothing it reports
+    /// [`Status::Unjudged`], which claims nothing of `x`. For callers that [`refine`] it: they
+    /// compute residuals anyway and judge by them.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
@@ -233,7 +234,7 @@ pub trait LinearSolver: Send {
     }
 }
 
-/// What an analysis found.
+/// Result of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnalyzeReport {
@@ -241,7 +242,7 @@ pub struct AnalyzeReport {
     pub factor_entries: Option<usize>,
 }
 
-/// What a factorisation found.
+/// Result of a factorisation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactorReport {
@@ -268,7 +269,7 @@ pub enum Status {
     Stalled,
 }
 
-/// What a solve did.
+/// Result of a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SolveReport {
@@ -283,7 +284,7 @@ pub struct SolveReport {
 }
 
 impl SolveReport {
-    /// What an iterative backend reports of A x = 0.
+    /// Report of an iterative backend for A x = 0.
     #[allow(dead_code)] // where none is compiled in
     pub(crate) const ZERO: Self = Self {
         status: Status::Converged,
@@ -291,7 +292,7 @@ impl SolveReport {
         residual: 0.0,
     };
 
-    /// Whether it says that x is a solution: direct, or converged.
+    /// Returns true if the report claims that x is a solution: direct, or converged.
     #[must_use]
     pub fn is_claim(&self) -> bool {
         matches!(self.status, Status::Direct | Status::Converged)

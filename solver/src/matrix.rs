@@ -159,7 +159,7 @@ impl SymBlockMatrix {
         self.norm_inf_in(&mut vec![0.0; self.dim()])
     }
 
-    /// The same with room for one number a row.
+    /// ‖A‖∞, with `sums` as room for one number a row.
     pub(crate) fn norm_inf_in(&self, sums: &mut [f64]) -> f64 {
         sums.fill(0.0);
         self.for_each_lower(|r, c, a| {
@@ -190,7 +190,7 @@ impl SymBlockMatrix {
     }
 }
 
-/// Whether all numbers are finite.
+/// Returns true if all numbers are finite.
 fn all_finite(v: &[f64]) -> bool {
     dispatch(Level::best(), AllFinite(v))
 }

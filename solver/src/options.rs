@@ -2,7 +2,7 @@
 
 use crate::SolveError;
 
-/// What block Gauss–Seidel solves exactly at a time.
+/// Parts of the matrix that block Gauss–Seidel solves exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Partition {
@@ -27,7 +27,7 @@ pub enum Start {
 /// Options of block Gauss–Seidel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussSeidelOptions {
-    /// What is solved exactly.
+    /// Parts that are solved exactly.
     pub partition: Partition,
     /// Where it starts.
     pub start: Start,

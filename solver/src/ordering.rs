@@ -12,7 +12,7 @@ use crate::{BlockPattern, SolveError};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// What a block LDLᵀ costs in some order.
+/// Size and operations of a block LDLᵀ in some order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EliminationCost {
@@ -36,8 +36,8 @@ impl EliminationCost {
         flops: 200_000_000_000,
     };
 
-    /// What a factor costs that is no larger than the matrix itself, whatever its operations: the limit that tells
-    /// whether an order fills anything.
+    /// Limit for an order without fill: as many entries as the matrix stores, any number of
+    /// operations.
     #[must_use]
     pub fn without_fill(pattern: &BlockPattern) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl EliminationCost {
         }
     }
 
-    /// Whether neither is more than in `most`.
+    /// Returns true if neither number exceeds that of `most`.
     #[must_use]
     pub fn is_within(&self, most: Self) -> bool {
         self.entries <= most.entries && self.flops <= most.flops
@@ -72,7 +72,8 @@ impl EliminationCost {
         SolveError::TooLarge { size, limit, what }
     }
 
-    /// Whether a factor of this cost is as large as the matrix itself: the order fills nothing.
+    /// Returns true if a factor of this cost has as many entries as the matrix stores: the order
+    /// fills nothing.
     #[must_use]
     pub fn is_without_fill(&self, pattern: &BlockPattern) -> bool {
         self.entries == pattern.stored_values() as u64
@@ -320,7 +321,8 @@ impl<'a> EliminationGraph<'a> {
         }
     }
 
-    /// Whether the neighbours of a block are all coupled to each other, so that eliminating it fills nothing.
+    /// Returns true if the neighbours of a block are all coupled to each other: eliminating it
+    /// fills nothing.
     fn is_simplicial(&self, block: usize) -> bool {
         let degree = self.count[block];
         // From the end: the low ones are eliminated first, and those that are stay in the list.

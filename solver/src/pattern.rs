@@ -85,8 +85,8 @@ impl BlockPattern {
         })
     }
 
-    /// The same pattern with a group for each block row: what block Gauss–Seidel and the group preconditioner solve
-    /// exactly inside, [SL §VI].
+    /// Sets the group of each block row. Block Gauss–Seidel and the group preconditioner solve
+    /// exactly inside each group, [SL §VI].
     ///
     /// # Errors
     /// [`SolveError::Dimension`] unless there is one group for each block.

@@ -33,7 +33,7 @@ impl Phases {
         a.check_finite()
     }
 
-    /// The same for a factorisation that finds out by itself where numbers are not finite.
+    /// Begins a factorisation that itself detects numbers that are not finite.
     pub(crate) fn begin_unchecked(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
         self.factorized = false;
         self.check_pattern(a, "factorize")

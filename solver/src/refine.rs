@@ -38,7 +38,7 @@ const CONTRACTION: f64 = 0.1;
 /// too where it does not get there. Allocates nothing.
 ///
 /// # Errors
-/// Those of [`LinearSolver::solve`]; `x` then holds the last good iterate.
+/// The errors of [`LinearSolver::solve`]; `x` then holds the last good iterate.
 pub fn refine(
     solver: &mut dyn LinearSolver,
     a: &SymBlockMatrix,

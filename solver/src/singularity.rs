@@ -1,4 +1,4 @@
-//! Whether a factor with weak pivots is that of a singular matrix: inverse iteration on the scaled matrix (Higham,
+//! Singularity test of a factor with weak pivots: inverse iteration on the scaled matrix (Higham,
 //! *Accuracy and Stability of Numerical Algorithms*, chapter 15).
 //!
 //! Where rows depend on others, rounding leaves a pivot that may be far above the noise of its own row: it is that of all
@@ -23,7 +23,8 @@ const DOUBTFUL: f64 = 1e12;
 /// The pivots of a factor that stand in doubt, and the work space of their test.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SingularityTest {
-    /// What each diagonal entry was made from, of the dimension of the matrix.
+    /// Largest magnitude that each diagonal entry was computed from, of the dimension of the
+    /// matrix.
     scale: Vec<f64>,
     /// A vector as long.
     vector: Vec<f64>,
@@ -50,7 +51,8 @@ impl SingularityTest {
         self.growth = 0.0;
     }
 
-    /// Whether the last factor is so near to that of a singular matrix that another test is called for.
+    /// Returns true if the last factor is so near to that of a singular matrix that another test is
+    /// needed.
     pub(crate) fn is_doubtful(&self) -> bool {
         self.growth > DOUBTFUL
     }
@@ -150,7 +152,7 @@ mod tests {
             assert_eq!(verdict(&[1.0, 1.0 / 2e15, -0.5], &from), Ok(()));
             let singular = |block| Err(SolveError::Singular { block });
             assert_eq!(verdict(&[1.0, 1.0 / 3e15, -0.5], &from), singular(1));
-            // Of two in doubt the one that is none, whichever is the weaker of its row.
+            // The singular row is reported, not the other weak one.
             assert_eq!(verdict(&[1e-9, 1.0, 3e-16], &from), singular(2));
         }
         assert_eq!(

@@ -61,7 +61,7 @@ pub(crate) struct Slices {
 struct Entry {
     /// Place of each block column in a row of a vector.
     columns: [usize; ROWS],
-    /// Whether these are one after the other.
+    /// True if these are one after the other.
     neighbours: bool,
 }
 
@@ -70,9 +70,9 @@ struct Entry {
 struct Source {
     /// First value of each stored block, its rows and columns; none where the row has no such block.
     blocks: [Option<(usize, [usize; 2])>; ROWS],
-    /// Whether they are the transposes of these.
+    /// True where the transpose of the stored block is meant.
     transposed: [bool; ROWS],
-    /// Whether all present blocks have the full size and one orientation.
+    /// True if all present blocks have the full size and one orientation.
     full: bool,
 }
 
@@ -272,7 +272,7 @@ impl Slices {
         with_size!(self, Save { from: from, to: to });
     }
 
-    /// Whether the block rows from 4 s on are there, all of full size, and their first rows.
+    /// First scalar rows of block rows 4 s … 4 s + 3; `None` unless all four exist in full size.
     fn rows_of_slice(&self, s: usize) -> Option<[usize; ROWS]> {
         let rows: &[usize; ROWS + 1] = self.row.get(ROWS * s..=ROWS * (s + 1))?.try_into().ok()?;
         let full = rows.windows(2).all(|pair| pair[1] - pair[0] == self.size);

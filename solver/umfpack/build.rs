@@ -112,7 +112,7 @@ fn system() -> Result<String, String> {
     Ok(version)
 }
 
-/// Whether the C compiler finds the library in its default folders.
+/// Links a test program; fails unless the C compiler finds the library in its default folders.
 fn try_link() -> Result<(), String> {
     let (source, program) = (out_dir("link.c"), out_dir("link"));
     let text = "void umfpack_di_defaults(double *);\n\

@@ -37,7 +37,7 @@ fn golden() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/golden")
 }
 
-/// Whether the files are written rather than compared.
+/// True if the files are to be written, not compared: `TAUT_GOLDEN=write`.
 fn writes() -> bool {
     std::env::var("TAUT_GOLDEN").is_ok_and(|word| word == "write")
 }

@@ -16,8 +16,8 @@ pub(crate) struct Rows {
 const BETWEEN: &str = " | ";
 
 impl Rows {
-    /// Of an array of objects, or of the first array of an object: those columns, and rows named by `key`. Of rows
-    /// whose name contains one of `named`, only the name is kept.
+    /// Table of an array of objects, or of the first array of an object, with these columns and
+    /// rows named by `key`. Rows whose name contains one of `named` keep only the name.
     pub(crate) fn of(value: &Value, columns: &[&str], key: &[&str], named: &[&str]) -> Self {
         let mut table = Self {
             columns: columns.iter().map(|c| (*c).to_owned()).collect(),
@@ -70,7 +70,7 @@ impl Rows {
         self.rows.insert(own, cells);
     }
 
-    /// Of the text that [`Display`](fmt::Display) writes.
+    /// Reads the text that [`Display`](fmt::Display) writes.
     pub(crate) fn parse(text: &str) -> Self {
         let mut lines = text.lines().map(|line| {
             let mut cells = line.split(BETWEEN).map(str::to_owned);
@@ -165,7 +165,7 @@ fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= RELATIVE * a.abs().max(b.abs()) + ABSOLUTE
 }
 
-/// Of numbers within a text, which have two digits or three.
+/// True if numbers within a text agree. Texts print two or three digits only.
 fn near(a: f64, b: f64) -> bool {
     (a - b).abs() <= 2e-2 * a.abs().max(b.abs()) + ABSOLUTE
 }

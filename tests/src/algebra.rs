@@ -4,10 +4,10 @@
 //! elimination with complete pivoting in double-double arithmetic; [`judge`] says what the program tells wrongly: claims,
 //! refusals, conditions and words.
 //!
-//! Of the faults that it is to keep out its first 10⁴ systems showed by themselves: claims of singular matrices, symmetric or
-//! not; refusals of regular ones for their units; conditions that ended in a tie; zeros that made pattern;
-//! regular matrices called singular, and singular ones called something else; errors of iterations that found one of many
-//! solutions.
+//! The first 10⁴ systems found, unguided: solutions claimed for singular matrices, symmetric or
+//! not; refusals of regular ones for their units; conditions that ended in a tie; zeros that made
+//! pattern; regular matrices called singular, and singular ones called something else; errors of
+//! iterations that found one of many solutions.
 //!
 //! `cargo test -p taut-tests --test all algebra` draws 500 systems. A longer search, and the system of one seed:
 //!
@@ -33,7 +33,8 @@ use truth::{Truth, scaled_error};
 /// Condition with rows and columns scaled below which whoever exchanges rows has to solve a system.
 const SOLVABLE: f64 = 1e12;
 
-/// The same above which a matrix is singular for doubles, whatever its rounded entries are.
+/// Condition with rows and columns scaled above which a matrix is singular for doubles, whatever
+/// its rounded entries are.
 const SINGULAR: f64 = 1e17;
 
 /// Conditions are compared up to here: beyond it the factors that estimate them have no digits.
@@ -57,19 +58,18 @@ const ORDERED: [&str; 5] = [
     "nalgebra-sparse",
 ];
 
-/// Those that iterate.
+/// Iterative backends.
 const ITERATIVE: [&str; 4] = ["cg:none", "cg:jacobi", "minres", "gauss-seidel:joints"];
 
 /// Something that is told wrongly of a system.
 #[derive(Debug, Clone)]
 pub struct Fault {
-    /// What kind of fault it is.
     pub kind: &'static str,
     /// Who tells what, and what is so.
     pub numbers: String,
 }
 
-/// What came of a system.
+/// Result of judging one system.
 #[derive(Debug, Clone, Default)]
 pub struct Verdict {
     /// All that is wrong.
@@ -115,7 +115,7 @@ pub fn judge(seed: u64) -> Verdict {
         solve(&drawn, &truth, &problem, &backend, &mut verdict);
     }
     if let Matrix::Symmetric(_) = matrix {
-        // The same matrix in the form of those that need not be symmetric.
+        // This matrix again, in the form for matrices that need not be symmetric.
         let whole = GeneralMatrix::from_entries(drawn.dim(), drawn.entries());
         let general = Matrix::General(whole.expect("indices within the dimension"));
         let problem = Problem::new(&general);
@@ -221,7 +221,7 @@ fn solve(
     }
 }
 
-/// What `taut solve` says of it.
+/// Checks the words of `taut solve`: whether it calls a matrix singular, and how it refuses.
 fn words(truth: &Truth, system: &System, verdict: &mut Verdict) {
     let singular = truth.scaled > SINGULAR;
     if !singular && truth.scaled > SOLVABLE {
@@ -246,7 +246,7 @@ fn words(truth: &Truth, system: &System, verdict: &mut Verdict) {
         return;
     }
     let converged = results.records.iter().filter(|r| r.status == CONVERGED);
-    // Of entries rounded to doubles 32 digits may tell the solution.
+    // With entries rounded to doubles, 32 digits may still determine the solution.
     let first = converged.clone().find(|r| r.forward_error.is_some());
     if let Some(first) = first.filter(|_| truth.x.is_none()) {
         let error = first.forward_error;

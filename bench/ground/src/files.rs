@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct FileError {
     /// The file.
     pub path: PathBuf,
-    /// What was being done.
+    /// Verb of the message: `read`, `write` or `replace`.
     pub doing: &'static str,
     /// Why it failed.
     pub source: std::io::Error,
@@ -177,7 +177,7 @@ impl Output {
         &self.path
     }
 
-    /// Whether it is standard output, by `-` or by a path that leads there.
+    /// True for standard output, given as `-` or as a path that leads there.
     #[must_use]
     pub fn is_stdout(&self) -> bool {
         matches!(self.place, Place::Stdout)
@@ -277,8 +277,8 @@ impl Place {
     }
 }
 
-/// Whether this is the pipe or the file that a stream of the program's own is connected to. A terminal and what becomes
-/// nothing can be opened twice.
+/// True if `file` is the pipe or the file that `stream` of this program is connected to. False for
+/// character devices: a terminal or `/dev/null` may be opened a second time.
 #[cfg(unix)]
 fn is_stream(file: &fs::Metadata, stream: &impl std::os::fd::AsFd) -> bool {
     use std::os::unix::fs::{FileTypeExt, MetadataExt};

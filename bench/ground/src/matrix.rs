@@ -225,7 +225,7 @@ pub fn matrix_of(market: &Market, path: &Path) -> Result<(Matrix, Dropped), Mark
     matrix_with(market, path, GeneralMatrix::drop_zeros)
 }
 
-/// The same with its zeros, for systems that are to have one pattern.
+/// The matrix of a file with its stored zeros, for systems that share one pattern.
 pub(crate) fn stored_matrix_of(market: &Market, path: &Path) -> Result<Matrix, MarketError> {
     matrix_with(market, path, |_| 0).map(|(matrix, _)| matrix)
 }

@@ -104,7 +104,8 @@ pub(super) fn every(text: &str) -> Result<Option<usize>, Failure> {
     }
 }
 
-/// What `--estimate` asks for.
+/// Checks `--estimate` against `--error`. Returns the companion's step in steps of the run;
+/// `None` disables the estimate.
 fn estimate(args: &RunArgs) -> Result<Option<usize>, Failure> {
     let every = every(&args.estimate)?;
     match (every, args.error) {
@@ -239,7 +240,7 @@ impl Outputs {
 
 /// The signals that ask a run to end.
 pub(super) struct Signals {
-    /// Whether one has come.
+    /// True once a signal has come.
     pub(super) asked: Arc<AtomicBool>,
     /// Its number, 0 for none so far.
     signal: Arc<AtomicUsize>,

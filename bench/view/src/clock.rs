@@ -15,7 +15,7 @@ pub struct Clock {
     period: Duration,
     /// Frames so far.
     pub frames: u64,
-    /// Those of them that were late.
+    /// Frames that were late.
     pub late: u64,
     /// Time lost by them.
     pub lost: Duration,

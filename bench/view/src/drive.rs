@@ -12,7 +12,8 @@ use taut_model::{Control, Scene};
 use taut_recording::layout::Layout;
 use taut_recording::{Observer, Recorder, observe_contacts};
 
-/// What a driver asks for: a JSON value such as `{"set": {"control": "hoist_speed", "value": 0.5}}` or `"restart"`.
+/// A command of a driver. In JSON, for example,
+/// `{"set": {"control": "hoist_speed", "value": 0.5}}` or `"restart"`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Command {
@@ -42,14 +43,13 @@ pub enum Command {
     Restart,
 }
 
-/// What the page shows beside frames.
+/// State of the run that the page shows beside frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Status {
     /// Solver and scheme.
     pub solver: String,
     /// See `solver`.
     pub scheme: String,
-    /// Whether it stands still.
     pub paused: bool,
     /// Steps made.
     pub steps: u64,
@@ -72,13 +72,13 @@ pub struct Status {
 pub struct Error {
     /// The largest so far \[m].
     pub total: f64,
-    /// Whether the estimate has been lost, as where the motion is chaotic.
+    /// True once the estimate is lost, for example because the motion is chaotic.
     pub lost: bool,
     /// Steps that were not compared.
     pub unseen: u64,
 }
 
-/// What a page needs to draw frames.
+/// Data that a page needs to draw frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct About {
     /// Number of the layout that frames name.
@@ -120,11 +120,11 @@ pub struct Drive {
 
 /// Options that a restart may begin with, beside the stepper's own.
 struct Options {
-    /// Those of the first step.
+    /// Options of the first step.
     first: StepOptions,
-    /// Those of the last step that was made, where they are others.
+    /// Options of the last step that was made; `None` until they differ from `first`.
     proven: Option<StepOptions>,
-    /// Those chosen since the run ended.
+    /// Options chosen after the run has ended, for the restart.
     next: Option<StepOptions>,
 }
 
@@ -149,7 +149,7 @@ fn begun(scene: &Scene, options: StepOptions) -> Result<(Stepper, Simulation, Sa
 }
 
 impl Options {
-    /// Those of the last step that was made.
+    /// Options of the last step that was made.
     fn last(&self) -> &StepOptions {
         self.proven.as_ref().unwrap_or(&self.first)
     }
@@ -159,7 +159,7 @@ impl Drive {
     /// A run of a scene, after its first step.
     ///
     /// # Errors
-    /// Those of [`Stepper::new`] and of the step.
+    /// As [`Stepper::new`] and, for the first step, [`Stepper::step`].
     pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
         let first = options.clone();
         let (stepper, simulation, sample) = begun(&scene, options)?;
@@ -245,7 +245,7 @@ impl Drive {
     /// Obeys, or says why not; then nothing has changed.
     ///
     /// # Errors
-    /// What to do instead, for the driver.
+    /// The refusal, as a text for the driver.
     pub fn command(&mut self, command: Command) -> Result<(), String> {
         let text = |e: StepError| e.to_string();
         match command {
@@ -433,7 +433,7 @@ impl Drive {
         self.generation
     }
 
-    /// What frames of this generation mean.
+    /// Data for the page to draw frames of this generation.
     #[must_use]
     pub fn about(&self) -> About {
         let scene = self.stepper.scene();
@@ -454,7 +454,7 @@ impl Drive {
         }
     }
 
-    /// What the page shows beside frames.
+    /// State of the run that the page shows beside frames.
     #[must_use]
     pub fn status(&self) -> Status {
         let (options, scene) = (self.options(), self.stepper.scene());

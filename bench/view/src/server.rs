@@ -63,7 +63,7 @@ const LONGEST: usize = 4096;
 /// Time after which a viewer that neither takes nor sends anything is gone.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// What makes a file of a saved run.
+/// Encodes a saved run as the bytes of a file.
 pub type Save = dyn Fn(SavedRun) -> Result<Vec<u8>, String> + Send + Sync;
 
 /// A request to the run.
@@ -76,7 +76,7 @@ pub(crate) enum RunRequest {
     Recording(oneshot::Sender<Option<Bytes>>),
 }
 
-/// What all viewers share.
+/// State shared by all viewers.
 pub(crate) struct Shared {
     port: u16,
     token: String,
@@ -95,7 +95,7 @@ pub(crate) struct Shared {
 /// A control, and what follows it if that is driven alone.
 type Place = (String, Option<String>);
 
-/// What a new viewer gets first.
+/// Messages that a new viewer gets first.
 #[derive(Default, Clone)]
 struct Latest {
     about: Option<Message>,
@@ -146,7 +146,7 @@ impl Shared {
         let _ = self.all.send(message);
     }
 
-    /// The same with the status.
+    /// Sends the status to all viewers, and to those to come.
     pub(crate) fn send_status(&self, text: String) {
         let message = Message::Text(text.into());
         locked(&self.latest).status = Some(message.clone());
@@ -180,7 +180,7 @@ impl Shared {
         has_room
     }
 
-    /// What a viewer that goes away has driven.
+    /// Removes and returns the places that `viewer` was the last to set to other than zero.
     fn left_by(&self, viewer: u64) -> Vec<Place> {
         let mut left = Vec::new();
         locked(&self.driven).retain(|place, of| {
@@ -192,15 +192,15 @@ impl Shared {
         left
     }
 
-    /// Whether it names this server.
+    /// True if `host` names this server.
     fn is_here(&self, host: &str) -> bool {
         ["127.0.0.1", "localhost"].iter().any(|name| {
             host == format!("{name}:{}", self.port) || (self.port == 80 && host == *name)
         })
     }
 
-    /// Whether a request is to this server, and by its own page or by no page. A second `Host` or `Origin` is refused, and an
-    /// authority in the request's target has to be this server's.
+    /// True if a request is to this server, and comes from its own page or from no page. A second
+    /// `Host` or `Origin` is refused. An authority in the request's target has to be this server's.
     fn is_own(&self, target: &Uri, headers: &HeaderMap) -> bool {
         let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?"));
         let repeated = |name| headers.get_all(name).iter().nth(1).is_some();
@@ -375,7 +375,7 @@ async fn socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) ->
     })
 }
 
-/// Whether a message was taken in time.
+/// Sends a message. False if the viewer is gone or does not take it within [`SILENCE`].
 async fn send(socket: &mut WebSocket, message: Message) -> bool {
     matches!(timeout(SILENCE, socket.send(message)).await, Ok(Ok(())))
 }

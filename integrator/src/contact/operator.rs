@@ -43,7 +43,7 @@ pub(crate) struct Factor<'a> {
     pub(crate) slip: Option<&'a mut Slip>,
     /// Right-hand sides and solutions.
     pub(crate) system: &'a mut [Vec<f64>; 2],
-    /// What the step has spent on contacts.
+    /// Work that the step has spent on contacts, its limit, and the flag that stops the step.
     pub(crate) effort: &'a mut Effort,
 }
 

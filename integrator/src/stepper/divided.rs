@@ -1,20 +1,23 @@
 //! Steps that are divided: those in which a rope catches or is thrown slack.
 //!
-//! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone: where a load lands and its rope
-//! catches it again, bodies keep velocities for a part of the step that they had lost, and the error is of first order. A step is
-//! taken back and made of [`PARTS`] steps of the same scheme where a row that is rigid in its eyes is caught, thrown open or driven
-//! at another speed by more than gravity makes of a speed in a step. Softer rows have a bounce of their own. Cables that slip over
-//! sheaves with friction are left out: their parts share one length.
+//! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone.
+//! Where a load lands and its rope catches it again, bodies keep velocities for a part of the step
+//! that they had lost, and the error is of first order. Such a step is taken back and made of
+//! [`PARTS`] steps of the same scheme. The condition is a row, rigid in its eyes, that is caught,
+//! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
+//! in a step. Softer rows have a bounce of their own. Cables that slip over sheaves with friction
+//! are left out: their parts share one length.
 //!
-//! A staggered scheme keeps velocities half a step before the positions. They go forward by half of the Δv that the whole step
-//! has with all rows as they were and without blows of contacts, half a part back again, and after the last part forward to its
-//! end, with Δv of a part; from there the next step begins as one of a new run does.
+//! A staggered scheme keeps velocities half a step before the positions. Before the first part they
+//! go forward by half of the Δv that the whole step has with all rows as they were and without
+//! blows of contacts, then half a part back. After the last part they go forward to its end, with
+//! Δv of a part. From there the next step begins as the first step of a run does.
 //!
 //! Drift of the rows at the beginning goes in proportion to time over the parts
 //! ([`crate::closing`]).
 //!
-//! The multipliers of a divided step are the sums of those of its parts: their forces are means over the step, so that a catch
-//! shows, wherever in the step it was.
+//! The multipliers of a divided step are the sums of those of its parts. Their forces are means
+//! over the step, so that a catch shows wherever in the step it was.
 
 use super::{Stage, Stepper};
 use crate::bounded::Place;
@@ -22,8 +25,8 @@ use crate::contact::rebound::slowest;
 use crate::{Guard, StepError};
 use taut_lanes::Aligned;
 
-/// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62 of the height at 1/60 s undivided,
-/// to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
+/// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
+/// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
 const PARTS: u32 = 32;
 
 /// Least rate that divides a step, over the largest one without restitution: |g| Δt.
@@ -78,7 +81,8 @@ impl Stepper {
         if self.bounded.is_empty() || self.division.parts > 1 || !self.slip.is_empty() {
             return false;
         }
-        // A divided step begins with the motion before it, of which the blow of a row that an event has just made is no part.
+        // A divided step goes on from the motion before. The blow of a row that an event has just
+        // made does not belong to that motion.
         if self.closing.made().iter().any(|row| row.age == 0) {
             return false;
         }
@@ -151,8 +155,9 @@ impl Stepper {
         Ok(())
     }
 
-    /// Velocities of the present state, where they are those of half a step before: no row opens or closes meanwhile, no shapes
-    /// arrive, and drives go on as in the step before where that is `past` a jump.
+    /// Brings velocities that lag half a step behind up to the present state. No row opens or
+    /// closes and no shapes arrive meanwhile. If `past`, drives go on as in the step before,
+    /// without a jump.
     fn bring_forward(&mut self, past: bool) -> Result<(), StepError> {
         (self.bounded.frozen, self.contacts.begins) = (true, true);
         let solved = self.solve_frozen(past);

@@ -10,7 +10,7 @@ pub trait Halves: Lanes {
     /// Two halves side by side.
     fn join(lower: Self::Half, upper: Self::Half) -> Self;
 
-    /// The same half twice.
+    /// `half` in both halves.
     #[must_use]
     #[inline(always)]
     fn both(half: Self::Half) -> Self {

@@ -30,10 +30,11 @@
 //! ```
 //!
 //! # Mathematics
-//! Of numbers x, a, b in each lane: `mul_add` is fl(x a + b), `neg_mul_add` fl(b − x a), rounded once or twice as said;
-//! `max` and `min` give the second where either is NaN. [`functions`] has x / sin x, arctan, sin x / x and cos near zero,
-//! by polynomials; [`vector`] has 3-vectors and symmetric 3×3 matrices of lanes. No number has a unit here: lanes hold
-//! what the caller puts there.
+//! In each lane, for numbers x, a and b, `mul_add` is fl(x a + b) and `neg_mul_add` is fl(b − x a),
+//! rounded once or twice as said; `max` and `min` give the second where either is NaN.
+//! [`functions`] has x / sin x, arctan, sin x / x and cos near zero, by polynomials; [`vector`] has
+//! 3-vectors and symmetric 3×3 matrices of lanes. No number has a unit here: lanes hold the
+//! caller's quantities.
 //!
 //! # Map
 //! | module | holds |
@@ -75,7 +76,7 @@ pub trait Lanes:
     /// Number of lanes.
     const LANES: usize;
 
-    /// The same number in each lane.
+    /// `x` in every lane.
     fn splat(x: f64) -> Self;
 
     /// `f(lane)` in each lane.
@@ -132,8 +133,9 @@ pub trait Lanes:
         }
     }
 
-    /// The same for a multiple of four components, without which it does not compile, in vectors of four numbers where
-    /// there are such: fast where places are aligned to them.
+    /// Like [`scatter`](Self::scatter), for a multiple of four components; other numbers do not
+    /// compile. Stores vectors of four numbers where the instruction set has them: fast if places
+    /// are aligned to them.
     ///
     /// # Panics
     /// Where a place is beyond `to`.
@@ -187,7 +189,7 @@ pub trait Lanes:
     #[must_use]
     fn sqrt(self) -> Self;
 
-    /// Whether each lane is less than that of the other; not so where either is NaN.
+    /// True if each lane is less than that of `other`; false if either is NaN in any lane.
     fn all_below(self, other: Self) -> bool;
 
     /// All lanes but the first, and after them the first of `next`.
@@ -292,7 +294,7 @@ pub trait Isa: Copy + 'static {
 
 /// Work that is written once for all instruction sets.
 pub trait Kernel {
-    /// What it returns.
+    /// Result of the work.
     type Output;
 
     /// The work. It, and what it calls with vectors, must be `#[inline(always)]`.
@@ -301,7 +303,7 @@ pub trait Kernel {
 
 /// Work on many things alike, for vectors of four or eight lanes.
 pub trait WideKernel {
-    /// What it returns.
+    /// Result of the work.
     type Output;
 
     /// The work with vectors of `L` lanes. It, and what it calls with vectors, must be `#[inline(always)]`.

@@ -65,7 +65,7 @@ pub fn load<V: Lanes, const L: usize, const N: usize>(from: &[[f64; L]; N]) -> [
     to
 }
 
-/// The same vector in each lane.
+/// `x` in every lane.
 #[must_use]
 #[inline(always)]
 pub fn splat<V: Lanes>(x: [f64; 3]) -> Vec3<V> {

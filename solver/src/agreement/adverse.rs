@@ -5,7 +5,7 @@ use super::systems::{Random, Shape, System, finish, positive_definite, quasi_def
 use crate::{BlockPattern, LinearSolver, SolveError, Status, SymBlockMatrix, backward_error};
 use std::sync::Arc;
 
-/// What came of the solves of a study.
+/// Counts and largest error of a study's solves.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -26,8 +26,9 @@ pub struct Study {
 /// much times √n, the most that ‖r‖₂ ≤ 10⁻¹² ‖b‖₂ allows.
 pub const FALSE: f64 = 1e-12;
 
-/// What the systems are, in turn: definite, quasi-definite with any ratios, indefinite, with tiny diagonals, graded,
-/// singular to rounding, saddles without Σ, Hilbert's, Wilkinson's as [0 W; Wᵀ 0]; and each of these scaled by 10^±100.
+/// Kinds of system, in turn by seed: definite, quasi-definite with any ratios, indefinite, with
+/// tiny diagonals, graded, singular to rounding, saddles without Σ, Hilbert's, Wilkinson's as [0 W;
+/// Wᵀ 0]; and each of these scaled by 10^±100.
 const KINDS: u64 = 9;
 
 /// Gives the systems of those seeds to a solver, fresh from its making, and compares what it says with residuals in

@@ -1,4 +1,4 @@
-//! What a backend has to refuse, and what it may refuse or solve but not answer wrongly.
+//! Refusals required of a backend, and systems that it may refuse or solve but not answer wrongly.
 
 use super::{Disagreement, Examination, System, fault, plain_system};
 use crate::{BlockPattern, SolveError, SymBlockMatrix, backward_error};
@@ -158,7 +158,8 @@ impl Examination<'_> {
             return Err(fault(asked, name, format!("{bad} in x")));
         }
         let error = Self::must(backward_error(a, b, &x), "a solution", name)?.normwise;
-        // What is below the smallest number can be given as 0 only: a solution, though its residual is all of b.
+        // An x below the smallest normal number may flush to 0: it is a solution, though its
+        // residual is all of b.
         let lost = x.iter().all(|x| x.abs() < f64::MIN_POSITIVE);
         // Nor has a matrix of numbers below the smallest normal one all its digits.
         let lost = lost || (f64::from_bits(1)..1e-290).contains(&a.norm_inf());

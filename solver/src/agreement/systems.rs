@@ -68,7 +68,7 @@ pub struct System {
     pub a: SymBlockMatrix,
     /// The right-hand side b, of length n; evenly distributed in −1 … 1.
     pub b: Vec<f64>,
-    /// What it is, for messages.
+    /// Description, for messages.
     pub name: String,
 }
 

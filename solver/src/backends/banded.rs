@@ -91,7 +91,7 @@ impl Fast {
         }
     }
 
-    /// Whether all pivots were accepted: they are positive, and beyond doubt.
+    /// Factorises `a`; returns true if all pivots are positive and clear of rounding.
     fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
         let (a, magnitudes) = match &mut self.leaves {
             None => (a.into(), None),
@@ -163,8 +163,9 @@ impl Direct for Banded {
     }
 
     fn eliminate(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-        // What is not finite leaves a pivot that is not. The fast way takes positive definite matrices only: others have a
-        // factor in the order of the pattern at best ([M Jᵀ; J 0] with M first).
+        // A value that is not finite leaves a pivot that is not finite. The fast path takes
+        // positive definite matrices only. Others have a factor in the order of the pattern at best
+        // ([M Jᵀ; J 0] with M first).
         let fast = self.fast.as_mut().is_some_and(|fast| fast.factorize(a));
         self.last = if fast { Way::Fast } else { Way::InOrder };
         if let (Way::InOrder, Some(in_order)) = (self.last, &mut self.in_order) {
@@ -512,7 +513,8 @@ mod tests {
         }
     }
 
-    /// What earlier rows of the same block subtract counts in what a pivot was made from.
+    /// Products of earlier rows of the same block count in the magnitude that a pivot is compared
+    /// with.
     #[test]
     fn a_pivot_is_lost_inside_a_block_as_between_blocks() {
         let rows = [3e-18, 1.0, 1.0, 1.0, 0.3, 0.1, 1.0, 0.1, 0.7];

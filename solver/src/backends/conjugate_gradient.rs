@@ -27,11 +27,11 @@ pub(crate) struct ConjugateGradient {
     phases: Phases,
     plan: Option<Plan>,
     vectors: Vectors,
-    /// Whether the last solve failed.
+    /// True if the last solve failed.
     unsound: bool,
 }
 
-/// What the analysis of a pattern leaves.
+/// Data structures for the analysed pattern.
 struct Plan {
     /// Where the blocks are small enough.
     slices: Option<Slices>,
@@ -46,7 +46,7 @@ enum Inside {
     /// The diagonal blocks.
     Diagonal {
         factor: BlockLdlt<f64>,
-        /// Whether the slices hold their inverses instead.
+        /// True if the slices hold the inverses of the blocks, which then replace `factor`.
         inverted: bool,
     },
     Groups(Groups),
@@ -298,7 +298,8 @@ impl LinearSolver for ConjugateGradient {
         check_finite(a.pattern(), "guess", x)?;
         let v = &mut self.vectors;
         if std::mem::replace(&mut self.unsound, true) {
-            // What is not finite may have reached the padding, where no load writes.
+            // After a failed solve the padding may hold values that are not finite. Loads do not
+            // overwrite it.
             for v in [&mut v.x, &mut v.b, &mut v.r, &mut v.z, &mut v.p, &mut v.ap] {
                 v.fill(0.0);
             }
@@ -385,7 +386,7 @@ mod tests {
             Preconditioner::Group,
         ];
         for preconditioner in preconditioners {
-            // Of large and small numbers, which go over and under sooner.
+            // Large and small entries over- and underflow sooner.
             for scale in [1.0, 1e120, 1e-120] {
                 let a = chain(scale);
                 let mut grouped = SymBlockMatrix::zeros(Arc::new(grouped.clone()));

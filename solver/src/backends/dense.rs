@@ -35,7 +35,7 @@ pub(crate) struct Dense<T> {
     scale: Vec<f64>,
     /// Largest number before the elimination.
     largest: f64,
-    /// Of the matrix whose rows and columns, scaled, are factorised.
+    /// Scales R and C of the factorised matrix R A C.
     scales: Scales,
 }
 

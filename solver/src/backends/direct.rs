@@ -16,7 +16,7 @@ pub(crate) trait Direct: Send {
     /// The backend's name.
     const NAME: &'static str;
 
-    /// What is kept besides the factor.
+    /// State besides the factor.
     fn common(&mut self) -> &mut Common;
 
     /// Prepares for a pattern.
@@ -25,10 +25,12 @@ pub(crate) trait Direct: Send {
     /// Makes the factor of `a`, whose values may not be finite.
     fn eliminate(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError>;
 
-    /// Whether all pivots of the last factor are positive, so that what it makes is a solution by theory (`claim`).
+    /// Returns true if theory bounds the backward error of a solution (`claim`): symmetric
+    /// elimination with positive pivots only. False for LU.
     fn is_stable(&self) -> bool;
 
-    /// Whether a pivot of a stable factor was weak, so that the rule is to tell whether it claims anything.
+    /// Returns true if weak pivots of a stable factor leave the matrix in doubt: the rule then
+    /// decides what a solution may claim.
     fn is_doubtful(&self) -> bool {
         false
     }
@@ -38,7 +40,7 @@ pub(crate) trait Direct: Send {
         None
     }
 
-    /// Of the arithmetic that makes the factor.
+    /// Unit roundoff of the arithmetic that makes the factor.
     fn roundoff(&self) -> f64 {
         f64::ROUNDOFF
     }
@@ -51,7 +53,7 @@ pub(crate) trait Direct: Send {
         x: &mut [f64],
     ) -> Result<(), SolveError>;
 
-    /// The same for columns of `a.dim()` numbers.
+    /// Solves for columns of `a.dim()` numbers.
     fn substitute_many(
         &mut self,
         a: &SymBlockMatrix,
@@ -62,7 +64,8 @@ pub(crate) trait Direct: Send {
         columns.try_for_each(|(b, x)| self.substitute(a, b, x))
     }
 
-    /// What [`substitute`](Self::substitute) made of `b`, checked, and corrected where the elimination guarantees nothing.
+    /// Checks `x`, the result of [`substitute`](Self::substitute) for `b`. Judges and corrects it
+    /// if the factor is not stable or is doubtful.
     fn accept(
         &mut self,
         a: &SymBlockMatrix,
@@ -90,7 +93,7 @@ pub(crate) trait Direct: Send {
     /// [`SolveError::Singular`], and those of solves.
     fn check(&mut self, a: &SymBlockMatrix, common: &mut Common) -> Result<(), SolveError> {
         let roundoff = self.roundoff();
-        // Of a symmetric matrix the transpose is the same.
+        // A is symmetric, so one solve serves A and Aᵀ.
         let solve = |x: &mut [f64], _| {
             common.buffers[0].copy_from_slice(x);
             self.substitute(a, &common.buffers[0], x)
@@ -105,11 +108,11 @@ pub(crate) trait Direct: Send {
         Ok(())
     }
 
-    /// The same in the midst of a factorisation, when a pivot is noise; `singular` is told the error of a singular matrix
-    /// and may know more.
+    /// Checks the factor during a factorisation that met a pivot at the level of rounding.
+    /// `singular` maps the error of a singular matrix.
     ///
     /// # Errors
-    /// That, and those of solves.
+    /// The error from `singular`, and those of solves.
     fn check_doubt(
         &mut self,
         a: &SymBlockMatrix,
@@ -124,7 +127,7 @@ pub(crate) trait Direct: Send {
         })
     }
 
-    /// What x is worth that the factor made of b, after corrections.
+    /// Corrects `x`, which the factor computed from `b`, and returns its status.
     fn judge(
         &mut self,
         a: &SymBlockMatrix,
@@ -156,23 +159,24 @@ pub(crate) trait Direct: Send {
     }
 }
 
-/// What a direct backend keeps besides its factor.
+/// State of a direct backend besides its factor.
 #[derive(Debug, Default)]
 pub(crate) struct Common {
     phases: Phases,
-    /// Of the matrix factorised last, once it is needed.
+    /// Judge of the matrix factorised last; made when first needed.
     judge: Option<Judge>,
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
     rule: Rule,
-    /// What the factor is worth, once there is a judge.
+    /// Quality of the factor, valid once there is a judge.
     factors: Factors,
     /// Ratio of the pivots of the factor that the rule looked at.
     checked: Option<f64>,
 }
 
 impl Common {
-    /// Whether the rule has looked at factors with about this ratio of pivots, as from step to step.
+    /// Returns true if the rule has examined factors with a pivot ratio within a factor of 2 of
+    /// this one, as happens from step to step.
     fn is_known(&self, ratio: Option<f64>) -> bool {
         let like = |before: f64| ratio.is_some_and(|r| (0.5..=2.0).contains(&(r / before)));
         self.checked.is_some_and(like)

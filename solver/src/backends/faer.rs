@@ -183,7 +183,7 @@ struct Cholesky {
     diagonal: Vec<usize>,
     memory: MemBuffer,
     singularity: SingularityTest,
-    /// Whether all pivots of the last factor are positive.
+    /// True if all pivots of the last factor are positive.
     positive: bool,
 }
 
@@ -354,7 +354,7 @@ pub(crate) struct Lu {
     rows: [Vec<usize>; 2],
     factors: SimplicialLu<usize, f64>,
     memory: MemBuffer,
-    /// Of the matrix whose rows and columns, scaled, are factorised.
+    /// Scales R and C of the factorised matrix R A C.
     scales: Scales,
 }
 

@@ -10,7 +10,8 @@
 //! Where no tolerance ends it, it ends where the least residual of some sweeps is no less than that of the sweeps before,
 //! and within what rounding leaves.
 //!
-//! Of a singular A it finds a solution if there is one; where there is none it says so ([`null_vector`]).
+//! For a singular A it finds a solution if one exists; otherwise it reports that A is singular
+//! ([`null_vector`]).
 
 mod null_vector;
 mod sweep;
@@ -36,7 +37,7 @@ pub(crate) struct GaussSeidel {
     plan: Option<Plan>,
 }
 
-/// What the analysis of a pattern leaves.
+/// Data structures for the analysed pattern.
 struct Plan {
     rows: Rows,
     /// Factors of the parts.
@@ -64,7 +65,7 @@ const MOST_RISES: usize = 4;
 /// Sweeps after which it is first asked whether the least residual still falls, then after twice as many each time.
 const WINDOW: usize = 64;
 
-/// What rounding may leave of ‖b − A x‖₂: u n (max |aᵢⱼ| ‖x‖₁ + ‖b‖∞).
+/// Rounding error of ‖b − A x‖₂, at most about u n (max |aᵢⱼ| ‖x‖₁ + ‖b‖∞).
 fn roundoff(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> f64 {
     let largest = crate::norm_inf(a.values());
     let sum: f64 = x.iter().map(|x| x.abs()).sum();
@@ -242,7 +243,8 @@ impl LinearSolver for GaussSeidel {
             fallen = 1.0 - report.residual / before;
             if report.residual <= self.options.tolerance {
                 let left = plan.residual(b, x).sqrt() / norm;
-                // What falls at every sweep is the energy of the error; this norm may rise for some.
+                // Each sweep reduces the energy norm of the error. This residual norm may rise for
+                // some sweeps.
                 risen = if left < least { 0 } else { risen + 1 };
                 least = least.min(left);
                 report.status = if left <= self.options.tolerance {

@@ -1,4 +1,5 @@
-//! What the iterative backends share: the start of a solve, the restarts and the stopping test of Krylov methods.
+//! Common parts of the iterative backends: the start of a solve, the restarts and the stopping test
+//! of Krylov methods.
 //!
 //! The residual of a recurrence drifts from b − A x. Nothing is claimed of it: an iteration whose recurrence meets the
 //! tolerance starts again from the true residual, until that one meets it, no longer halves, or the iterations run out.
@@ -55,7 +56,7 @@ pub(super) trait Krylov {
 /// Iterates until ‖b − A x‖₂ ≤ `tolerance` · `scale`, with `scale` = ‖b‖₂, or `limit` iterations are made.
 ///
 /// # Errors
-/// Those of the method.
+/// The errors of the method.
 pub(super) fn run(
     method: &mut impl Krylov,
     scale: f64,

@@ -20,9 +20,10 @@
 //! none of these, and is for indefinite systems that have no S. What it stalls at is less than on S, which has lost digits
 //! in its forming: errors of 10⁻¹⁵ at ratio 10⁶.
 //!
-//! Of a singular A it finds a solution if there is one. If there is none it ends at a residual r with A P⁻¹ r = 0, and says
-//! that A is singular (the test of Choi, Paige and Saunders, *MINRES-QLP: A Krylov Subspace Method for Indefinite or
-//! Singular Symmetric Systems*, 2011; the x of least norm that MINRES-QLP finds then solves nothing).
+//! For a singular A it finds a solution if one exists. Otherwise it ends at a residual r with A P⁻¹
+//! r = 0 and reports that A is singular (the test of Choi, Paige and Saunders, *MINRES-QLP: A
+//! Krylov Subspace Method for Indefinite or Singular Symmetric Systems*, 2011; the x of least norm
+//! that MINRES-QLP finds then solves nothing).
 
 mod preconditioner;
 

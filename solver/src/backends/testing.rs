@@ -1,4 +1,4 @@
-//! What every backend over a library has to get right, as tests that take the backend.
+//! Tests that every backend over a library must pass; each takes the backend.
 
 #![allow(dead_code)] // where no backend that uses it is compiled in
 
@@ -65,7 +65,7 @@ pub(crate) fn quasi_definite(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlock
         a.block_mut(pattern.column(j).start)
             .iter_mut()
             .for_each(|v| *v *= -1e-4);
-        // What couples two blocks of Σ has to be as small.
+        // Couplings between two blocks of Σ must be as small.
         for k in pattern
             .column(j)
             .filter(|&k| pattern.row(k) > j && pattern.row(k) % 2 == 1)
@@ -160,7 +160,7 @@ pub(crate) fn solves_positive_definite(solver: &mut dyn LinearSolver) {
     }
 }
 
-/// The same for quasi-definite systems.
+/// Quasi-definite systems of all patterns, with new values on the same analysis.
 pub(crate) fn solves_quasi_definite(solver: &mut dyn LinearSolver) {
     for pattern in patterns() {
         solver.analyze(&pattern).unwrap();

@@ -325,7 +325,7 @@ mod tests {
         solver.analyze(&pattern).unwrap();
         for (values, estimate) in [
             ([4.0, 0.0, 1.0], 0.5..=1.0),
-            // Of the matrix whose rows and columns are scaled.
+            // The estimate is that of the matrix with scaled rows and columns.
             ([1.0, 1e-20, 1e-38], 0.1..=1.0),
             ([1.0, 1.0, 1.0 + 1e-12], 0.0..=1e-11),
         ] {

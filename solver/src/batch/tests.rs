@@ -31,7 +31,7 @@ fn matrix(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlockMatrix {
 
 fn batch(pattern: &Arc<BlockPattern>, count: usize) -> (BatchMatrix, Vec<SymBlockMatrix>) {
     let mut a = BatchMatrix::zeros(pattern.clone(), count).unwrap();
-    // What belongs to no cable is not to be read.
+    // Unused lanes must not be read.
     a.values_mut().fill(f64::NAN);
     let each: Vec<_> = (0..count).map(|c| matrix(pattern, c as u32 + 1)).collect();
     for (cable, one) in each.iter().enumerate() {

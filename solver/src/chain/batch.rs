@@ -35,11 +35,12 @@ pub(crate) trait Values {
     fn copy<I: Isa, const B: usize>(&self, first: usize, size: [usize; 2], to: &mut Full<B>);
 }
 
-/// Those of eight together.
+/// Values of eight chains, interleaved.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Together<'a>(pub(crate) &'a [[f64; LANES]]);
 
-/// Of each apart, for the first and the last four lanes of eight as far as they are worked on.
+/// Values of each chain by itself, for the first and the last four lanes of eight. `None` where
+/// none of the four lanes is in use.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Apart<'a>(pub(crate) [Option<[&'a [f64]; 4]>; 2]);
 
@@ -48,7 +49,7 @@ pub(crate) struct Apart<'a>(pub(crate) [Option<[&'a [f64]; 4]>; 2]);
 pub(crate) struct InOrder {
     size: usize,
     places: Vec<Place>,
-    /// Of two sides.
+    /// Work space for two sides.
     scratch: Box<[ScratchOfEight; 2]>,
 }
 

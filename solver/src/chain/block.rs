@@ -97,8 +97,9 @@ fn fence() {
     compiler_fence(Ordering::SeqCst);
 }
 
-/// Whether `d`, left of a diagonal entry `own`, is a pivot of a positive definite matrix, and more than `least` units of
-/// roundoff of that, in all lanes. Not so for NaN, nor where `own` is infinite.
+/// Returns true if, in all lanes, `d` exceeds `least` u times `own` plus `TINY`: a pivot of a
+/// positive definite matrix that is clear of rounding. `d` is the remainder of the diagonal entry
+/// `own`. False for NaN and for infinite `own`.
 #[inline(always)]
 fn is_pivot<V: Lanes>(d: V, own: V, least: f64) -> bool {
     let least = V::splat(least * f64::ROUNDOFF);

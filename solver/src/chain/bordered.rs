@@ -178,10 +178,10 @@ impl Bordered {
 }
 
 impl Border {
-    /// Of these blocks and their rows in the matrix, beside a chain.
+    /// Border of the blocks `border`, with scalar rows `rows` in the matrix, beside a chain.
     fn new(border: &[usize], rows: &[usize], offsets: Offsets<'_>, places: &Places) -> Self {
         let (dim, size, count) = (offsets.pattern.dim(), places.size, rows.len());
-        // Of each row of the chain its step and its place there; of each of the border its column.
+        // For each chain row, its step and place in it; for each border row, its column.
         let (mut of_chain, mut of_border) = (vec![None; dim], vec![None; dim]);
         for (t, step) in places.steps.iter().enumerate() {
             for (end, place) in step.ends.iter().enumerate() {

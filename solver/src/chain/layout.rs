@@ -82,7 +82,7 @@ pub(super) fn get<V: Lanes>(v: &[f64], at: usize) -> V {
     V::load(&v[at * V::LANES..])
 }
 
-/// The same of vectors of two halves in a list of halves.
+/// Vector of two halves from a list of halves, beginning with half `at`.
 #[inline(always)]
 pub(super) fn pair<Q: Halves>(v: &[f64], at: usize) -> Q {
     Q::load(&v[at * Q::Half::LANES..])

@@ -1,9 +1,9 @@
 //! Leaves: blocks that are eliminated before the chain, since that fills nothing.
 //!
-//! What hangs on a segment of a cable, a hook on a ball joint or a short branch, couples to the joints before and behind
-//! that segment, which couple to each other: a *simplicial* block. With such blocks first the matrix is [L Eᵀ; E C], and
-//! what is left of C, the Schur complement C − E L⁻¹ Eᵀ, has no more blocks than C: a chain, or one with a border, that
-//! the leaves alone had kept from being one.
+//! A hook on a ball joint or a short branch hangs on a segment of a cable. It couples to the joints
+//! before and behind that segment, which couple to each other: a *simplicial* block. With such
+//! blocks first the matrix is [L Eᵀ; E C]. The Schur complement C − E L⁻¹ Eᵀ has no more blocks
+//! than C: it is a chain, or one with a border, that the leaves alone had kept from being one.
 
 use super::patched::{Offsets, Patched};
 use crate::block_ldlt::{Pivots, factor_diagonal};
@@ -57,7 +57,7 @@ struct Coupling {
     rows: Range<usize>,
     /// Its first value, as that of the diagonal block.
     from: usize,
-    /// Whether the matrix stores Eᵀ.
+    /// True if the matrix stores Eᵀ.
     transposed: bool,
     /// Where E L⁻ᵀ D⁻¹ and E L⁻ᵀ are kept.
     values: Range<usize>,
@@ -76,17 +76,18 @@ struct Update {
 /// Taken is what keeps its neighbours from being a chain: a block with two or more of them, or the only one of a block
 /// with three.
 ///
-/// What a block comes by changes with every leaf that is taken beside it. Where very many hang on one block it is looked up
-/// anew [`PATIENCE`] times a block, and then taken as it was known, so that the time stays in proportion to the pattern.
+/// The priority of a block changes with every leaf that is taken beside it. It is recomputed at
+/// most [`PATIENCE`] times the number of blocks; after that a block is taken with its last known
+/// priority. The time thus stays in proportion to the pattern where very many blocks hang on one.
 fn split(pattern: &BlockPattern) -> (Vec<usize>, Vec<usize>) {
     let blocks = pattern.blocks();
     let neighbours = neighbours(pattern);
-    // Those that are no leaves yet.
+    // Neighbours of each block that are not leaves yet.
     let mut count: Vec<usize> = neighbours.iter().map(Vec::len).collect();
     let mut is_leaf = vec![false; blocks];
     let coupled = |a: usize, b: usize| pattern.find(a.max(b), a.min(b)).is_some();
-    // What a block comes by: the neighbours of its neighbours; of equals how far these are in the order, which a
-    // cable's next joint is not.
+    // Priority of a block, largest first: the number of its neighbours' neighbours, then the
+    // largest distance to a neighbour in the order, which is short for a cable's next joint.
     let wanted = |block: usize, count: &[usize], is_leaf: &[bool]| {
         let size = pattern.size(block);
         if !(1..=MOST_NEIGHBOURS).contains(&count[block]) || !(1..=MOST_ROWS).contains(&size) {
@@ -453,7 +454,7 @@ mod tests {
         ];
         let (found, others) = leaves(&[5; 10], &[chain.as_slice(), &hooks].concat());
         assert_eq!(others, (0..6).collect::<Vec<_>>(), "{found:?}");
-        // Of a ring nothing is simplicial; its hook is.
+        // No block of a ring is simplicial; its hook is.
         let mut ring = [chain.as_slice(), &[(0, 5), (0, 6), (5, 6)]].concat();
         assert_eq!(leaves(&[6; 7], &ring).0, vec![6]);
         // One that couples to blocks that are not coupled to each other is none.

@@ -67,7 +67,7 @@ impl Offsets<'_> {
         self.patched.get(&k).copied().unwrap_or_else(own)
     }
 
-    /// Whether this is the first value of a patch.
+    /// Returns true if `first` is the first value of a patch.
     pub(super) fn is_patch(self, first: usize) -> bool {
         first >= self.pattern.stored_values()
     }

@@ -65,7 +65,7 @@ pub(super) fn in_order(pattern: &BlockPattern, chain: &[usize]) -> Vec<Place> {
 pub(super) struct Step {
     /// The block of each elimination: up from the first block, down from the last.
     pub(super) ends: [Place; 2],
-    /// Whether these blocks and their couplings are there in full size.
+    /// True if these blocks and their couplings exist in full size.
     pub(super) full: bool,
 }
 
@@ -81,7 +81,7 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// Of some blocks (ascending), as far as [`size_of_chain`] allows.
+    /// Places of the blocks `chain` (ascending); `None` unless [`size_of_chain`] accepts them.
     pub(super) fn new(offsets: Offsets<'_>, chain: &[usize]) -> Option<Self> {
         let size = size_of_chain(offsets.pattern, chain)?;
         let blocks = chain.len();

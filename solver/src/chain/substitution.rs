@@ -5,7 +5,7 @@ use taut_lanes::{Halves, Lanes};
 
 /// The numbers of a step, as vectors.
 pub(super) trait Numbers<V>: Copy {
-    /// The same without those from `end` on, so that one check serves for all that come before.
+    /// The numbers before index `end`. One bounds check then serves all of them.
     fn until(self, end: usize) -> Self;
 
     /// The number at that place.

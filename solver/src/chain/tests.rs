@@ -26,7 +26,7 @@ fn matrix(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlockMatrix {
         let block = a.block_mut(pattern.column(j).start);
         for r in 0..n {
             for c in 0..r {
-                // What stands above the diagonal is not to be read.
+                // Entries above the diagonal must not be read.
                 block[c + n * r] = 1e9;
             }
             block[r * (n + 1)] = 3.0 + n as f64 + noise();

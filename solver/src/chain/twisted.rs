@@ -114,7 +114,7 @@ pub(super) fn add<V: Halves>(v: V) -> V {
     V::both(v.lower() + v.upper())
 }
 
-/// The same of each half.
+/// The sum of both lanes of each half, in both lanes of that half.
 #[inline(always)]
 pub(super) fn add_in_halves<V: Halves<Half: Halves>>(v: V) -> V {
     V::join(add(v.lower()), add(v.upper()))
@@ -382,7 +382,7 @@ impl<const B: usize, const BORDER: bool> Kernel for Forward<'_, B, BORDER> {
     }
 }
 
-/// What the rows `y` of step `t` add to Uᵀ y.
+/// Adds the part of step `t`, with rows `y`, to the sums Uᵀ y.
 #[inline(always)]
 fn add_to_sums<V: Lanes, const B: usize>(u: &[f64], t: usize, y: &[V; B], sums: &mut [f64]) {
     let columns = columns_of(u, B, sums.len() / 2, t);

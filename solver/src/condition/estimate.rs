@@ -16,7 +16,7 @@ const SMALL: usize = 16;
 /// a factor of 3: `solve(x, false)` is x ← A⁻¹ x, `solve(x, true)` is x ← A⁻ᵀ x. Allocates.
 ///
 /// # Errors
-/// Those of `solve`.
+/// The errors of `solve`.
 pub fn inverse_norm(
     dim: usize,
     solve: impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
@@ -33,7 +33,7 @@ pub(super) fn alternate(x: &mut [f64]) {
     }
 }
 
-/// What an estimate shows.
+/// Result of a norm estimate.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Longest {
     /// ‖y‖₁ of the longest product y.
@@ -191,8 +191,8 @@ pub(super) fn unit(x: &mut [f64], at: usize) {
 mod tests {
     use super::*;
 
-    /// Of a line of neighbours without a diagonal, and with shifts: A⁻¹ is of ±1 and zeros, so that starts of equal numbers end
-    /// in a tie.
+    /// Matrices of a line of neighbours, without a diagonal and with shifts. Without one, A⁻¹ holds
+    /// ±1 and zeros, so that equal starting numbers end in a tie.
     #[test]
     fn the_estimate_is_near_the_norm() {
         let dense = "dense:double".parse().expect("a backend");

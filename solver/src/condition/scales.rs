@@ -34,8 +34,9 @@ impl Scales {
         self.columns.iter_mut().for_each(|c| *c = over(*c));
     }
 
-    /// The same for a factorisation, which leaves rows and columns of sizes within a million of each other as they are:
-    /// scaling would exchange other rows for nothing. Whether it scales.
+    /// Sets the scales for a factorisation; returns true if it scales. Where row scales and column
+    /// scales each lie within a factor of 2²⁰, all scales are 1: scaling would change the row
+    /// exchanges to no benefit.
     pub(crate) fn of_uneven(
         &mut self,
         entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
@@ -79,7 +80,7 @@ impl Scales {
             &self.columns
         };
         let of = |(v, s): (&f64, &f64)| if is_residual { v * s } else { v / s };
-        // What is no number stays.
+        // A NaN stays the maximum.
         v.iter().zip(scales).map(of).fold(0.0, |most: f64, v| {
             if most.is_nan() || v.abs() <= most {
                 most

@@ -1,4 +1,4 @@
-//! What is done where Newton's method stalls: the problem with more regularisation, less and less of it.
+//! Continuation in the regularisation where Newton's method stalls: it starts large and is reduced.
 //!
 //! The scaled operator plus δ I has a condition of about 1/δ, so contacts that repeat each other no longer decide which of
 //! them is active. At each δ the convex problem for the slips of the last solution gives a start from which Newton solves

@@ -1,7 +1,7 @@
-//! The convex problem that Coulomb's law is for given slips, by Newton with an exact line search.
+//! Coulomb's law with given slips is a convex problem; Newton's method with an exact line search.
 //!
 //! With s = |u_T| of each contact given, the law is K* ∋ u + μ s e_N ⟂ x ∈ K, K the friction cone (De Saxcé & Feng 1998).
-//! Of W = W₀ + Σ its solution is the minimum of (Castro et al. 2022)
+//! With W = W₀ + Σ its solution is the minimum of (Castro et al. 2022)
 //!   f(z) = ½ zᵀ W₀ z + Σᵢ ½ σᵢ |x(z)ᵢ|², x(z)ᵢ = P_K(−(W₀ z + q + μ s e_N)ᵢ / σᵢ), ∇f = W₀ (z − x(z)).
 //! Newton's step solves (I + D W₀) dz = x(z) − z with D = −∂x/∂u. That is a [`Step`] for z + dz: rays of the cone are both
 //! column and row, and across a ray γ = σ (1/α − 1) with the slope α = μ x_N / |y_T| of the projection of y there.

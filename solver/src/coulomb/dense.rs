@@ -214,7 +214,7 @@ fn factors_of_column<V: Lanes>(packed: &[f64], at: usize, inverse: &[f64; PANEL]
     std::array::from_fn(|p| block[p * V::LANES + at % V::LANES] * inverse[p])
 }
 
-/// The same of another row, which holds them.
+/// The panel's factors of an unsymmetric row, which stores them.
 #[inline(always)]
 fn factors_of_row(row: &[f64]) -> [f64; PANEL] {
     let mut factors = [0.0; PANEL];

@@ -105,7 +105,7 @@ impl Step {
         done
     }
 
-    /// Whether W is positive definite to rounding.
+    /// Returns true if W is positive definite to rounding.
     pub(super) fn is_definite(&mut self, problem: &Scaled) -> bool {
         self.clear();
         (0..problem.n).for_each(|i| self.stick(i, 0.0));

@@ -24,7 +24,7 @@ const ROUNDS: usize = 4;
 #[derive(Debug, Default)]
 pub(super) struct Sticking {
     order: Vec<usize>,
-    /// Whether each contact is one of N.
+    /// True for each contact of N.
     moves: Vec<bool>,
     /// The problem of N, what its steps work in, its start, and its best impulses.
     rest: Scaled,
@@ -99,7 +99,8 @@ impl Sticking {
         ((problem.n - leading) as f64 <= most).then_some(leading)
     }
 
-    /// What the problem of the others has of the whole, and its start.
+    /// Copies friction, regularisation, roots and impulses of the contacts of N into their problem
+    /// and its start.
     fn begin_rest(&mut self, problem: &Scaled, leading: usize) {
         let (rest, others) = (&mut self.rest, &self.order[leading..]);
         rest.n = others.len();

@@ -39,7 +39,7 @@ impl<const B: usize> Kernel for Fill<'_, B> {
                 }
             }
         }
-        // Of the diagonal the lower triangle counts.
+        // The lower triangle defines a diagonal block: copy it to the upper one.
         for &first in &slices.start[..slices.start.len() - 1] {
             let to = &mut slices.values[ROWS * B * B * first..][..ROWS * B * B];
             for c in 0..B {
@@ -124,7 +124,7 @@ impl<const B: usize> Kernel for Invert<'_, B> {
                 }
             }
             if !sources[first].full || sources[first].blocks.contains(&None) {
-                // What is padded has a pivot too.
+                // Padded rows get 1 on the diagonal: they need a pivot.
                 let sizes = sources[first]
                     .blocks
                     .map(|b| b.map_or(0, |(_, [rows, _])| rows));
@@ -217,7 +217,7 @@ fn rows<const B: usize>(x: &[f64], stride: usize) -> [&[f64]; B] {
     rows
 }
 
-/// Those to be written.
+/// The rows of a vector, mutable.
 #[inline(always)]
 fn rows_mut<const B: usize>(x: &mut [f64], stride: usize) -> [&mut [f64]; B] {
     let mut rest = x;

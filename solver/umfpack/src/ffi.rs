@@ -51,7 +51,7 @@ unsafe extern "C" {
     fn umfpack_di_free_numeric(numeric: *mut *mut c_void);
 }
 
-/// What a call reports besides its status.
+/// Statistics of a call.
 pub(crate) type Info = [f64; INFO];
 
 /// The settings of all calls.

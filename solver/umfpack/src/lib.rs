@@ -21,8 +21,9 @@
 //!
 //! # Mathematics
 //!
-//! Of a square A of n rows, scaled by rows with R: P R A Q = L U, where Q is chosen in the analysis to keep fill small and
-//! P in the factorisation, for stability; then x = Q U⁻¹ L⁻¹ P R b, refined by x ← x + A⁻¹(b − A x). Numbers have no unit.
+//! A square A of n rows, scaled by rows with R, is factorised as P R A Q = L U. The analysis
+//! chooses Q to keep fill small, the factorisation chooses P for stability. Then x = Q U⁻¹ L⁻¹ P R
+//! b, refined by x ← x + A⁻¹(b − A x). Numbers have no unit.
 //!
 //! # Map
 //!
@@ -94,7 +95,7 @@ pub enum Strategy {
     Symmetric,
 }
 
-/// What UMFPACK divides each row by before it factorises.
+/// Divisor of each row before the factorisation.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scaling {
@@ -171,7 +172,7 @@ impl fmt::Debug for Symbolic {
     }
 }
 
-/// What a factorisation cost.
+/// Size, work and pivots of a factorisation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FactorInfo {
     /// The entries of L, with its diagonal.
@@ -188,7 +189,7 @@ pub struct FactorInfo {
     pub peak_memory: u64,
 }
 
-/// What a solve did.
+/// Work and backward errors of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveInfo {
     /// Steps of iterative refinement that were taken.
@@ -283,7 +284,7 @@ impl Numeric {
         self.solve_system(ffi::A, (col_ptr, row_idx, values), b, x)
     }
 
-    /// The same for `Aᵀ x = b`.
+    /// Solves `Aᵀ x = b`.
     ///
     /// # Errors
     ///
@@ -318,7 +319,7 @@ impl Numeric {
         })
     }
 
-    /// What the last factorisation that succeeded cost.
+    /// Size, work and pivots of the last factorisation that succeeded.
     #[must_use]
     pub fn info(&self) -> FactorInfo {
         self.info

@@ -1,10 +1,11 @@
-//! What a seed stands for: a matrix of some kind, rank and scaling, with what files have besides.
+//! Draws the system of a seed: a matrix of some kind, rank and scaling, written as a file might be,
+//! with explicit zeros, repeated entries, empty rows and blocks.
 
 use crate::random::Random;
 use taut_ground::matrix::market::Market;
 use taut_solver::DoubleDouble;
 
-/// What matrices are made as.
+/// Structure of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Springs of a net that some of its nodes hold.
@@ -19,11 +20,11 @@ pub enum Kind {
     Unsymmetric,
     /// Triangular, rows and columns permuted.
     Triangular,
-    /// A line of neighbours with the same number on the diagonal, 0 as often as not.
+    /// A line of neighbours, with one number on the whole diagonal, often 0.
     Path,
-    /// The same with all neighbours of one.
+    /// As `Path`, but the first is the neighbour of all others.
     Star,
-    /// The same in rows and columns.
+    /// As `Path`, with neighbours in the rows and columns of a grid.
     Grid,
     /// Each row that before it, turned by one; symmetric or not.
     Circulant,
@@ -47,14 +48,14 @@ const KINDS: [Kind; 13] = [
     Kind::Growth,
 ];
 
-/// What is done to its rank.
+/// Dependence of a row or column on others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rank {
-    /// Nothing.
+    /// None is made.
     Full,
     /// A row (and column) is the sum of others, of whole numbers.
     Exact,
-    /// The same of parts, to rounding.
+    /// As `Exact`, with real factors: the sum holds to rounding.
     Rounded,
 }
 
@@ -78,9 +79,7 @@ pub enum Scaling {
 /// The system of a seed.
 #[derive(Debug, Clone)]
 pub struct Drawn {
-    /// What it is made as.
     pub kind: Kind,
-    /// What is done to its rank.
     pub rank: Rank,
     /// How it is scaled.
     pub scaling: Scaling,
@@ -96,7 +95,7 @@ struct Made {
 }
 
 impl Drawn {
-    /// That of a seed.
+    /// Draws the system of `seed`.
     #[must_use]
     pub fn of_seed(seed: u64) -> Self {
         let random = &mut Random::new(seed);

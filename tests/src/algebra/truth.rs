@@ -10,20 +10,20 @@ const ZERO: f64 = 1e-27;
 /// A prime. Doubles are whole numbers times powers of two, so that determinants by it are exact but for their multiples of it.
 const PRIME: u128 = (1 << 61) - 31;
 
-/// What is so.
+/// A drawn system's right-hand side, solution and conditions.
 #[derive(Debug, Clone)]
 pub struct Truth {
     /// ‖A‖∞ ‖A⁻¹‖∞.
     pub condition: f64,
-    /// The same of R A C, rows and columns scaled to a largest entry of about 1.
+    /// Condition of R A C in the ∞-norm: rows and columns are scaled to a largest entry of about 1.
     pub scaled: f64,
-    /// The same of S⁻¹ A S⁻¹ with sᵢ² the largest entry of row i.
+    /// Condition of S⁻¹ A S⁻¹ in the ∞-norm, with sᵢ² the largest entry of row i.
     pub symmetrically_scaled: f64,
     /// A right-hand side.
     pub b: Vec<f64>,
     /// Its solution; none of a singular matrix.
     pub x: Option<Vec<f64>>,
-    /// Whether the determinant is not 0, whatever digits that takes.
+    /// True if the determinant of the entries as stored is not 0, whatever digits that takes.
     pub regular: bool,
     /// Scales of the columns, C; of a definite matrix the S⁻¹ by which its elimination is judged, since units of such a matrix
     /// are those of rows and columns at once.
@@ -62,7 +62,7 @@ fn residue(x: f64) -> u128 {
     }
 }
 
-/// Whether the determinant is not 0.
+/// True if the determinant is not 0 modulo [`PRIME`].
 fn is_regular(a: &[Vec<f64>]) -> bool {
     let n = a.len();
     let of_row = |row: &Vec<f64>| row.iter().map(|&v| residue(v)).collect();
@@ -174,7 +174,7 @@ fn norm(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
 }
 
 impl Truth {
-    /// Of a system.
+    /// Solves a drawn system and computes its conditions.
     #[must_use]
     pub fn of(drawn: &Drawn) -> Self {
         let a = drawn.full();
@@ -204,7 +204,7 @@ impl Truth {
             factor.solve(&column)
         };
         let inverse: Vec<Vec<DoubleDouble>> = (0..n).map(unit).collect();
-        // Of B⁻¹, of A⁻¹ = C B⁻¹ R.
+        // Entries of B⁻¹, then of A⁻¹ = C B⁻¹ R.
         let of_scaled = |r: usize, c: usize| inverse[c][r].to_f64();
         let of_matrix = |r: usize, c: usize| columns[r] * of_scaled(r, c) * rows[c];
         let s: Vec<f64> = a

@@ -183,11 +183,12 @@ fn shocked(case: &Case, n: usize) -> bool {
 /// Documented accuracy of the balance in shocks, and elsewhere.
 const SHOCK: f64 = 4e-2;
 const SMOOTH: f64 = 1e-3;
-/// Most that a tumbling body may gain in a bounce, as the limits say: the band that its free rotation keeps its energy in.
+/// Most that a tumbling body may gain in a bounce, as the limits say: the band that its free
+/// rotation keeps its energy in.
 const TUMBLING: f64 = 1e-3;
 
-/// Part of the energy of its rope's ringing that a step does not see: velocities half a step before and after have a mean
-/// that is less by (Ω Δt)²/8.
+/// Part of the energy of its rope's ringing that a step does not see: velocities half a step before
+/// and after have a mean that is less by (Ω Δt)²/8.
 fn rings(case: &Case) -> f64 {
     let masses = case
         .scene
@@ -199,8 +200,8 @@ fn rings(case: &Case) -> f64 {
     (0.25 * stiffness / lightest / (RATE * RATE)).min(1.0)
 }
 
-/// Largest square of the angle \[rad²] that bodies which touch, or a contact's normal, turn by in a sub-step up to step `n`:
-/// the relative error of a step in which shapes roll on each other.
+/// Largest square of the angle \[rad²] that bodies which touch, or a contact's normal, turn by in a
+/// sub-step up to step `n`: the relative error of a step in which shapes roll on each other.
 fn turns(case: &Case, n: usize) -> f64 {
     let substeps = case.choices.steps.substeps as f64;
     let mut most = 0.0_f64;
@@ -217,8 +218,9 @@ fn turns(case: &Case, n: usize) -> f64 {
     most * most
 }
 
-/// Work of the contacts' forces over their gaps in step `n`, and of the weight over the largest gap up to the next step of
-/// what has pressed for two steps: what rolls on a round body leaves it by the square of its turn \[J].
+/// Work of the contacts' forces over their gaps in step `n`, and of the weight over the largest gap
+/// up to the next step of contacts that press in two steps in a row \[J]. A shape that rolls on a
+/// round body leaves it by the square of its turn.
 fn apart(case: &Case, n: usize) -> f64 {
     fn press(m: &Moment) -> impl Iterator<Item = &ContactForce> {
         m.contacts.iter().filter(|c| c.force.norm() > 0.0)
@@ -249,8 +251,9 @@ fn strained(case: &Case, n: usize) -> f64 {
     steps.iter().map(of).fold(case.stretched, f64::max)
 }
 
-/// Work of ropes and links in half a step \[J], where the guard took over or gave back up to step `n`: an implicit step has
-/// the force of its end, a step of the scheme that of its beginning, so that one force counts twice or not at all.
+/// Work of ropes and links in half a step \[J], where the guard took over or gave back up to step
+/// `n`. An implicit step has the force of its end, a step of the scheme that of its beginning, so
+/// that one force counts twice or not at all.
 fn handed_over(case: &Case, n: usize) -> f64 {
     let half = 0.5 / (RATE * case.choices.steps.substeps as f64);
     let of = |m: &Moment| -> f64 {
@@ -495,8 +498,9 @@ fn cone_of_contacts(case: &Case) -> Fault {
     })
 }
 
-/// The step's law, of the velocity that it takes to slip in the middle of the step; blows have another. With the residual r
-/// of a contact whose impulse p moves itself by w p, the projection z = w p − r of w p − u onto the cone has u·z ≤ r·z, so that
+/// The step's law, of the velocity that it takes to slip in the middle of the step; blows have
+/// another. With the residual r of a contact whose impulse p moves itself by w p, the projection
+/// z = w p − r of w p − u onto the cone has u·z ≤ r·z, so that
 ///
 /// ```text
 /// w p·u ≤ r·(u + w p) − r²,      p·u ≤ |r| |p| + (|r|/w) |u|
@@ -617,8 +621,9 @@ fn pushed(case: &Case) -> Fault {
     })
 }
 
-/// The order that a case converges with where nothing is sudden in it and its steps resolve what it does: the logarithm of
-/// how many times less the second halving of the step changes than the first.
+/// Order of convergence of a case in which nothing is sudden and whose steps resolve its motion:
+/// the binary logarithm of how many times less the second halving of the step changes than the
+/// first.
 #[must_use]
 pub fn order(case: &Case) -> Option<f64> {
     let steps = case.run.steps.len().checked_sub(1)?;

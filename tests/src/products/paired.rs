@@ -49,8 +49,9 @@ pub(super) fn estimated(case: &Case) -> Fault {
     differs(&case.run, &again(case, other, steps())?, 0)
 }
 
-/// A swing may be off by the distance, and a creep goes on by it in each period. Left out: unstable rest without friction,
-/// where a creep grows, and what an event lets go, with the velocity that a swing has then.
+/// A swing may be off by the distance, and a creep goes on by it in each period. Left out: unstable
+/// rest without friction, where a creep grows, and bodies that an event lets go, with the velocity
+/// that a swing has then.
 pub(super) fn asleep(case: &Case) -> Fault {
     let c = &case.choices;
     if c.friction == 0.0 && matches!(c.other, Some(Other::Under { .. })) {
@@ -114,8 +115,9 @@ fn refinements(choices: &Choices) -> Option<[f64; 2]> {
 /// by at most twice as much as the first halving. Where shapes meet or ropes close within a step,
 /// half a step of the fastest motion and of its fall are allowed besides.
 pub(super) fn refined(case: &Case) -> Fault {
-    // Times of bounces are known to a step, a rope at its breaking force breaks or not, one that rings is let go in any phase, and
-    // friction wedges what a link holds or does not. Ten runs more of faces on faces would take seconds.
+    // Times of bounces are known to a step. A rope at its breaking force breaks or not. A rope that
+    // rings is let go in any phase. Friction wedges what a link holds or does not. Ten runs more of
+    // faces on faces would take seconds.
     let c = &case.choices;
     let touches = c.ground.is_some() || c.other.is_some();
     let bounces = c.restitution > 0.0;

@@ -26,14 +26,16 @@ fn mean_gap(phi: [f64; 4]) -> f64 {
     c + 0.5 * (d - 2.0 * c + b) - 0.1 * (d - 3.0 * c + 3.0 * b - a)
 }
 
-/// Farthest that a gap goes in the steps beside t: its rate at t is the mean of theirs, or that at the end of the first.
+/// Farthest that a gap goes in the steps beside t: its rate at t is the mean of theirs, or that at
+/// the end of the first.
 fn way(phi: [f64; 4]) -> f64 {
     let bends = 0.5 * (phi[3] - 2.0 * phi[2] + phi[1]).abs();
     (phi[3] - phi[2]).abs().max((phi[2] - phi[1]).abs()) + bends
 }
 
-/// Largest gap that a slack part may have in the eyes of the step: one that crosses its length takes the mean of a hat about
-/// t, up to a sixth of its way in a step, besides what the scheme adds for the gaps before and after.
+/// Largest gap that a slack part may have in the eyes of the step. A part that crosses its length
+/// takes the mean of a hat about t, up to a sixth of its way in a step, besides what the scheme
+/// adds for the gaps before and after.
 fn largest_mean(phi: [f64; 4]) -> f64 {
     let way = way(phi);
     let crosses = phi[2] > -way;
@@ -44,8 +46,8 @@ fn largest_mean(phi: [f64; 4]) -> f64 {
     beside.max(0.0) + if crosses { way / 6.0 } else { 0.0 }
 }
 
-/// Parts that a cable slips between, together: what slips shortens one by what it adds to the next, so that only their sum
-/// tells a slack cable.
+/// Groups of parts that a cable slips between. Slip shortens one part by as much as it lengthens
+/// the next, so that only their sum tells a slack cable.
 fn chains(m: &Moment) -> Vec<Vec<&Part>> {
     let mut chains: Vec<Vec<&Part>> = m.parts.iter().map(|part| vec![part]).collect();
     for wheel in &m.wheels {
@@ -64,7 +66,8 @@ pub(super) fn slack(case: &Case) -> Fault {
         if let Some(part) = m.parts.iter().find(|part| part.tension < -noise) {
             return Some(format!("{part:?} pushes"));
         }
-        // A blow is in the velocities that a step ends with, and not in the tension: two steps remember the rate before.
+        // A blow is in the velocities that a step ends with, and not in the tension: two steps
+        // remember the rate before.
         let near = &case.run.steps[n.saturating_sub(2)..=n];
         let touches = near.iter().any(|m| m.report.contacts.touching > 0);
         let blows = case.choices.restitution > 0.0 && touches;
@@ -99,8 +102,9 @@ pub(super) fn slack(case: &Case) -> Fault {
     })
 }
 
-/// By how much the path of a part is longer at the end of step `n` than its rates say, twofold: of points that go round in a
-/// circle about its other end, as long as the part is now, or about the body's centre \[m].
+/// Twice the length by which the path of a part at the end of step `n` exceeds that of its rates
+/// \[m]: points go round in a circle about the part's other end, as long as the part is now, or
+/// about the body's centre.
 fn turning(case: &Case, n: usize, part: &Part) -> f64 {
     let bodies = &case.run.steps[n].bodies;
     let rope = case.choices.rope.as_ref();

@@ -13,11 +13,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Longest name that is a part of another one: file systems take 255 bytes.
 const LONGEST: usize = 200;
 
-/// What follows the place's name in that of a part, and its end.
+/// Marker before the process id in the name of a part.
 const OF_PROGRAM: &str = "taut-";
 const END: &str = ".part";
 
-/// What is to become a file, beside it; gone unless it takes the place.
+/// A temporary file beside its place. Dropping it removes it unless it has taken the place.
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) file: File,
@@ -25,7 +25,7 @@ pub(super) struct Part {
     place: PathBuf,
 }
 
-/// What the names of a place's parts begin with.
+/// Common prefix of the names of all parts of `place`.
 fn beginning(place: &Path) -> OsString {
     let name = place.file_name().unwrap_or_default();
     let mut all = OsString::from(".");
@@ -127,7 +127,8 @@ fn program(rest: &[u8]) -> Option<u32> {
     program.parse().ok()
 }
 
-/// Whether a program of this number is seen to run: one that has just made its part may not hold the lock yet.
+/// True if `/proc` lists the process `program`. A running process that has just made its part may
+/// not hold the lock yet.
 fn is_running(program: u32) -> bool {
     Path::new("/proc").join(program.to_string()).exists()
 }
@@ -171,7 +172,7 @@ mod tests {
         for name in left.iter().chain(&others) {
             fs::write(at.join(name), b"left").expect("writable");
         }
-        // Of a program that is there.
+        // A part that its writer still locks.
         let held = at.join(".r.tape.taut-4194305-3.part");
         let held_file = File::create(&held).expect("writable");
         held_file.try_lock().expect("locked");

@@ -105,7 +105,7 @@ pub struct Condition {
     pub scaled: f64,
 }
 
-/// What the backends find of a matrix.
+/// Regularity of a matrix, judged by the results of the backends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Regularity {
     /// One solves it.

@@ -274,8 +274,8 @@ fn singular(a: &Matrix) -> String {
     }
 }
 
-/// What a backend says that refuses, with rows, or blocks of several, counted as in the file; of a regular matrix that has a
-/// solution no less.
+/// Message of a backend's refusal. Rows, or blocks of several rows, are counted as in the file. If
+/// a pivot vanishes though the matrix is regular, the message says so and suggests other backends.
 fn refusal(
     e: &SolveError,
     problem: &Problem<'_>,

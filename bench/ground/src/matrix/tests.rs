@@ -250,7 +250,7 @@ fn a_singular_matrix_is_said_to_be_singular_and_where_it_is_empty() {
             rows(&[&[1.0, 2.0, 3.0], &[4.0, 5.0, 6.0], &[7.0, 8.0, 9.0]]),
             to_rounding,
         ),
-        // Of two rows of a length of 10⁻⁸ of the first the second is twice the first.
+        // Rank 1: row 2 is 10⁻²⁰ times row 1, row 3 is twice row 2.
         (
             rows(&[
                 &[3e11, 7e11, 1e11],
@@ -273,7 +273,7 @@ fn a_singular_matrix_is_said_to_be_singular_and_where_it_is_empty() {
         ),
         (line(3), to_rounding),
         (line(21), to_rounding),
-        // What is missing shows at the last pivot alone.
+        // Row 4 is the sum of the others: only the last pivot vanishes.
         (
             rows(&[
                 &[2.0, 1.0, 0.0, 3.0],
@@ -354,7 +354,7 @@ fn zeros_of_a_file_are_counted_and_dropped() {
     let n = 4000;
     let mut entries: Vec<_> = (0..n).map(|i| (i, i, 4.0)).collect();
     entries.extend((1..n).flat_map(|i| [(i, i - 1, -1.0), (i - 1, i, -1.0)]));
-    // Of all rows, far from the diagonal.
+    // Zeros in all rows, most of them far from the diagonal.
     entries.extend((0..10 * n).map(|k| (k % n, (k * 7919 + k / n * 31 + 13) % n, 0.0)));
     let results = results(&general(n, &entries));
     assert!(results.about.zeros > 35_000, "{}", results.about.zeros);

@@ -62,7 +62,7 @@ fn a_request_names_one_host() {
     }
 }
 
-/// What a viewer leaves behind is what it was the last to set.
+/// A viewer that goes away leaves the controls that it was the last to set to other than zero.
 #[test]
 fn the_last_to_drive_a_control_leaves_it() {
     let shared = shared();

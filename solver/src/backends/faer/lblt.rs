@@ -34,7 +34,7 @@ pub(super) struct Lblt {
     pivots: Vec<f64>,
     memory: MemBuffer,
     singularity: SingularityTest,
-    /// Whether the last B is a positive diagonal.
+    /// True if the last B is a positive diagonal.
     positive: bool,
 }
 
@@ -88,12 +88,12 @@ impl Lblt {
         self.factor.values.len()
     }
 
-    /// Whether a pivot of the last factor was weak.
+    /// Returns true if the singularity test leaves the last factor in doubt.
     pub(super) fn is_doubtful(&self) -> bool {
         self.singularity.is_doubtful()
     }
 
-    /// Whether all pivots of the last factor are positive.
+    /// Returns true if the last B is a positive diagonal.
     pub(super) fn is_positive(&self) -> bool {
         self.positive
     }

@@ -1,8 +1,9 @@
-//! Whether an iteration that does not converge is slow, or its matrix singular.
+//! Distinguishes slow convergence from a singular matrix.
 //!
-//! Of a singular A the sweeps find a solution if there is one. If there is none, each sweep at last moves x by the same
-//! d, a null vector of A, and the residual stays. An iteration that ends so without having converged tells it from slow
-//! convergence by the sweep itself, which without b leaves a null vector as it is.
+//! For a singular A the sweeps find a solution if one exists. If none exists, each sweep finally
+//! moves x by the same d, a null vector of A, and the residual stays. A sweep with b = 0 leaves a
+//! null vector unchanged: this tells a singular A from slow convergence once an iteration has ended
+//! that way.
 
 use super::Plan;
 use crate::SymBlockMatrix;
@@ -27,7 +28,7 @@ impl Plan {
         let largest = crate::norm_inf(&d);
         let mut found = None;
         if largest > 0.0 && largest.is_finite() {
-            // Of size 1, so that no square over- or underflows.
+            // Scaled to ‖d‖∞ = 1: no square over- or underflows.
             d.iter_mut().for_each(|d| *d /= largest);
             let zeros = std::mem::take(&mut self.zeros);
             let mut before = f64::INFINITY;

@@ -291,7 +291,7 @@ fn residual<V: Lanes, W: Lanes, const B: usize>(
         let x = &x[entry.first..entry.first + entry.columns];
         let (columns, _) = block.as_chunks::<B>();
         match (columns.first_chunk::<B>(), x.first_chunk::<B>()) {
-            // Of a constant number.
+            // A constant number of columns, which the compiler unrolls.
             (Some(columns), Some(x)) if entry.columns == B => {
                 subtract_columns(&mut sums, columns, x);
             }

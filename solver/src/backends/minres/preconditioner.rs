@@ -19,7 +19,7 @@ pub(super) struct DiagonalBlocks {
     inverse_pivots: Vec<f64>,
     /// Largest magnitude that each pivot was made from, length `dim`.
     scale: Vec<f64>,
-    /// Whether each block of the matrix is positive definite.
+    /// True for each diagonal block that is positive definite.
     definite: Vec<bool>,
     /// The other blocks of each block row and column: its index, and that of the stored block.
     neighbours: Vec<Vec<(usize, usize)>>,

@@ -84,7 +84,7 @@ struct Touch {
     place: [f64; 3],
     /// Towards the upper one.
     normal: [f64; 3],
-    /// What is added to the normal velocity.
+    /// Addition to the normal velocity.
     recovery: f64,
     friction: f64,
 }
