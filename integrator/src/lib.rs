@@ -43,7 +43,7 @@
 //! number by number ([`taut_model::BodyVectors`]), so that neighbours fill a vector; joints stand in packs of eight
 //! ([`taut_model::JointLanes`]). Constraints that are no joints, and bodies without an axis of symmetry, go one by one.
 //!
-//! Whole scenes do not go side by side: steps of eight hoists whose systems [`taut_solver::BatchBanded`] solved together
+//! Whole scenes do not go side by side: steps of eight hoists whose systems were eliminated together, one in each lane,
 //! took 0.9 of their time one by one with 8 segments, 0.98 with 24 and 1.02 to 1.06 with 100. Nor do they share the other
 //! phases: of eight hoists of 24 segments in one scene, joint k of each in the lanes of one vector, linearising takes 0.75
 //! of its time one by one, updating 0.52, assembling more (AVX-512).

@@ -59,7 +59,6 @@
 //! | `entry`, `foreign`, `checked` | how a solver is listed; solvers of other crates; a guard around them |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
 //! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
-//! | `batch` | many chains of equal pattern, one in each lane of a vector |
 //! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
 //! | `slices` | matrices and vectors four block rows abreast, for products |
 //! | [`clock`] | times that are measured |
@@ -93,7 +92,6 @@ pub mod agreement;
 mod auto;
 mod backend;
 mod backends;
-mod batch;
 mod block_ldlt;
 mod chain;
 mod checked;
@@ -130,9 +128,6 @@ pub use accuracy::{
 };
 pub use auto::Chosen;
 pub use backend::{Backend, ParseBackendError};
-pub use batch::{
-    BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
-};
 pub use checked::{Checked, Fault};
 pub use condition::inverse_norm;
 pub use convert::ConvertError;

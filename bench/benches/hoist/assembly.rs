@@ -16,7 +16,7 @@ pub(crate) fn assembly(c: &mut Criterion) {
     let forms = [Form::Schur, Form::Kkt].map(|form| (form, backend(form)));
     for (form, backend) in forms {
         for segments in SEGMENTS {
-            let hoist = Joint::Cosserat.hoist(segments, 1e3, 0).build();
+            let hoist = Joint::Cosserat.hoist(segments, 1e3).build();
             let options = StepOptions {
                 form,
                 refinements: 0,

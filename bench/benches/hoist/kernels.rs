@@ -1,10 +1,9 @@
-//! `kernels/chain-B/N`: factorisation and solve of one cable with joints of B rows between its N segments;
-//! `kernels/batch-B/N`: of eight of them side by side. Joints a second, of all cables.
+//! `kernels/chain-B/N`: factorisation and solve of a cable with joints of B rows between its N segments, in joints a second.
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use std::hint::black_box;
-use taut_solver::{Backend, BatchBanded, BatchMatrix, batch_index, batch_len};
-use taut_studies::kernels::{BATCH, Case, Joint};
+use taut_solver::Backend;
+use taut_studies::kernels::{Case, Joint};
 
 const SEGMENTS: [usize; 3] = [24, 100, 1000];
 
@@ -31,36 +30,6 @@ pub(crate) fn kernels(c: &mut Criterion) {
                 });
             });
         }
-        let (batch, rhs) = side_by_side(&case);
-        let mut x = vec![0.0; rhs.len()];
-        let mut solver = BatchBanded::new(a.pattern(), BATCH).expect("the cable is a chain");
-        group.throughput(Throughput::Elements(joints * BATCH as u64));
-        let id = BenchmarkId::new(format!("batch-{}", joint.rows()), segments);
-        group.bench_function(id, |bencher| {
-            bencher.iter(|| {
-                solver
-                    .factorize(black_box(&batch))
-                    .expect("the matrices are sound");
-                solver
-                    .solve(black_box(&rhs), &mut x)
-                    .expect("the systems solve");
-            });
-        });
     }
     group.finish();
-}
-
-fn side_by_side(case: &Case) -> (BatchMatrix, Vec<f64>) {
-    let pattern = case.schur().0.pattern();
-    let dim = pattern.dim();
-    let mut a = BatchMatrix::zeros(pattern.clone(), BATCH).expect("eight fit");
-    let mut b = vec![0.0; batch_len(dim, BATCH)];
-    let systems = case.batch().expect("the hoists have a step");
-    for (cable, (matrix, rhs)) in systems.iter().enumerate() {
-        a.set(cable, matrix).expect("they have one pattern");
-        for (r, value) in rhs.iter().enumerate() {
-            b[batch_index(dim, r, cable)] = *value;
-        }
-    }
-    (a, b)
 }

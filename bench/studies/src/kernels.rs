@@ -22,7 +22,7 @@ mod table;
 mod timing;
 
 pub use case::{Case, Joint, System};
-pub use rival::{BATCH, Rival};
+pub use rival::Rival;
 pub(crate) use study::STUDY;
 
 use crate::cases::Cases;
@@ -257,7 +257,7 @@ mod tests {
             );
             assert!(r.backward_error < 1e-13, "{r:?}");
             assert!(r.forward_error < 1e-9, "{r:?}");
-            if r.options == "banded" || r.options == "batch" {
+            if r.options == "banded" {
                 assert!(r.backward_error_componentwise <= 1e-15, "{r:?}");
             }
             if r.options == "banded+refine" {

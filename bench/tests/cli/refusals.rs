@@ -198,7 +198,7 @@ fn studies_refuse_options_of_others() {
     refused(
         &at,
         "study kernels --backends banded,superlu",
-        &["superlu", "banded", "batch", "lapack:lower"],
+        &["superlu", "banded", "lapack:lower"],
     );
     refused(
         &at,

@@ -167,7 +167,7 @@ fn the_study_kernels_reads_what_narrows_it() {
     let at = folder("kernels_narrow");
     let stdout = good(
         &at,
-        "study kernels --quick --segments 3 --ratios 10,1e5 --backends dense,batch,dense+refine,batch",
+        "study kernels --quick --segments 3 --ratios 10,1e5 --backends dense,banded,dense+refine,banded",
     );
     for words in [
         "3 segments, 4 joints of 5 rows, mass ratio 1e5",

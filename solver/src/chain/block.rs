@@ -56,9 +56,8 @@ pub(super) struct Scratch<const LEFT: usize, const BELOW: usize> {
     refused: [f64; LEFT],
 }
 
-/// For blocks of at most six rows, and vectors of as many lanes.
+/// For blocks of at most six rows and vectors of two lanes.
 pub(super) type ScratchOfTwo = Scratch<{ 2 * left_len(6) }, { 2 * y_at(6, 0) }>;
-pub(super) type ScratchOfEight = Scratch<{ 8 * left_len(6) }, { 8 * y_at(6, 0) }>;
 
 impl<const LEFT: usize, const BELOW: usize> Scratch<LEFT, BELOW> {
     pub(super) fn new() -> Self {

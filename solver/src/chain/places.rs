@@ -52,14 +52,6 @@ pub(super) fn size_of_chain(pattern: &BlockPattern, chain: &[usize]) -> Option<u
     }
 }
 
-/// The blocks from the first to the last.
-pub(super) fn in_order(pattern: &BlockPattern, chain: &[usize]) -> Vec<Place> {
-    let places = chain.iter().enumerate();
-    places
-        .map(|(i, &block)| Place::new(pattern.into(), block, chain.get(i + 1).copied()))
-        .collect()
-}
-
 /// A step of both eliminations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {

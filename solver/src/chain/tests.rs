@@ -59,6 +59,12 @@ fn patterns() -> Vec<Arc<BlockPattern>> {
     patterns
 }
 
+/// A chain of all blocks.
+fn whole(pattern: &BlockPattern, level: Level) -> Option<Chain> {
+    let all: Vec<usize> = (0..pattern.blocks()).collect();
+    Chain::of(&all, pattern, level)
+}
+
 #[test]
 fn solves_chains_at_every_level() {
     for pattern in patterns() {
@@ -67,7 +73,7 @@ fn solves_chains_at_every_level() {
             let b: Vec<_> = (0..a.dim()).map(|i| (i as f64).sin() + 0.1).collect();
             let exact = reference_solution(&a, &b).unwrap();
             for level in Level::available() {
-                let mut chain = Chain::new(&pattern, level).unwrap();
+                let mut chain = whole(&pattern, level).unwrap();
                 let mut x = vec![f64::NAN; a.dim()];
                 assert!(chain.factorize(&a, WEAK));
                 chain.solve(&b, &mut x);
@@ -88,7 +94,7 @@ fn two_right_hand_sides_are_solved_as_each_alone() {
         let b: Vec<f64> = (0..2 * n).map(|i| (i as f64).cos()).collect();
         let (one, other) = b.split_at(n);
         for level in Level::available() {
-            let mut chain = Chain::new(&pattern, level).expect("a chain");
+            let mut chain = whole(&pattern, level).expect("a chain");
             assert!(chain.factorize(&a, WEAK));
             let (mut x, mut y, mut alone) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
             chain.solve_two([one, other], [&mut x, &mut y]);
@@ -104,7 +110,7 @@ fn two_right_hand_sides_are_solved_as_each_alone() {
 fn takes_chains_of_small_blocks_only() {
     let new = |sizes: &[usize], couplings: &[_]| {
         let pattern = BlockPattern::new(sizes, couplings).unwrap();
-        Chain::new(&pattern, Level::best()).is_some()
+        whole(&pattern, Level::best()).is_some()
     };
     assert!(new(&[6, 3, 1], &[(0, 1), (1, 2)]));
     assert!(new(&[6, 3, 1], &[]));
@@ -132,7 +138,7 @@ fn a_pivot_that_is_noise_is_no_pivot() {
                 }
             }
             for level in Level::available() {
-                let mut chain = Chain::new(&pattern, level).unwrap();
+                let mut chain = whole(&pattern, level).unwrap();
                 assert!(
                     !chain.factorize(&a, WEAK),
                     "{level}: {bad} of {blocks} blocks"
@@ -151,7 +157,7 @@ fn a_pivot_that_is_noise_is_no_pivot() {
             }
         }
         for level in Level::available() {
-            let mut chain = Chain::new(&pattern, level).unwrap();
+            let mut chain = whole(&pattern, level).unwrap();
             assert!(!chain.factorize(&a, WEAK));
         }
     }
@@ -185,7 +191,7 @@ fn assert_refused(a: &SymBlockMatrix, good: &SymBlockMatrix, what: &str) {
             chain.solve(&b, &mut x);
             x
         };
-        let new = || Chain::new(a.pattern(), level).unwrap();
+        let new = || whole(a.pattern(), level).unwrap();
         let mut chain = new();
         assert!(
             !chain.factorize(a, WEAK),
@@ -256,11 +262,7 @@ fn both_ends_take_from_the_middle() {
         if refused {
             assert_refused(&a, &good, "both ends");
         } else {
-            assert!(
-                Chain::new(&pattern, Level::best())
-                    .unwrap()
-                    .factorize(&a, WEAK)
-            );
+            assert!(whole(&pattern, Level::best()).unwrap().factorize(&a, WEAK));
         }
     }
 }
@@ -289,7 +291,7 @@ fn soundness_is_asked_row_by_row() {
         );
         let all: Vec<usize> = (0..pattern.blocks()).collect();
         for level in Level::available() {
-            let mut own = Chain::new(&pattern, level).unwrap();
+            let mut own = whole(&pattern, level).unwrap();
             let mut chain = Chain::of(&all, offsets, level).unwrap();
             assert!(chain.factorize(of_patches, WEAK) && own.factorize(&a, WEAK));
             assert_eq!(*chain.factor, *own.factor, "{level}: {pattern:?}");

@@ -103,19 +103,13 @@ impl Look {
         }
     }
 
-    /// Look of a solver by its command-line name, with the aliases `batch` and `lapack`; `None` for
-    /// other names.
+    /// Look of a solver by its command-line name, with `lapack`; `None` for other names.
     #[must_use]
     pub fn of_solver(name: &str) -> Option<Self> {
         let mut words = name.split([':', '/', ' ', '+']);
         let library = words.next().unwrap_or_default();
-        let listed = if library == "batch" {
-            "banded"
-        } else {
-            library
-        };
         let mut entries = Backend::all().into_iter().map(|backend| backend.entry());
-        let entry = entries.find(|entry| entry.name == listed);
+        let entry = entries.find(|entry| entry.name == library);
         let colour = match (entry, library) {
             (Some(entry), _) => entry.colour,
             (None, "lapack") => [0, 0, 0],
@@ -137,7 +131,6 @@ impl Look {
             _ => None,
         };
         let own = match library {
-            "batch" => Shape::Square,
             "nalgebra-sparse" | "dense" => Shape::Diamond,
             _ => FORMS[place.unwrap_or_default() % FORMS.len()].0,
         };
@@ -226,7 +219,7 @@ mod tests {
         let mut names: Vec<String> = choices.map(|choice| choice.family()).collect();
         names.sort();
         names.dedup();
-        names.extend(["umfpack", "batch", "lapack:lower", "lapack:upper"].map(str::to_owned));
+        names.extend(["umfpack", "lapack:lower", "lapack:upper"].map(str::to_owned));
         names.extend(["faer:lblt", "faer:lblt/kkt", "banded+many"].map(str::to_owned));
         let looks: Vec<Look> = names
             .iter()

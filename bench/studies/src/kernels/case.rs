@@ -1,6 +1,5 @@
 //! The systems that all solve: those of one step of the hoist.
 
-use super::rival::BATCH;
 use serde::Serialize;
 use taut_ground::choice::Choice;
 use taut_integrator::{Form, GeometricStiffness, StepError, StepOptions, Stepper};
@@ -9,8 +8,8 @@ use taut_solver::{Backend, SolveError, SymBlockMatrix, reference_solution};
 
 const DT: f64 = 1.0 / 60.0;
 
-/// Angle of the cable \[rad], and by how much more the next one of a batch is turned.
-const ANGLE: [f64; 2] = [0.3, 0.02];
+/// Angle of the cable \[rad].
+const ANGLE: f64 = 0.3;
 
 /// The joints between the segments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -38,13 +37,13 @@ impl Joint {
         }
     }
 
-    /// The hoist with these joints, hanging at an angle; `cable` turns it a little further.
+    /// The hoist with these joints, hanging at an angle.
     #[must_use]
-    pub fn hoist(self, segments: usize, mass_ratio: f64, cable: usize) -> HoistParams {
+    pub fn hoist(self, segments: usize, mass_ratio: f64) -> HoistParams {
         HoistParams {
             segments,
             mass_ratio,
-            initial_angle: ANGLE[0] + ANGLE[1] * cable as f64,
+            initial_angle: ANGLE,
             joint: match self {
                 Self::Spherical => JointKind::Spherical,
                 Self::Untwisted | Self::Cosserat => JointKind::Cosserat,
@@ -79,7 +78,7 @@ impl Case {
     /// # Errors
     /// A scene that cannot be built, a step that no solver compiled in can take, no reference.
     pub fn new(joint: Joint, segments: usize, mass_ratio: f64) -> Result<Self, StepError> {
-        let scene = joint.hoist(segments, mass_ratio, 0).build()?;
+        let scene = joint.hoist(segments, mass_ratio).build()?;
         let options = options()?;
         let tension = tension(&scene, &options)?;
         let mut stepper = Stepper::new(scene.clone(), options)?;
@@ -148,21 +147,6 @@ impl Case {
             ..choice.plain_options(DT)
         };
         Stepper::new(self.scene.clone(), options)
-    }
-
-    /// S of this and of seven more cables, each turned a little further, with their right-hand sides.
-    ///
-    /// # Errors
-    /// As for [`new`](Self::new).
-    pub fn batch(&self) -> Result<Vec<System>, StepError> {
-        let mut systems = vec![self.schur.clone()];
-        for cable in 1..BATCH {
-            let hoist = self.joint.hoist(self.segments, self.mass_ratio, cable);
-            let mut stepper = Stepper::new(hoist.build()?, options()?)?;
-            stepper.solve()?;
-            systems.push(system(&stepper));
-        }
-        Ok(systems)
     }
 }
 
@@ -243,19 +227,6 @@ mod tests {
             assert_eq!(a, expected);
             // It comes by way of velocities that are corrected from those before.
             assert!(forward_error(b, rhs) < 1e-15);
-        }
-    }
-
-    #[test]
-    fn the_cables_of_a_batch_differ_in_their_values_only() {
-        let systems = Case::new(Joint::Cosserat, 3, 10.0)
-            .unwrap()
-            .batch()
-            .unwrap();
-        assert_eq!(systems.len(), BATCH);
-        for pair in systems.windows(2) {
-            assert_eq!(pair[0].0.pattern(), pair[1].0.pattern());
-            assert_ne!(pair[0].0, pair[1].0);
         }
     }
 }

@@ -8,16 +8,15 @@ use taut_ground::matrix::solve::refining;
 use taut_integrator::Form;
 use taut_solver::{Backend, SolveError};
 
-/// Cables of a batch, right-hand sides of a solve of many.
-pub const BATCH: usize = 8;
+/// Right-hand sides of a solve of many.
+pub const MANY_SIDES: usize = 8;
 
 /// Who takes part besides the solvers when none is named.
-const OTHERS: [&str; 7] = [
+const OTHERS: [&str; 6] = [
     "faer:lblt",
     "faer:lblt/kkt",
     "banded+refine",
     "banded+many",
-    "batch",
     "lapack:lower",
     "lapack:upper",
 ];
@@ -25,7 +24,7 @@ const OTHERS: [&str; 7] = [
 /// Suffix of a solver's name for a solve with refinement.
 const REFINE: &str = "+refine";
 
-/// Suffix of a solver's name for [`BATCH`] right-hand sides per factorisation.
+/// Suffix of a solver's name for [`MANY_SIDES`] right-hand sides per factorisation.
 const MANY: &str = "+many";
 
 pub(super) const NO_LAPACK: SolveError = SolveError::NotCompiled {
@@ -33,7 +32,7 @@ pub(super) const NO_LAPACK: SolveError = SolveError::NotCompiled {
     feature: "lapack",
 };
 
-/// One that solves. The text form is that of a [`Choice`], one with `+refine` or `+many` after it, `batch`, `lapack:lower` or
+/// One that solves. The text form is that of a [`Choice`], one with `+refine` or `+many` after it, `lapack:lower` or
 /// `lapack:upper`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rival {
@@ -41,10 +40,8 @@ pub enum Rival {
     Solver(Choice),
     /// A solver on S with one refinement from the pieces.
     Refined(Choice),
-    /// A solver that factorises once for [`BATCH`] right-hand sides.
+    /// A solver that factorises once for [`MANY_SIDES`] right-hand sides.
     Many(Choice),
-    /// [`BATCH`] cables in the lanes of vectors, by [`taut_solver::BatchBanded`].
-    Batch,
     /// LAPACK's dpbtrf and dpbtrs on S.
     Lapack(Triangle),
 }
@@ -75,11 +72,11 @@ impl Rival {
         }
     }
 
-    /// Cables, or right-hand sides of one cable, that it solves at a time.
+    /// Right-hand sides that it solves at a time.
     #[must_use]
     pub fn cables(&self) -> usize {
         match self {
-            Self::Batch | Self::Many(_) => BATCH,
+            Self::Many(_) => MANY_SIDES,
             _ => 1,
         }
     }
@@ -117,7 +114,6 @@ impl fmt::Display for Rival {
             Self::Solver(choice) => choice.fmt(f),
             Self::Refined(choice) => write!(f, "{choice}{REFINE}"),
             Self::Many(choice) => write!(f, "{choice}{MANY}"),
-            Self::Batch => f.write_str("batch"),
             Self::Lapack(Triangle::Lower) => f.write_str("lapack:lower"),
             Self::Lapack(Triangle::Upper) => f.write_str("lapack:upper"),
         }
@@ -129,7 +125,6 @@ impl FromStr for Rival {
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
-            "batch" => return Ok(Self::Batch),
             "lapack:lower" => return Ok(Self::Lapack(Triangle::Lower)),
             "lapack:upper" => return Ok(Self::Lapack(Triangle::Upper)),
             _ => {}
@@ -143,7 +138,7 @@ impl FromStr for Rival {
         };
         let choice: Choice = name.parse().map_err(|e| {
             format!(
-                "{e}; this sweep also knows batch, lapack:lower, lapack:upper, NAME{REFINE} and NAME{MANY}"
+                "{e}; this sweep also knows lapack:lower, lapack:upper, NAME{REFINE} and NAME{MANY}"
             )
         })?;
         if suffix == REFINE && choice.form == Form::Kkt {
@@ -173,7 +168,7 @@ mod tests {
 
     #[test]
     fn unknown_names_list_the_known_ones() {
-        for name in ["superlu", "superlu+refine", "lapack", "batch:9"] {
+        for name in ["superlu", "superlu+refine", "lapack", "lapack:9"] {
             let e = name.parse::<Rival>().unwrap_err();
             assert!(e.contains("banded") && e.contains("lapack:lower"), "{e}");
         }

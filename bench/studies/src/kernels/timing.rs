@@ -1,18 +1,15 @@
 //! Passes in turns, and what they leave: times and errors.
 
 use super::VISIT;
-use super::case::{Case, System, failed, multipliers};
-use super::rival::{BATCH, Rival};
+use super::case::{Case, failed, multipliers};
+use super::rival::{MANY_SIDES, Rival};
 use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
 use taut_integrator::{Form, StepError, Stepper};
 #[cfg(feature = "lapack")]
 use taut_rivals::lapack::Band;
-use taut_solver::{
-    BackwardError, BatchBanded, BatchError, BatchMatrix, LinearSolver, SymBlockMatrix,
-    backward_error, batch_index, batch_len, forward_error,
-};
+use taut_solver::{BackwardError, LinearSolver, SymBlockMatrix, backward_error, forward_error};
 
 /// Least duration of a sample: a thousand times that of reading the clock.
 const SAMPLE: Duration = Duration::from_micros(25);
@@ -45,13 +42,6 @@ enum Work<'a> {
         stepper: Box<Stepper>,
         tension: &'a [f64],
     },
-    Batch {
-        solver: Box<BatchBanded>,
-        systems: Vec<System>,
-        a: BatchMatrix,
-        b: Vec<f64>,
-        x: Vec<f64>,
-    },
     #[cfg(feature = "lapack")]
     Lapack {
         band: Band,
@@ -75,7 +65,7 @@ impl<'a> Work<'a> {
             }
             Rival::Many(choice) => {
                 let (solver, (a, first)) = analyzed(case, choice)?;
-                let multiples = (1..=BATCH).map(|k| k as f64);
+                let multiples = (1..=MANY_SIDES).map(|k| k as f64);
                 let b: Vec<f64> = multiples
                     .flat_map(|k| first.iter().map(move |b| k * b))
                     .collect();
@@ -91,7 +81,6 @@ impl<'a> Work<'a> {
                 stepper: Box::new(case.refining(choice)?),
                 tension: case.tension(),
             }),
-            Rival::Batch => Self::batch(case),
             #[cfg(feature = "lapack")]
             Rival::Lapack(triangle) => {
                 let (a, b) = case.schur();
@@ -104,27 +93,6 @@ impl<'a> Work<'a> {
             #[cfg(not(feature = "lapack"))]
             Rival::Lapack(_) => Err(failed(super::rival::NO_LAPACK)),
         }
-    }
-
-    fn batch(case: &'a Case) -> Result<Self, StepError> {
-        let systems = case.batch()?;
-        let pattern = case.schur().0.pattern();
-        let mut a = BatchMatrix::zeros(pattern.clone(), BATCH).map_err(failed)?;
-        let dim = pattern.dim();
-        let mut b = vec![0.0; batch_len(dim, BATCH)];
-        for (cable, system) in systems.iter().enumerate() {
-            a.set(cable, &system.0).map_err(failed)?;
-            for (r, value) in system.1.iter().enumerate() {
-                b[batch_index(dim, r, cable)] = *value;
-            }
-        }
-        Ok(Self::Batch {
-            solver: Box::new(BatchBanded::new(pattern, BATCH).map_err(of_batch)?),
-            systems,
-            x: vec![0.0; b.len()],
-            a,
-            b,
-        })
     }
 
     /// So many passes; their time.
@@ -153,14 +121,6 @@ impl<'a> Work<'a> {
                     solver.factorize(a).map_err(failed)?;
                     x.fill(0.0);
                     solver.solve_many(a, b, x).map_err(failed)?;
-                }
-            }
-            Self::Batch {
-                solver, a, b, x, ..
-            } => {
-                for _ in 0..passes {
-                    solver.factorize(a).map_err(of_batch)?;
-                    solver.solve(b, x).map_err(of_batch)?;
                 }
             }
             Self::Refined { stepper, tension } => {
@@ -224,18 +184,6 @@ impl<'a> Work<'a> {
                 let (a, b, x) = stepper.system();
                 of((a, b), x, x)
             }
-            Self::Batch { systems, x, .. } => {
-                let dim = case.exact().len();
-                let of_cable = |cable: usize| -> Vec<f64> {
-                    (0..dim).map(|r| x[batch_index(dim, r, cable)]).collect()
-                };
-                let first = of_cable(0);
-                let mut errors = of(case.schur(), &first, &first)?;
-                for (cable, (a, b)) in systems.iter().enumerate().skip(1) {
-                    errors.widen(backward_error(a, b, &of_cable(cable)).map_err(failed)?);
-                }
-                Ok(errors)
-            }
             #[cfg(feature = "lapack")]
             Self::Lapack { system, x, .. } => of(*system, x, x),
         }
@@ -254,10 +202,6 @@ fn analyzed<'a>(case: &'a Case, choice: &Choice) -> Result<Analyzed<'a>, StepErr
 }
 
 type Analyzed<'a> = (Box<dyn LinearSolver>, (&'a SymBlockMatrix, &'a [f64]));
-
-fn of_batch(e: BatchError) -> StepError {
-    failed(e.error)
-}
 
 /// How wrong the solution of a pass is.
 #[derive(Debug, Clone, Copy, PartialEq)]
