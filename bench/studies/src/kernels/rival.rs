@@ -9,7 +9,7 @@ use taut_integrator::Form;
 use taut_solver::{Backend, SolveError};
 
 /// Right-hand sides of a solve of many.
-pub const MANY_SIDES: usize = 8;
+pub(super) const MANY_SIDES: usize = 8;
 
 /// Who takes part besides the solvers when none is named.
 const OTHERS: [&str; 6] = [
