@@ -41,7 +41,7 @@ use taut_lanes::{Lanes, Level, WideKernel, dispatch_wide};
 use taut_model::BodyVectors;
 use taut_model::body_vectors::{packed, unpacked};
 use taut_model::lanes::{Numbers, PACK, in_packs, part};
-use taut_model::{Constraint, Joint, Linearized, RowKind, Scene, Side, Wrench};
+use taut_model::{Constraint, Linearized, RowKind, Scene, Side, Wrench};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
@@ -82,8 +82,18 @@ impl Geometric {
             group,
             turning: vec![Vector3::zeros(); chords.len()],
             chords,
-            bending: bending(scene, rows),
+            bending: in_packs(
+                rows.joints()
+                    .iter()
+                    .map(|joint| bending(&scene.constraints[joint.constraint])),
+                RIGID,
+            ),
         }
+    }
+
+    /// Takes the present bending stiffness of the joint at `place` in [`Linearized::joints`].
+    pub(crate) fn renew(&mut self, place: usize, joint: &Constraint) {
+        self.bending[place / PACK][place % PACK] = bending(joint);
     }
 
     /// K of each body: xx, yx, zx, yy, zy, zz.
@@ -202,23 +212,21 @@ impl Geometric {
     }
 }
 
-/// Bending stiffness of the joints of each pack, by which a twist moment bends them \[N m]: beyond all bounds where they
-/// are rigid or have no twist in their last row.
-fn bending(scene: &Scene, rows: &Linearized) -> Vec<Numbers> {
-    /// Its square is finite.
-    const RIGID: f64 = 1e150;
-    let stiffness = |c: &Constraint| {
-        let mut parts = c.parts().filter(|(_, rows, _)| *rows > 0);
-        let law = parts.find_map(|(kind, _, law)| (kind == RowKind::Bend).then_some(law));
-        match (law, parts.last()) {
-            (Some(law), Some((RowKind::Twist, ..))) if c.rows() == 6 => {
-                (1.0 / law.compliance).min(RIGID)
-            }
-            _ => RIGID,
+/// Square root of the largest number whose square is finite: bending stiffness of rigid joints \[N m].
+/// Bending stiffness of a rigid joint \[N m]; its square is finite.
+const RIGID: f64 = 1e150;
+
+/// Stiffness by which a joint resists that a twist moment bends it \[N m]; [`RIGID`] for a joint
+/// that cannot bend or has no twist in its last row.
+fn bending(c: &Constraint) -> f64 {
+    let mut parts = c.parts().filter(|(_, rows, _)| *rows > 0);
+    let law = parts.find_map(|(kind, _, law)| (kind == RowKind::Bend).then_some(law));
+    match (law, parts.last()) {
+        (Some(law), Some((RowKind::Twist, ..))) if c.rows() == 6 => {
+            (1.0 / law.compliance).min(RIGID)
         }
-    };
-    let of_joint = |joint: &Joint| stiffness(&scene.constraints[joint.constraint]);
-    in_packs(rows.joints().iter().map(of_joint), RIGID)
+        _ => RIGID,
+    }
 }
 
 /// K of the joints.

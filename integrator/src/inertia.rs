@@ -70,7 +70,9 @@ impl RodShape {
         };
         let along = inertia[(axis, axis)];
         let other = (axis + 1) % 3;
-        self.axis[axis][lane] = 1.0;
+        for (k, numbers) in self.axis.iter_mut().enumerate() {
+            numbers[lane] = f64::from(u8::from(k == axis));
+        }
         self.across[lane] = inertia[(other, other)];
         self.excess[lane] = along - self.across[lane];
         self.ratio[lane] = ratio - 1.0;

@@ -109,13 +109,14 @@ impl Pieces {
         }
     }
 
-    /// Scales the gaps of these constraints by their present lever arms.
-    pub(crate) fn rescale_some(&mut self, scene: &Scene, some: &[usize]) {
-        for &c in some {
+    /// Takes the present lever arms and bending stiffness of these constraints, whose segment has been cut.
+    pub(crate) fn renew(&mut self, scene: &Scene, cut: &[usize]) {
+        for &c in cut {
             let scale = scale_of(&scene.constraints[c]);
             let joint = self.rows.joints().iter().position(|j| j.constraint == c);
             if let Some(k) = joint {
                 self.joint_gaps[k / PACK][k % PACK] = scale;
+                self.geometric.renew(k, &scene.constraints[c]);
             } else if let Some(gap) = self.gaps.iter_mut().find(|gap| gap.constraint == c) {
                 gap.scale = scale;
             }

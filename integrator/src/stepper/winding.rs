@@ -46,7 +46,7 @@ impl Stepper {
                 if let Some(cable) = self.scene.cable_at(i) {
                     let joints = &self.scene.cables[cable].joints;
                     let first = &joints[..joints.len().min(2)];
-                    self.pieces.rescale_some(&self.scene, first);
+                    self.pieces.renew(&self.scene, first);
                 }
                 cut = true;
             }
