@@ -336,6 +336,8 @@ pub(crate) struct Contacts {
     pub(crate) of_scheme: bool,
     /// Admits only contacts at rest, while the accelerations of the beginning are sought.
     pub(crate) begins: bool,
+    /// True in a sub-step that begins with the blow of a rod that an event has just made.
+    after_blow: bool,
     /// Steps that the impulses and the known ones belong to \[s].
     dt: f64,
     known_dt: f64,
@@ -371,6 +373,7 @@ impl Contacts {
             taken: Vec::new(),
             of_scheme: false,
             begins: false,
+            after_blow: false,
             dt: 1.0,
             known_dt: 1.0,
             free: [(); 2].map(|()| BodyVectors::new(bodies)),

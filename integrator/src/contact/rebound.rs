@@ -18,6 +18,10 @@
 //! instant T of the blow gives them u⁻ + a (Δt − T) and u⁺. The step's own work is that of the bodies as they stood, the
 //! rebound's that of the bodies as they have turned.
 //!
+//! **Rods that an event has just made** stop what they hold with a blow of their own. It comes first: the approach that
+//! rebounds is the one that it leaves, which the step knows as the rate without contacts. Newton's law on the approach
+//! before it would gain energy, for a rod turns a rate along it into one across it.
+//!
 //! The step by itself gains energy where a body that is thrown back meets another within the step, as in a row of balls: both
 //! are then held together, and the one that arrived still rebounds. Then the step's impulses go towards those of a step
 //! without restitution, which take energy away, until the gain is none.
@@ -87,14 +91,22 @@ impl Operator {
     /// Takes what the rates of a step of the scheme have beyond those that tell the work, after [`Operator::energy`] of its
     /// impulses: ± half of a Δt, by which free contacts change from the rates that `begun` gives to the `solved` ones less
     /// those of the impulses.
-    fn take_free(&self, touches: &mut [Touch], solved: &[f64], begun: &dyn Fn(usize) -> [f64; 6]) {
+    /// There is no such change `after_blow`.
+    fn take_free(
+        &self,
+        touches: &mut [Touch],
+        solved: &[f64],
+        begun: &dyn Fn(usize) -> [f64; 6],
+        after_blow: bool,
+    ) {
         let moved = self.moved_rates.as_chunks::<3>().0;
         let solved = solved.as_chunks::<3>().0;
         for (i, (moved, solved)) in moved.iter().zip(solved).enumerate() {
             let (before, sigma) = (touches[i].rates(begun), self.sigma(i, touches));
             let impulse = touches[i].impulse;
-            let half: [f64; 3] = std::array::from_fn(|k| {
-                0.5 * (solved[k] + moved[k] + sigma[k] * impulse[k] - before[k])
+            let half: [f64; 3] = std::array::from_fn(|k| match after_blow {
+                true => 0.0,
+                false => 0.5 * (solved[k] + moved[k] + sigma[k] * impulse[k] - before[k]),
             });
             touches[i].shift = [half, half.map(|x| -x)];
         }
@@ -103,14 +115,19 @@ impl Operator {
 
 impl Contacts {
     /// Aims at rebounds where shapes arrive, with the rates `free` of a step `dt` without contacts, which then aim there too.
-    pub(crate) fn aim(&mut self, pieces: &Pieces, free: &mut [f64], dt: f64) {
+    /// The step begins with the blow of a rod if `after_blow`.
+    pub(crate) fn aim(&mut self, pieces: &Pieces, free: &mut [f64], dt: f64, after_blow: bool) {
         let of_scheme = self.of_scheme;
+        self.after_blow = after_blow;
         let touches = self.touches.iter_mut().zip(free.as_chunks_mut::<3>().0);
         for (touch, free) in touches.filter(|(touch, _)| touch.active) {
-            let before = touch.rates(|i| pieces.v.get(i));
             free[0] -= touch.aim;
             let own = [touch.offset, touch.turn[0], touch.turn[1]];
             let alone = std::array::from_fn(|k| free[k] - own[k]);
+            let before = match after_blow {
+                true => alone,
+                false => touch.rates(|i| pieces.v.get(i)),
+            };
             touch.aim(before, alone, dt, of_scheme);
             free[0] += touch.aim;
         }
@@ -150,7 +167,8 @@ impl Contacts {
         let square = self.operator.energy(&self.touches, factor)?;
         if self.of_scheme {
             let touches = &mut self.touches;
-            self.operator.take_free(touches, &rates, begun);
+            self.operator
+                .take_free(touches, &rates, begun, self.after_blow);
         }
         let spent = along(&self.touches, &rates, 0) - 0.5 * square;
         for (touch, rates) in self.touches.iter().zip(rates.as_chunks_mut::<3>().0) {

@@ -139,7 +139,8 @@ impl Stepper {
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         operator.take_away(touches, rates, &mut factor)?;
         if first {
-            contacts.aim(&self.pieces, rates, dt);
+            let after_blow = self.closing.made().iter().any(|row| row.age == 0);
+            contacts.aim(&self.pieces, rates, dt, after_blow);
         }
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         let method = self.options.contacts.of_dense_problems();

@@ -86,12 +86,13 @@ pub(crate) fn options(c: &Choices) -> StepOptions {
     }
 }
 
-/// Rest is seen in half a second: in the default minute nothing sleeps within the time of a run.
+/// Rest is seen in half a second: in the default three nothing sleeps within the time of a run. The
+/// period is beyond that of the slowest swing.
 pub(crate) fn sleep() -> Sleep {
     Sleep {
         distance: 1e-3,
         after: 0.3,
-        period: 1.0,
+        period: 5.0,
     }
 }
 
