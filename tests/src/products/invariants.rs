@@ -450,7 +450,7 @@ fn lowest(case: &Case) -> f64 {
     heights.fold(f64::INFINITY, f64::min)
 }
 
-/// Height of the first bounce: within a hundredth of the drop, with the yielding of the surface and
+/// Height of the first bounce: within a hundredth of e² h, with the yielding of the surface and
 /// the time of the blow besides.
 fn rebound(case: &Case) -> Fault {
     let c = &case.choices;
@@ -475,7 +475,7 @@ fn rebound(case: &Case) -> Fault {
     let expected = c.restitution * c.restitution * drop;
     // The step knows the time of the blow to a step of free fall.
     let fall = G / (RATE * RATE);
-    let allowed = 0.01 * drop + 1e-10 * c.weight() + fall * half * RATE;
+    let allowed = 0.01 * expected + 1e-10 * c.weight() + fall * half * RATE;
     let off = (apex - expected).abs();
     (drop > 0.05 && off > allowed).then(|| {
         let text = format!("apex {apex:.4} m, e² h = {expected:.4} m, h = {drop:.4} m");
@@ -621,13 +621,15 @@ fn pushed(case: &Case) -> Fault {
     })
 }
 
-/// Order of convergence of a case in which nothing is sudden and whose steps resolve its motion:
-/// the binary logarithm of how many times less the second halving of the step changes than the
-/// first.
+/// Order of convergence of a case in which nothing is sudden and no rope rings or is slack: the
+/// binary logarithm of how many times less the second halving of the step changes than the first.
 #[must_use]
 pub fn order(case: &Case) -> Option<f64> {
     let steps = case.run.steps.len().checked_sub(1)?;
     let [first, second] = (*case.halvings.get()?)?;
-    let smooth = !shocked(case, steps) && case.run.steps[0].report.contacts.touching == 0;
+    let rope = case.choices.rope.as_ref();
+    let rings = rope.is_some_and(|r| r.strain > 0.0 || r.slack > 0.0 || r.segments.is_some());
+    let touches = case.run.steps[0].report.contacts.touching > 0;
+    let smooth = !shocked(case, steps) && !touches && !rings;
     (smooth && second > 1e-9).then(|| (first / second).log2())
 }
