@@ -6,7 +6,9 @@ const LIMITS: &str = include_str!("../../LIMITS.md");
 
 /// The points of the list, each in one line.
 fn points() -> Vec<String> {
-    let lists = LIMITS.split("\n\n").filter_map(|block| block.strip_prefix("- "));
+    let lists = LIMITS
+        .split("\n\n")
+        .filter_map(|block| block.strip_prefix("- "));
     let points = lists.flat_map(|list| list.split("\n- "));
     points
         .map(|point| point.split_whitespace().collect::<Vec<_>>().join(" "))
