@@ -1,28 +1,8 @@
-//! H47, and the networks at rest.
+//! The networks at rest.
 
-use super::limited;
 use taut_ground::trajectory::load_position;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Held, JointKind, Network, NetworkParams};
-use taut_output::check::Verdict;
-
-#[test]
-fn every_solver_agrees_on_branches_and_loops() {
-    let slow = [
-        "ring 12: gauss-seidel:joints",
-        "ring 12: gauss-seidel:groups",
-        "junction 4: gauss-seidel:joints",
-        "cranes 6: gauss-seidel:joints",
-        "ladder 2: gauss-seidel:joints",
-        "net 4: gauss-seidel:joints",
-    ];
-    let checks = limited("H47", &slow);
-    for network in Network::ALL {
-        let own = checks.iter().filter(|c| c.case.starts_with(network.name()));
-        let passed = own.filter(|c| c.verdict == Verdict::Pass).count();
-        assert!(passed >= 4, "{}: {passed}", network.name());
-    }
-}
 
 /// Each network is at rest where a simulation starts, carries its weight there, and stays.
 #[test]
