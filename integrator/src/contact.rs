@@ -39,12 +39,14 @@
 //! ∂²φ/∂q² has between turns and motions along the surface, and between both bodies, which vanishes where one of them is
 //! round about its centre, no block of a body can hold: the step sees it explicitly.
 //!
-//! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
+//! Restitution: [`rebound`].
+//!
+//! The paper's Algorithm 1 finds p before the joints, with W of the bodies alone, and its contacts know nothing of the joints'
+//! forces: at ratios from 1 to 10⁵ the cable of `floor`, 40 mm thick, sank in by 2 to 11 mm, by 10⁻⁹ to 6·10⁻⁵ m here.
 
 mod blow;
 mod damping;
 pub(crate) mod groups;
-pub(crate) mod method;
 pub(crate) mod operator;
 pub(crate) mod rebound;
 mod sweeps;
