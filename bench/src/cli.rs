@@ -26,9 +26,10 @@ use scene::SceneArgs;
 use std::process::ExitCode;
 use study::StudyArgs;
 use taut_ground::{Choice, files};
-use taut_integrator::{ContactMethod, Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
+use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_output::table;
 use taut_solver::Foreign;
+use taut_solver::coulomb::ConeMethod;
 use taut_studies::options::{count, number, require_positive};
 use track::TrackArgs;
 
@@ -88,16 +89,14 @@ enum Command {
     /// The shards of a study as one: tables, page and rows as the study itself writes them
     #[command(after_help = merge::AFTER_HELP)]
     Merge(MergeArgs),
-    /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions;
-    /// and its contacts and joints as a problem under the names of FCLIB
+    /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions
     #[command(
-        after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence\n  taut dump floor --step 60 --out target/systems && taut solve target/systems/floor_60_contacts"
+        after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence"
     )]
     Dump(DumpArgs),
-    /// Solves a system from Matrix Market files with every backend: times, backward and forward errors; or a contact problem
-    /// with every method
+    /// Solves a system from Matrix Market files with every backend: times, backward and forward errors
     #[command(
-        after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz\n  taut solve target/systems/floor_60_contacts --backend banded"
+        after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz"
     )]
     Solve(SolveArgs),
     /// Writes a graded set of systems: sizes, mass ratios, topologies, states, compliances; and a sequence of 600
@@ -147,10 +146,9 @@ struct StepArgs {
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     refine: Option<usize>,
-    /// How impulses of contacts are found: newton, pgs:sweeps=N:tolerance=X, or staggered:sweeps=N, the paper's Algorithm 1
-    /// as printed, N projections before the joints and without them
-    #[arg(long, value_name = "METHOD", default_value_t = ContactMethod::default())]
-    contacts: ContactMethod,
+    /// How impulses of contacts are found: newton, or pgs:sweeps=N:tolerance=X
+    #[arg(long, value_name = "METHOD", default_value_t = ConeMethod::default())]
+    contacts: ConeMethod,
     /// Time step (s)
     #[arg(long, value_name = "S", default_value = "1/60", value_parser = number, allow_negative_numbers = true)]
     dt: f64,

@@ -39,12 +39,11 @@
 //! ∂²φ/∂q² has between turns and motions along the surface, and between both bodies, which vanishes where one of them is
 //! round about its centre, no block of a body can hold: the step sees it explicitly.
 //!
-//! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
+//! Restitution: [`rebound`].
 
 mod blow;
 mod damping;
 pub(crate) mod groups;
-pub(crate) mod method;
 pub(crate) mod operator;
 pub(crate) mod rebound;
 mod sweeps;

@@ -93,8 +93,6 @@
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
 //! | `slip`, `stepper/slipping` | cables that slip over sheaves with friction |
 //! | `contact`, `contact/operator`, `stepper/touching` | contacts with friction: rows, dense operator, the solve with them |
-//! | `contact/method` | how their impulses are found: with the joints, or before them as the paper has it |
-//! | `stepper/contact_problem` | contacts and joints of a step as one problem, under the names of FCLIB |
 //! | `effort` | the work that a step may spend on contacts, and the flag that ends it |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | data of the linear system, and its residual |
@@ -140,7 +138,6 @@ mod slip;
 mod stepper;
 
 pub use change::Edit;
-pub use contact::method::{ContactMethod, ParseContactMethodError};
 pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
@@ -152,7 +149,6 @@ pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
-pub use stepper::contact_problem::{ContactProblem, ContactSolution, Entry};
 pub use stepper::estimate::{ErrorEstimate, ErrorPart};
 pub use stepper::resolution::Resolved;
 pub use stepper::sleep::Sleep;

@@ -343,15 +343,10 @@ impl Stepper {
         bounded: &Bounded,
         dt: f64,
     ) -> Result<Vec<f64>, StepError> {
-        let staggered = self.is_staggered();
-        if staggered {
-            self.project_contacts(dt)?;
-        } else {
-            self.contacts.apply(&mut self.pieces.inertia, true);
-        }
+        self.contacts.apply(&mut self.pieces.inertia, true);
         let stuck = self.solve_extended(None)?;
         let mu = self.slip_extended(slip, bounded, stuck)?;
-        if self.contacts.is_empty() || staggered {
+        if self.contacts.is_empty() {
             return Ok(mu);
         }
         let own = (self.mu.clone(), self.mu_dt);

@@ -1,10 +1,11 @@
 //! Options of a run: scheme, geometric stiffness, guard, time step, form and order of the linear
 //! system, backend.
 
-use crate::{ContactMethod, Elimination, Sleep, StepError};
+use crate::{Elimination, Sleep, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
+use taut_solver::coulomb::ConeMethod;
 
 /// Mean of past and future states at which the constraint forces are evaluated. It sets the order
 /// of the step and its damping.
@@ -426,7 +427,7 @@ pub struct StepOptions {
     pub warm_start: bool,
     /// Method for the impulses of contacts.
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_forms::text", default))]
-    pub contacts: ContactMethod,
+    pub contacts: ConeMethod,
     /// Largest energy from nowhere, relative to the motion's own
     /// ([`EnergyBalance::excess`](crate::EnergyBalance)), > 0: more is [`StepError::EnergyGain`].
     /// The balance costs some passes over rows and bodies a step. `None` disables it.
@@ -460,7 +461,7 @@ impl Default for StepOptions {
             refinements: usize::from(!backend.is_iterative()),
             backend,
             warm_start: true,
-            contacts: ContactMethod::default(),
+            contacts: ConeMethod::default(),
             energy_tolerance: None,
             estimate: None,
             sleep: None,
@@ -516,7 +517,10 @@ impl StepOptions {
         self.angular_scheme.map_or(Ok(()), Scheme::validate)?;
         self.stiffness.validate()?;
         self.guard.map_or(Ok(()), Guard::validate)?;
-        self.contacts.validate()?;
+        if let ConeMethod::GaussSeidel { sweeps, .. } = self.contacts {
+            let some = sweeps <= MAX_SWEEPS;
+            check("contacts.sweeps", sweeps as f64, some, "at most 100000")?;
+        }
         self.sleep.map_or(Ok(()), Sleep::validate)?;
         let tolerance = self.energy_tolerance.unwrap_or(1.0);
         let sound = tolerance > 0.0 && tolerance.is_finite();
@@ -540,6 +544,9 @@ impl StepOptions {
 }
 
 const MAX_SUBSTEPS: usize = 1_000_000;
+
+/// Most sweeps over contacts that a step may ask for.
+const MAX_SWEEPS: usize = 100_000;
 
 pub(crate) fn check(
     field: &'static str,
@@ -623,6 +630,11 @@ mod tests {
         assert_eq!(field(&third(0.5, -0.2)), "gamma");
         assert_eq!(field(&third(0.5, f64::NAN)), "gamma");
         assert_eq!(field(&StepOptions { substeps: 0, ..d() }), "substeps");
+        let contacts = ConeMethod::GaussSeidel {
+            sweeps: usize::MAX,
+            tolerance: 0.0,
+        };
+        assert_eq!(field(&StepOptions { contacts, ..d() }), "contacts.sweeps");
         let guard = |guard| StepOptions {
             guard: Some(guard),
             ..d()

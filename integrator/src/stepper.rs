@@ -3,7 +3,6 @@
 
 pub(crate) mod balance;
 pub(crate) mod choice;
-pub(crate) mod contact_problem;
 mod divided;
 pub(crate) mod estimate;
 pub(crate) mod guarded;
@@ -11,7 +10,6 @@ mod potential;
 pub(crate) mod resolution;
 pub(crate) mod sleep;
 mod slipping;
-mod staggered;
 mod system;
 mod touching;
 mod winding;

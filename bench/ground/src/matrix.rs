@@ -12,11 +12,9 @@
 //! | `prepared` | one backend on one matrix, symmetric or not, in its phases |
 //! | `exact` | solutions in extended precision, and how ill-conditioned a matrix is |
 //! | `solve` | every backend on a system: times and errors |
-//! | `contact` | contact problems as files, and every method on them |
 //! | `dump` | the system of a step as files |
 //! | `sequence` | the systems of consecutive steps as files |
 
-pub mod contact;
 pub mod dump;
 pub mod exact;
 pub mod market;

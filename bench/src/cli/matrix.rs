@@ -1,4 +1,4 @@
-//! `taut dump`, `taut solve`, `taut matrices`: linear systems and contact problems as files.
+//! `taut dump`, `taut solve`, `taut matrices`: linear systems as files.
 
 use super::console::Console;
 use super::{Failure, StepArgs, step_options};
@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 use taut_ground::files::{self, Output};
 use taut_ground::inputs::Inputs;
 use taut_ground::matrix::System;
-use taut_ground::matrix::contact::{self, files as problem};
 use taut_ground::matrix::dump::{self, Label};
 use taut_ground::matrix::sequence::{INDEX, Recorder, Wanted, Written};
 use taut_ground::{pace, source};
@@ -39,8 +38,7 @@ pub(crate) struct DumpArgs {
     #[arg(long = "step", value_name = "K", required_unless_present = "steps")]
     at: Option<u64>,
     /// Writes a sequence instead, the systems of steps A to B − 1, counted from 0: one matrix for each pattern,
-    /// arrays of values and right-hand sides with a column a step, and `sequence.csv`; steps with contacts have a folder
-    /// `contacts_K` besides
+    /// arrays of values and right-hand sides with a column a step, and `sequence.csv`
     #[arg(long, value_name = "A..B", value_parser = range, conflicts_with_all = ["at", "name"])]
     steps: Option<Range<u64>>,
     /// Writes the exact solutions of a sequence, in 32 digits
@@ -59,8 +57,8 @@ pub(crate) struct DumpArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct SolveArgs {
-    /// The matrix: Matrix Market, plain or compressed; or the folder of a contact problem, or its `info.toml`
-    #[arg(value_name = "A.mtx|DIR")]
+    /// The matrix: Matrix Market, plain or compressed
+    #[arg(value_name = "A.mtx")]
     matrix: PathBuf,
     /// Right-hand side (default: `A_b.mtx` beside the matrix, else A·1)
     #[arg(value_name = "b.mtx")]
@@ -68,7 +66,7 @@ pub(crate) struct SolveArgs {
     /// Solution to compare with (default: `A_x.mtx` beside `A_b.mtx`, else one refined in 32 digits)
     #[arg(value_name = "x.mtx")]
     x: Option<PathBuf>,
-    /// Backends with options after colons (default: all that accept the matrix; for contacts the direct ones)
+    /// Backends with options after colons (default: all that accept the matrix)
     #[arg(
         long = "backend",
         visible_alias = "backends",
@@ -100,13 +98,6 @@ pub(crate) struct MatricesArgs {
 const SOLVE_LEGEND: &str = "\
 times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
 error: relative error of x in the largest norm";
-
-/// Column legend of `taut solve` for contacts.
-const CONTACTS_LEGEND: &str = "\
-W: joints factorised and condensed; solve: contacts, from zero impulses; times: minima of repeats; pivots: dense
-factorisations; passes: solutions through W; complem.: largest violation of the contacts' conditions over the largest
-rate; cone: largest excess of friction over the largest impulse; v off: distance of velocities from v.mtx in the
-largest norm, over these or over velocities without impulses; r off: that of impulses, over r.mtx, one of several";
 
 /// Numbers of steps, `A..B`.
 fn range(text: &str) -> Result<Range<u64>, String> {
@@ -150,7 +141,6 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     if args.steps.is_some() {
         let mut recorder = Recorder::new(Wanted {
             folder: args.out.clone(),
-            scene: scene_of(args),
             comments,
             exact: args.exact,
             gzip: args.gzip,
@@ -161,10 +151,8 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     inputs.apply(&mut stepper)?;
-    let folder = args.out.join(format!("{name}_contacts"));
     let label = Label { name, comments };
     let systems = dump::systems(&mut stepper)?;
-    let contacts = dump::write_contacts(&mut stepper, (&scene_of(args), at), &folder, args.gzip)?;
     for system in systems {
         if let Err(e) = &system.x {
             let form = system.form;
@@ -175,9 +163,6 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
         for path in dump::write(&system, &label, &args.out, args.gzip)? {
             files::print(&format!("{}\n", path.display()))?;
         }
-    }
-    for path in contacts {
-        files::print(&format!("{}\n", path.display()))?;
     }
     Ok(())
 }
@@ -271,8 +256,11 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
         args.x.as_deref(),
     ];
     let read: Vec<&Path> = given.into_iter().flatten().collect();
-    if let Some(folder) = problem::folder_of(&args.matrix) {
-        return solve_contacts(args, folder);
+    if args.matrix.is_dir() || args.matrix.ends_with("info.toml") {
+        return Err(Failure::Input(format!(
+            "`{}` is no matrix: contact problems are solved in their scene, `taut run SCENE --contacts METHOD`",
+            args.matrix.display()
+        )));
     }
     let [json] = files::open([("--json", args.json.as_deref())], &read)?;
     let system = System::read(&args.matrix, args.b.as_deref(), args.x.as_deref())?;
@@ -285,36 +273,6 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
             "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
             Machine::current()
         ))?;
-    }
-    if let Some(json) = json {
-        json.json(&results)?;
-    }
-    Ok(())
-}
-
-/// Solves a contact problem with every method and the backends asked for.
-fn solve_contacts(args: &SolveArgs, folder: &Path) -> Result<(), Failure> {
-    if let Some(b) = &args.b {
-        return Err(Failure::Input(format!(
-            "`{}`: a contact problem has its right-hand sides in its folder, drop this one",
-            b.display()
-        )));
-    }
-    let [json] = files::open([("--json", args.json.as_deref())], &[&args.matrix])?;
-    let (problem, info) = problem::read(folder)?;
-    let config = matrix::backends(&args.backends).map_err(|e| Failure::Input(e.to_string()))?;
-    let results = contact::solve::run(&problem, &info, folder, &config)?;
-    if let ([], Some(first)) = (&results.records[..], results.omissions.first()) {
-        let (title, reason) = (&info.title, &first.reason);
-        return Err(Failure::Input(format!(
-            "{title}: no backend solves it. {}: {reason}",
-            first.backend
-        )));
-    }
-    if !json.as_ref().is_some_and(Output::is_stdout) {
-        let text = matrix::contacts(&results);
-        let machine = Machine::current();
-        files::print(&format!("{machine}\n{CONTACTS_LEGEND}\n{MARK}\n{text}"))?;
     }
     if let Some(json) = json {
         json.json(&results)?;

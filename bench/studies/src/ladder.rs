@@ -45,9 +45,9 @@ use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::trajectory::Failure;
-use taut_integrator::ContactMethod;
 use taut_model::HoistParams;
 use taut_output::check::ExperimentError;
+use taut_solver::coulomb::ConeMethod;
 use trial::{Trial, methods};
 
 /// Error levels of the multipliers' relative error: good enough for a game, for a trainer, for a reference.
@@ -170,7 +170,7 @@ pub struct SceneNote {
 /// The work of some rows: a solver, and for iterative ones the limits of iterations.
 struct Task {
     choice: Choice,
-    contacts: Option<ContactMethod>,
+    contacts: Option<ConeMethod>,
     rungs: Vec<usize>,
 }
 

@@ -6,4 +6,4 @@ mod table;
 
 pub(crate) use study::STUDY;
 pub use study::{backends, measured};
-pub use table::{compared, contacts, solved, suite as suite_table};
+pub use table::{compared, solved, suite as suite_table};

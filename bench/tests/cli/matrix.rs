@@ -390,61 +390,24 @@ fn a_sequence_is_dumped_and_every_solver_goes_through_it() {
 }
 
 #[test]
-fn the_contacts_of_a_dumped_step_are_solved_by_every_method() {
+fn contact_problems_and_contacts_before_the_joints_are_refused() {
     let at = folder("contacts");
-    let dump = "dump floor --set segments=6 --set mass_ratio=100 --out s";
-    let files = good(&at, &format!("{dump} --step 30 --gzip"));
-    // Two forms of the system, and the problem: three matrices, nine vectors, what they are.
-    assert_eq!(files.lines().count(), 7 + 13, "{files}");
-    let results = json(&at, "solve s/floor_30_contacts --json -");
-    let about = &results["about"];
-    assert_eq!(about["step"]["scene"], "floor segments=6 mass_ratio=100");
-    assert_eq!(
-        (&about["spacedim"], &about["step"]["step"]),
-        (&3.into(), &30.into())
+    let files = good(
+        &at,
+        "dump floor --set segments=6 --set mass_ratio=100 --out s --step 30",
     );
-    for row in rows(&results)
-        .iter()
-        .filter(|row| row["method"] == "newton")
-    {
-        assert!(row["complementarity"].as_f64() < Some(1e-9), "{row}");
-        assert!(row["velocity_error"].as_f64() < Some(1e-9), "{row}");
-        assert!(row["condense_ns"].as_f64() > Some(0.0), "{row}");
-    }
-    for method in ["pgs:sweeps=10", "pgs:sweeps=1000", "staggered:sweeps=10"] {
-        let has = rows(&results).iter().any(|row| row["method"] == method);
-        assert!(has, "{method}: {results}");
-    }
-    let table = good(&at, "solve s/floor_30_contacts/info.toml --backend dense");
-    assert!(
-        table.contains("newton") && table.contains("v off"),
-        "{table}"
-    );
-    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
-    // A sequence gives each step with contacts its own folder.
-    let files = good(&at, &format!("{dump} --steps 2..4"));
-    assert_eq!(files.lines().count(), 7 + 2 * 13, "{files}");
-    good(&at, "solve s/contacts_3 --backend dense");
+    assert_eq!(files.lines().count(), 7, "{files}");
     for (arguments, words) in [
-        ("solve s", &["`s`", "no contact problem", "taut dump"][..]),
-        ("solve s/contacts_3 b.mtx", &["b.mtx", "drop"]),
-        ("solve s/contacts_3 --backend cg", &["cg", "iterative"]),
+        ("solve s", &["`s`", "taut run", "--contacts"][..]),
+        ("solve s/info.toml", &["s/info.toml", "--contacts"]),
+        (
+            "run stack --contacts staggered:sweeps=10",
+            &["staggered", "before the joints", "newton"],
+        ),
+        ("run stack --contacts jacobi", &["jacobi", "pgs:sweeps=N"]),
     ] {
         refused(&at, arguments, words);
     }
-    write(
-        &at,
-        "s/contacts_3/mu.mtx",
-        "%%MatrixMarket matrix array real general\n1 1\n-1\n",
-    );
-    refused(&at, "solve s/contacts_3", &["mu.mtx", "1 × 1"]);
-    write(&at, "s/contacts_3/info.toml", "title = 3\n");
-    refused(&at, "solve s/contacts_3", &["info.toml: line 1", "string"]);
-    refused(
-        &at,
-        "run stack --contacts jacobi",
-        &["jacobi", "staggered:sweeps=N"],
-    );
 }
 
 /// A rope that breaks changes the pattern, which is told.

@@ -103,6 +103,14 @@ fn files_that_are_no_saved_run_are_refused() {
             text.replacen("\"backend\":\"banded\"", "\"backend\":\"best\"", 1),
             &["best", "banded"],
         ),
+        (
+            text.replacen(
+                "\"contacts\":\"newton\"",
+                "\"contacts\":\"staggered:sweeps=10\"",
+                1,
+            ),
+            &["staggered", "before the joints", "newton"],
+        ),
     ] {
         write(&bad);
         let mut all = vec!["bad.json"];

@@ -127,7 +127,7 @@ impl Operator {
     }
 
     /// G and M̃⁻¹ Hᵀ.
-    fn couple(&mut self, pieces: &Pieces, touches: &[Touch], together: bool) {
+    fn couple(&mut self, pieces: &Pieces, touches: &[Touch]) {
         let inertia = &pieces.inertia;
         self.columns.clear();
         self.moved.clear();
@@ -141,10 +141,8 @@ impl Operator {
                     let mut inverse = [0.0; 6];
                     inertia.apply_inverse(body, &row, &mut inverse);
                     *to = Some((body, inverse));
-                    if together {
-                        let slots = &self.groups.slots[body];
-                        self.columns.extend(pieces, slots, &inverse);
-                    }
+                    let slots = &self.groups.slots[body];
+                    self.columns.extend(pieces, slots, &inverse);
                 }
                 self.columns.end();
                 self.moved.push(moved);
@@ -152,16 +150,14 @@ impl Operator {
         }
     }
 
-    /// W of the pieces, whose joints have this factor, after [`Groups::divide`]. Where the joints are not solved `together`
-    /// with the contacts it is W of the bodies alone.
+    /// W of the pieces, whose joints have this factor, after [`Groups::divide`].
     pub(crate) fn build(
         &mut self,
         pieces: &Pieces,
         touches: &[Touch],
         factor: &mut Factor<'_>,
-        together: bool,
     ) -> Result<SolveReport, SolveError> {
-        self.couple(pieces, touches, together);
+        self.couple(pieces, touches);
         self.floor.clear();
         self.floor.resize(touches.len(), 0.0);
         self.own.resize(touches.len(), 1.0);

@@ -52,11 +52,7 @@ impl Stepper {
 
     /// One linear system: μ of all rows as if none had bounds.
     fn solve_once(&mut self, dt: f64) -> Result<(), StepError> {
-        if self.is_staggered() {
-            self.project_contacts(dt)?;
-        } else {
-            self.contacts.apply(&mut self.pieces.inertia, true);
-        }
+        self.contacts.apply(&mut self.pieces.inertia, true);
         self.assemble(dt);
         self.tally.end(Phase::Assemble);
         self.solver

@@ -53,11 +53,7 @@ impl Stepper {
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
-        let found = if self.is_staggered() {
-            self.violation_after_joints()
-        } else {
-            self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?
-        };
+        let found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
         let decided = found <= TOLERANCE && !self.contacts.sink(dt);
@@ -87,7 +83,7 @@ impl Stepper {
         solve: &mut impl FnMut(&mut Self) -> Result<(), StepError>,
     ) -> Result<f64, StepError> {
         // A pass takes away what W is inexact by; what sweeps leave is their answer.
-        let mut passes = match self.options.contacts.of_dense_problems() {
+        let mut passes = match self.options.contacts {
             ConeMethod::Newton => PASSES,
             _ => 1,
         };
@@ -121,7 +117,9 @@ impl Stepper {
             solve(self)?;
             if self.effort.is_spent() {
                 self.pieces.update_velocity_change(&self.mu);
-                return Ok(self.violation_of(rates));
+                self.contacts.rates(&self.pieces, rates);
+                self.contacts.regularize(rates);
+                return Ok(self.contacts.violation(rates, &self.pieces));
             }
         }
         Ok(f64::NAN)
@@ -143,7 +141,7 @@ impl Stepper {
             contacts.aim(&self.pieces, rates, dt, after_blow);
         }
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
-        let method = self.options.contacts.of_dense_problems();
+        let method = self.options.contacts;
         operator.solve(method, touches, rates, &mut factor, |report, softer| {
             tally.contacts.add(&report, softer);
         })
@@ -151,7 +149,6 @@ impl Stepper {
 
     /// W of the active contacts; whether some became rigid.
     pub(super) fn build_operator(&mut self) -> Result<bool, StepError> {
-        let together = !self.options.contacts.is_staggered();
         let mut factor = factor_of!(self, Some(&mut self.slip));
         let contacts = &mut self.contacts;
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
@@ -166,7 +163,7 @@ impl Stepper {
         operator.groups.divide(&self.pieces, touches);
         factor.effort.allow(operator.groups.count());
         let hardened = operator.harden(&self.scene, touches);
-        let report = operator.build(&self.pieces, touches, &mut factor, together);
+        let report = operator.build(&self.pieces, touches, &mut factor);
         let report = report.map_err(|e| self.culprit(e))?;
         self.effort.check(self.time)?;
         self.tally.add_part(report);
@@ -197,7 +194,7 @@ impl Stepper {
         };
         let mut solved = true;
         let done = contacts.rebound(
-            self.options.contacts.of_dense_problems(),
+            self.options.contacts,
             contacts.dt(),
             [&|i| v.get(i), &solved_for, &of],
             &mut factor,

@@ -44,9 +44,13 @@ pub struct ParseConeMethodError {
 impl fmt::Display for ParseConeMethodError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let part = &self.part;
+        let why = match &part[..] {
+            "staggered" => "names contacts before the joints, which no longer exist",
+            _ => "is no part of a contact method",
+        };
         write!(
             f,
-            "`{part}` is no part of a contact method: it is `newton` or `pgs:sweeps=N:tolerance=X`"
+            "`{part}` {why}: give `newton` or `pgs:sweeps=N:tolerance=X`"
         )
     }
 }
@@ -59,6 +63,10 @@ impl FromStr for ConeMethod {
     fn from_str(text: &str) -> Result<Self, ParseConeMethodError> {
         let mut parts = text.split(':');
         let name = parts.next().unwrap_or_default();
+        if !["newton", "pgs"].contains(&name) {
+            let part = name.to_owned();
+            return Err(ParseConeMethodError { part });
+        }
         let (mut sweeps, mut tolerance) = SWEEPS;
         for part in parts {
             let known = match part.split_once('=') {
@@ -75,12 +83,9 @@ impl FromStr for ConeMethod {
                 return Err(ParseConeMethodError { part });
             }
         }
-        match name {
-            "newton" => Ok(Self::Newton),
-            "pgs" => Ok(Self::GaussSeidel { sweeps, tolerance }),
-            _ => Err(ParseConeMethodError {
-                part: name.to_owned(),
-            }),
-        }
+        Ok(match name {
+            "newton" => Self::Newton,
+            _ => Self::GaussSeidel { sweeps, tolerance },
+        })
     }
 }

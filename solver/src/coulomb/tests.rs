@@ -324,9 +324,16 @@ fn methods_are_read_as_they_are_written() {
         ("lemke", "lemke"),
         ("newton:sweeps=3", "sweeps=3"),
         ("pgs:x", "x"),
+        ("pgs:sweeps=-1", "sweeps=-1"),
+        ("staggered:sweeps=10", "staggered"),
     ] {
         assert_eq!(text.parse::<ConeMethod>().unwrap_err().part, part);
     }
+    let told = "staggered".parse::<ConeMethod>().unwrap_err().to_string();
+    assert!(
+        told.contains("before the joints") && told.contains("`newton`"),
+        "{told}"
+    );
 }
 
 /// Stacks of ten boxes of which some slide: the whole solved by blocks of what sticks, and at once.

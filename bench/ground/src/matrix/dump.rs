@@ -7,7 +7,6 @@
 
 use super::write;
 use crate::files::{FileError, make_folder};
-use crate::matrix::contact::files::{self, Info, Step};
 use std::path::{Path, PathBuf};
 use taut_integrator::{Form, StepError, Stepper};
 use taut_solver::{SolveError, SymBlockMatrix, forward_error, reference_solution};
@@ -170,31 +169,6 @@ pub fn write(
         )?;
     }
     Ok(written)
-}
-
-/// Writes the contact problem of the step that a stepper has solved and not advanced, number `step` of a scene, to a folder,
-/// and returns its files: none where nothing touches.
-///
-/// # Errors
-/// [`FileError`].
-pub fn write_contacts(
-    stepper: &mut Stepper,
-    (scene, step): (&str, u64),
-    folder: &Path,
-    gzip: bool,
-) -> Result<Vec<PathBuf>, FileError> {
-    let Some(problem) = stepper.contact_problem() else {
-        return Ok(Vec::new());
-    };
-    let options = stepper.options();
-    let step = Step {
-        scene: scene.to_owned(),
-        step,
-        time: stepper.time(),
-        dt: options.dt / options.substeps as f64,
-        solver: format!("{}, {}", options.contacts, options.backend),
-    };
-    files::write(&problem, &Info::new(&problem, step), folder, gzip)
 }
 
 #[cfg(test)]

@@ -11,8 +11,6 @@
 //! | `FORM_N_rhs.mtx` | an array: a column a step, the right-hand side |
 //! | `FORM_N_exact.mtx` | an array: a column a step, the solution of A x = b in 32 digits, rounded; where asked for |
 //!
-//! Steps with contacts have a folder `contacts_K` besides, K their number, as [`crate::matrix::contact::files`] has it.
-//!
 //! All but the index are Matrix Market files, numbers in the fewest digits that give the same bits.
 
 mod record;

@@ -369,7 +369,7 @@ fn exact_solution(system: &System, problem: &Problem<'_>) -> (Option<Vec<f64>>, 
 }
 
 /// Why a backend is not run.
-pub(crate) fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<String> {
+fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<String> {
     if let Err(e) = backend.create() {
         return Some(e.to_string());
     }

@@ -73,25 +73,6 @@ fn put_entries(out: &mut String, [rows, columns]: [usize; 2], entries: &[(usize,
     }
 }
 
-/// Entries (row, column, value) of a matrix as text, columns in order, of a symmetric one the lower triangle; `blocks`
-/// are the sizes of its blocks of columns, or empty.
-#[must_use]
-pub fn coordinates(
-    entries: &[(usize, usize, f64)],
-    sizes: [usize; 2],
-    symmetric: bool,
-    blocks: &[usize],
-    comments: &[String],
-) -> String {
-    let mut entries: Vec<_> = entries.iter().map(|&(r, c, value)| (c, r, value)).collect();
-    entries.sort_by_key(|&(c, r, _)| (c, r));
-    let kind = if symmetric { "symmetric" } else { "general" };
-    let mut out = head(&format!("coordinate real {kind}"), comments);
-    list(&mut out, "blocks", blocks.iter().map(usize::to_string));
-    put_entries(&mut out, sizes, &entries);
-    out
-}
-
 /// A vector as text.
 #[must_use]
 pub fn vector(v: &[f64], comments: &[String]) -> String {

@@ -13,25 +13,19 @@ use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
 use taut_ground::pace;
 use taut_ground::reference::reference_choice;
-use taut_integrator::ContactMethod;
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_solver::coulomb::ConeMethod;
 use taut_solver::{Backend, DenseOptions, Precision};
 
 /// The methods that are compared.
-const METHODS: [&str; 5] = [
-    "newton",
-    "pgs:sweeps=10",
-    "pgs:sweeps=50",
-    "pgs:sweeps=200",
-    "staggered:sweeps=10",
-];
+const METHODS: [&str; 4] = ["newton", "pgs:sweeps=10", "pgs:sweeps=50", "pgs:sweeps=200"];
 
 /// Refinements of the reference.
 const REFINEMENTS: usize = 3;
 
 /// Contact methods for a solver: `None` alone in a scene without contacts. The first solver runs
 /// with all methods. The others, which make the same dense problem, run with Newton's alone.
-pub(super) fn methods(has_contacts: bool, is_first: bool) -> Vec<Option<ContactMethod>> {
+pub(super) fn methods(has_contacts: bool, is_first: bool) -> Vec<Option<ConeMethod>> {
     if !has_contacts {
         return vec![None];
     }
@@ -46,7 +40,7 @@ pub(super) fn methods(has_contacts: bool, is_first: bool) -> Vec<Option<ContactM
 #[derive(Debug, Clone)]
 pub(super) struct Trial {
     pub(super) choice: Choice,
-    pub(super) contacts: Option<ContactMethod>,
+    pub(super) contacts: Option<ConeMethod>,
 }
 
 impl Trial {
@@ -156,7 +150,7 @@ mod tests {
         let expected = METHODS.map(|m| format!("{} + {m}", reference_choice().family()));
         assert!(told.eq(expected));
         assert_eq!(methods(false, true), [None]);
-        assert_eq!(methods(true, false), [Some(ContactMethod::default())]);
+        assert_eq!(methods(true, false), [Some(ConeMethod::default())]);
     }
 
     #[test]

@@ -451,7 +451,6 @@ pub fn generate_sequence(
     );
     let mut recorder = Recorder::new(Wanted {
         folder: folder.join(SEQUENCE),
-        scene: "gantry".to_owned(),
         comments: vec![told],
         exact: true,
         gzip,

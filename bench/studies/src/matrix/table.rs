@@ -1,11 +1,10 @@
-//! Every backend on a matrix, every method on a contact problem, and the index of the graded set.
+//! Every backend on a matrix, and the index of the graded set.
 
 use super::suite::Entry;
 use comfy_table::CellAlignment;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use taut_ground::choice::Omission;
-use taut_ground::matrix::contact;
 use taut_ground::matrix::solve::{About, CONVERGED, DIRECT, Record, Results};
 use taut_output::row::{Row, iterations, number_of, text_of};
 use taut_output::sheet::{self, Column, Sheet, Show, column};
@@ -149,45 +148,6 @@ pub fn compared(results: &Results) -> String {
     let mut records: Vec<&Record> = results.records.iter().collect();
     records.sort_by(|a, b| a.total_ns().total_cmp(&b.total_ns()));
     whole(results, &SHEETS[0].of(&json!({ "records": records })))
-}
-
-/// Rows of `taut solve` of contacts.
-const CONTACTS: Sheet = Sheet {
-    columns: &[
-        column("method", "method"),
-        SOLVER,
-        sheet::time("condense_ns", "W"),
-        SOLVE,
-        column("pivots", "pivots"),
-        column("sweeps", "sweeps"),
-        column("passes", "passes"),
-        sheet::error("complementarity", "complem."),
-        sheet::error("cone", "cone"),
-        sheet::error("velocity_error", "v off"),
-        sheet::error("impulse_error", "r off"),
-    ],
-    counts: |row| number_of(row, "complementarity").is_some_and(|x| x <= SOLVED_CONTACTS),
-    ..sheet::PLAIN
-};
-
-/// Violation of the conditions up to which a row is compared.
-const SOLVED_CONTACTS: f64 = 1e-9;
-
-/// All rows of a contact problem, in their order.
-#[must_use]
-pub fn contacts(results: &contact::solve::Results) -> String {
-    let about = &results.about;
-    let [n, p, m] = about.sizes;
-    let found = match &about.step {
-        Some(step) => format!("v, r of {}", step.solver),
-        None => "v, r of unknown origin".to_owned(),
-    };
-    let (table, left_out) = (CONTACTS.of(&results.records), omissions(&results.omissions));
-    format!(
-        "\n{}: {n} components of velocity, {p} rows of joints, {} contacts\n{found}\n{table}{left_out}",
-        about.title,
-        m / 3
-    )
 }
 
 /// The table of a system below its heading, with what was left out.

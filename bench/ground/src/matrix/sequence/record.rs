@@ -18,8 +18,6 @@ const MOST_NUMBERS: usize = 1 << 26;
 pub struct Wanted {
     /// Folder of the files.
     pub folder: PathBuf,
-    /// The scene, with what was set.
-    pub scene: String,
     /// Lines about scene and step.
     pub comments: Vec<String>,
     /// Writes the exact solutions.
@@ -83,15 +81,6 @@ impl Recorder {
         // A copy: a solve more would have another geometric stiffness in the next step.
         let mut copy = Stepper::restore(stepper.save()?)?;
         let systems = dump::assembled(&mut copy)?;
-        let Wanted {
-            folder,
-            scene,
-            gzip,
-            ..
-        } = &self.wanted;
-        let folder = folder.join(format!("contacts_{step}"));
-        let contacts = dump::write_contacts(&mut copy, (scene, step), &folder, *gzip)?;
-        self.files.extend(contacts);
         let continues = |stretch: &Stretch| {
             let both = stretch.systems.iter().zip(&systems);
             both.into_iter()

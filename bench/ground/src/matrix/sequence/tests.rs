@@ -33,7 +33,6 @@ fn recorded(name: &str, gzip: bool) -> (PathBuf, Vec<BothForms>) {
     let _ = fs::remove_dir_all(&folder);
     let mut recorder = Recorder::new(Wanted {
         folder: folder.clone(),
-        scene: "hoist".to_owned(),
         comments: vec!["hoist".to_owned()],
         exact: true,
         gzip,
