@@ -2,32 +2,25 @@
 //!
 //! A study gives its cases as lists, stage by stage, with a function that runs one of them
 //! ([`Cases::parallel`], [`Cases::in_turn`]). Its tables, page and verdicts depend on the records
-//! alone: with every record known it reaches them without running anything. An interrupted run
-//! takes the records of its file ([`Journal`]) and runs the rest. A shard runs and writes the cases
-//! dealt to it ([`Shard`]); the files of all shards together ([`Joined`]) are the whole study.
+//! alone. A resumed run takes the records of its file ([`Journal`]) by the names of the cases and
+//! runs the rest; the files of all shards ([`Written::read`]) are the whole study.
 //!
-//! Every record is encoded and decoded where it is made, whether a file is written or not: what a merged study shows
+//! Every record is written as JSON and read where it is made, whether a file is written or not: what a merged study shows
 //! cannot differ from what one run shows.
-//!
-//! | module | holds |
-//! |---|---|
-//! | `shard` | which shard runs which case |
-//! | `journal` | the file of cases: its header, its items, how it is written and read |
-//! | `merge` | the files of all shards as one |
-//! | `error` | what is wrong with a file or with several |
 
 mod error;
-mod journal;
-mod merge;
+mod file;
 mod shard;
 #[cfg(test)]
 mod tests;
+mod value;
 
 pub use error::CasesError;
-pub use journal::{Header, Input, Item, Journal, Key, Known, Written};
-pub use merge::{Joined, machines};
+pub use file::{Header, Journal, Known, Written};
 pub use shard::Shard;
+pub use value::Record;
 
+use file::Line;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -115,7 +108,7 @@ impl Cases {
     /// costs is dealt alike in every stage.
     ///
     /// # Errors
-    /// The error of a case; a record that cannot be kept, or that belongs to another case.
+    /// The error of a case; a record that cannot be kept.
     pub fn parallel<C, T, E>(
         &self,
         stage: &'static str,
@@ -219,35 +212,32 @@ impl Cases {
         case: &C,
         run: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, ExperimentError> {
-        let label = crc32fast::hash(format!("{case:?}").as_bytes());
-        let key = Key::new(stage, index);
-        let decoded = match self.known.get(&key) {
-            Some(item) if item.label == label => item.decoded()?,
-            Some(_) => return Err(CasesError::OtherCase(key).into()),
-            None if self.is_merged => return Err(CasesError::Missing(key).into()),
+        let name = format!("{stage} {}: {case:?}", index + 1);
+        let new;
+        let record = match self.known.get(&name) {
+            Some(record) => record,
+            None if self.is_merged => return Err(CasesError::Missing(name).into()),
             None => {
-                let record = run().map_err(Into::into)?;
-                let item = Item::of(key, label, &record)?;
-                self.write(|journal| journal.append(&item))?;
+                let made = run().map_err(Into::into)?;
+                new = Record::of(&made).map_err(|e| CasesError::Record(name.clone(), e))?;
+                self.write(Some(&Line::Case(name.clone(), new.0.clone())))?;
                 self.counts.run.fetch_add(1, Relaxed);
-                item.decoded()?
+                &new
             }
         };
+        let read = record.read().map_err(|e| CasesError::Record(name, e))?;
         self.bar.inc(1);
-        Ok(decoded)
+        Ok(read)
     }
 
     /// Writes to the file. One that nobody asked for is given up where it cannot be written, and the study goes on.
-    fn write(
-        &self,
-        write: impl FnOnce(&mut Journal) -> Result<(), CasesError>,
-    ) -> Result<(), CasesError> {
+    fn write(&self, line: Option<&Line>) -> Result<(), CasesError> {
         let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(open) = journal.as_mut() else {
             return Ok(());
         };
-        match write(open) {
-            Err(e) if !open.is_asked_for() => {
+        match open.write(line) {
+            Err(e) if !open.is_asked_for => {
                 files::complain(&format!("{e}: this run cannot be resumed"));
                 *journal = None;
                 Ok(())
@@ -256,13 +246,12 @@ impl Cases {
         }
     }
 
-    /// Closes the file of a study that has run all its cases.
+    /// Begins the file of a study that had no case to run.
     ///
     /// # Errors
     /// A file that cannot be written, where it was asked for.
     pub fn finish(&self) -> Result<(), CasesError> {
-        let all = self.counts.all.load(Relaxed);
-        self.write(|journal| journal.finish(all))
+        self.write(None)
     }
 
     /// Counts of the cases, in a line.

@@ -1,6 +1,5 @@
 //! Which shard runs which case.
 
-use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
@@ -8,7 +7,7 @@ use std::str::FromStr;
 const MOST: usize = 10_000;
 
 /// One of several runs that share a study, such as `3/8`: the third of eight.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
     /// Which it is, from 1.
     pub number: usize,
@@ -19,11 +18,6 @@ pub struct Shard {
 impl Shard {
     /// The only one.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
-
-    /// True for a number from 1 to `of`, and at most [`MOST`] shards.
-    pub(super) fn is_one(self) -> bool {
-        1 <= self.number && self.number <= self.of && self.of <= MOST
-    }
 
     /// Which cases of these costs are its own. The most expensive case that is left goes to the shard with the least to do, the
     /// first of several: the shards cost alike as far as the costs are right. Equal costs are dealt in turn.
@@ -55,12 +49,11 @@ impl FromStr for Shard {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/');
-        let shard = numbers.and_then(|(number, of)| {
+        let shard = text.split_once('/').and_then(|(number, of)| {
             let (number, of) = (number.parse().ok()?, of.parse().ok()?);
-            Some(Self { number, of })
+            (1 <= number && number <= of && of <= MOST).then_some(Self { number, of })
         });
-        shard.filter(|shard| shard.is_one()).ok_or_else(|| {
+        shard.ok_or_else(|| {
             format!(
                 "a shard is its number and how many there are, at most {MOST}: from 1/8 to 8/8 for eight"
             )
