@@ -15,7 +15,7 @@ use taut_studies::cases::{Cases, CasesError, Header, Journal, Known, Shard};
 /// Which cases are run, and where they are kept.
 #[derive(Debug, Args)]
 pub(crate) struct CasesArgs {
-    /// Runs one of N shards that cost alike, and no tables: those are `taut merge`'s, of the files of all shards
+    /// Runs one of N shards, and no tables: those are `taut merge`'s, of the files of all shards
     #[arg(long, value_name = "I/N", help_heading = "Cases")]
     shard: Option<Shard>,
     /// Takes what the file of an earlier run holds and runs the rest; runs all where there is no file
@@ -54,9 +54,9 @@ pub(crate) fn open(call: &Call<'_>) -> Result<Opened, Failure> {
     let args = CasesArgs::from_arg_matches(call.matches)?;
     let (shard, path) = (args.shard(), args.path(call.study.name));
     let is_asked_for = args.resume || args.shard.is_some() || args.kept.is_some();
-    let machine = Machine::current().to_string();
     let header = header(call)?;
-    let opened = Journal::open(&path, header, &machine, args.resume, is_asked_for);
+    let machine = header.machine.clone();
+    let opened = Journal::open(&path, header, args.resume, is_asked_for);
     Ok(match opened {
         Ok((journal, written)) => Opened {
             machine: written.machines.join("; "),
@@ -89,6 +89,7 @@ pub(crate) fn header(call: &Call<'_>) -> Result<Header, CasesError> {
         version: version(),
         command: command(call),
         inputs: inputs(call)?,
+        machine: Machine::current().to_string(),
     })
 }
 

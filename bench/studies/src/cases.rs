@@ -28,7 +28,6 @@ use serde::de::DeserializeOwned;
 use std::fmt::Debug;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, OnceLock, PoisonError};
-use taut_ground::files;
 use taut_output::check::ExperimentError;
 
 /// The cases of a running study. The default runs all, keeps no file and shows no progress.
@@ -53,14 +52,7 @@ struct Counts {
 
 impl Default for Cases {
     fn default() -> Self {
-        Self {
-            bar: ProgressBar::hidden(),
-            shard: Shard::WHOLE,
-            known: Known::new(),
-            journal: Mutex::new(None),
-            is_merged: false,
-            counts: Counts::default(),
-        }
+        Self::new(Shard::WHOLE, Known::new(), None)
     }
 }
 
@@ -69,20 +61,22 @@ impl Cases {
     #[must_use]
     pub fn new(shard: Shard, known: Known, journal: Option<Journal>) -> Self {
         Self {
+            bar: ProgressBar::hidden(),
             shard,
             known,
             journal: Mutex::new(journal),
-            ..Self::default()
+            is_merged: false,
+            counts: Counts::default(),
         }
     }
 
     /// Cases of a finished study; none is run again.
     #[must_use]
     pub fn merged(known: Known) -> Self {
+        let is_merged = true;
         Self {
-            known,
-            is_merged: true,
-            ..Self::default()
+            is_merged,
+            ..Self::new(Shard::WHOLE, known, None)
         }
     }
 
@@ -104,8 +98,7 @@ impl Cases {
         self.shard == Shard::WHOLE
     }
 
-    /// Runs a stage's cases in parallel, those that are dealt to this shard by their `cost`, in any unit. A list of the same
-    /// costs is dealt alike in every stage.
+    /// Runs a stage's cases in parallel, those that are dealt to this shard by their places in the list.
     ///
     /// # Errors
     /// The error of a case; a record that cannot be kept.
@@ -113,7 +106,6 @@ impl Cases {
         &self,
         stage: &'static str,
         list: &[C],
-        cost: impl Fn(&C) -> f64,
         run: impl Fn(&C) -> Result<T, E> + Sync,
     ) -> Result<Records<T>, ExperimentError>
     where
@@ -121,14 +113,9 @@ impl Cases {
         T: Serialize + DeserializeOwned + Send,
         E: Into<ExperimentError>,
     {
-        let own = self.begin(stage, list, cost);
+        let own = self.begin(stage, list.len());
         let cases = own.into_par_iter().enumerate().with_max_len(1);
-        let record = |(k, is_own): (usize, bool)| {
-            let run = || run(&list[k]);
-            is_own
-                .then(|| self.case(stage, k, &list[k], run))
-                .transpose()
-        };
+        let record = |(k, is_own)| self.case(is_own, (stage, k), &list[k], &run);
         Ok(Records(cases.map(record).collect::<Result<_, _>>()?))
     }
 
@@ -141,7 +128,6 @@ impl Cases {
         &self,
         stage: &'static str,
         list: &[C],
-        cost: impl Fn(&C) -> f64,
         run: impl FnMut(&C) -> Result<T, E>,
     ) -> Result<Records<T>, ExperimentError>
     where
@@ -149,9 +135,7 @@ impl Cases {
         T: Serialize + DeserializeOwned,
         E: Into<ExperimentError>,
     {
-        let records = self
-            .each(stage, list, cost, run)
-            .collect::<Result<_, _>>()?;
+        let records = self.each(stage, list, run).collect::<Result<_, _>>()?;
         Ok(Records(records))
     }
 
@@ -160,7 +144,6 @@ impl Cases {
         &'a self,
         stage: &'static str,
         list: &'a [C],
-        cost: impl Fn(&C) -> f64,
         mut run: impl FnMut(&C) -> Result<T, E> + 'a,
     ) -> impl Iterator<Item = Result<Option<T>, ExperimentError>> + 'a
     where
@@ -168,13 +151,8 @@ impl Cases {
         T: Serialize + DeserializeOwned + 'a,
         E: Into<ExperimentError> + 'a,
     {
-        let own = self.begin(stage, list, cost).into_iter().enumerate();
-        own.map(move |(k, is_own)| {
-            let run = || run(&list[k]);
-            is_own
-                .then(|| self.case(stage, k, &list[k], run))
-                .transpose()
-        })
+        let own = self.begin(stage, list.len()).into_iter().enumerate();
+        own.map(move |(k, is_own)| self.case(is_own, (stage, k), &list[k], &mut run))
     }
 
     /// Result of `study`; `None` if it lacks cases of other shards. For a study with a further
@@ -192,11 +170,10 @@ impl Cases {
     }
 
     /// Deals the cases of a stage: which of them are run here.
-    fn begin<C>(&self, stage: &'static str, list: &[C], cost: impl Fn(&C) -> f64) -> Vec<bool> {
-        let costs: Vec<f64> = list.iter().map(cost).collect();
-        let own = self.shard.own(&costs);
+    fn begin(&self, stage: &'static str, cases: usize) -> Vec<bool> {
+        let own: Vec<bool> = (0..cases).map(|case| self.shard.owns(case)).collect();
         let count = own.iter().filter(|is_own| **is_own).count();
-        self.counts.all.fetch_add(list.len(), Relaxed);
+        self.counts.all.fetch_add(cases, Relaxed);
         self.counts.own.fetch_add(count, Relaxed);
         self.bar.reset();
         self.bar.set_length(count as u64);
@@ -204,21 +181,24 @@ impl Cases {
         own
     }
 
-    /// The record of a case: that of the file, or what running it comes to, which is then appended.
+    /// The record of an own case: that of the file, or what running it comes to, which is then appended.
     fn case<C: Debug, T: Serialize + DeserializeOwned, E: Into<ExperimentError>>(
         &self,
-        stage: &'static str,
-        index: usize,
+        is_own: bool,
+        (stage, index): (&str, usize),
         case: &C,
-        run: impl FnOnce() -> Result<T, E>,
-    ) -> Result<T, ExperimentError> {
+        mut run: impl FnMut(&C) -> Result<T, E>,
+    ) -> Result<Option<T>, ExperimentError> {
+        if !is_own {
+            return Ok(None);
+        }
         let name = format!("{stage} {}: {case:?}", index + 1);
         let new;
         let record = match self.known.get(&name) {
             Some(record) => record,
             None if self.is_merged => return Err(CasesError::Missing(name).into()),
             None => {
-                let made = run().map_err(Into::into)?;
+                let made = run(case).map_err(Into::into)?;
                 new = Record::of(&made).map_err(|e| CasesError::Record(name.clone(), e))?;
                 self.write(Some(&Line::Case(name.clone(), new.0.clone())))?;
                 self.counts.run.fetch_add(1, Relaxed);
@@ -227,29 +207,18 @@ impl Cases {
         };
         let read = record.read().map_err(|e| CasesError::Record(name, e))?;
         self.bar.inc(1);
-        Ok(read)
+        Ok(Some(read))
     }
 
-    /// Writes to the file. One that nobody asked for is given up where it cannot be written, and the study goes on.
     fn write(&self, line: Option<&Line>) -> Result<(), CasesError> {
         let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(open) = journal.as_mut() else {
-            return Ok(());
-        };
-        match open.write(line) {
-            Err(e) if !open.is_asked_for => {
-                files::complain(&format!("{e}: this run cannot be resumed"));
-                *journal = None;
-                Ok(())
-            }
-            other => other,
-        }
+        journal.as_mut().map_or(Ok(()), |file| file.write(line))
     }
 
     /// Begins the file of a study that had no case to run.
     ///
     /// # Errors
-    /// A file that cannot be written, where it was asked for.
+    /// A file that cannot be written.
     pub fn finish(&self) -> Result<(), CasesError> {
         self.write(None)
     }

@@ -210,8 +210,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     }
     let networks = config.networks.iter();
     subjects.extend(networks.map(|&(network, size)| Subject::Network(network, size)));
-    let cost = |subject: &Subject| subject.size() as f64;
-    let records = cases.in_turn("scenes", &subjects, cost, |subject| {
+    let records = cases.in_turn("scenes", &subjects, |subject| {
         let case = subject.case(config)?;
         let direct = case.direct(config)?;
         let mut records = direct.clone();

@@ -20,7 +20,7 @@ pub enum CasesError {
     InUse(PathBuf),
     /// A file of another version of the program, other options or other input files than another, or than this run.
     Differs {
-        path: PathBuf,
+        path: String,
         /// Name of the differing part.
         what: &'static str,
         found: String,
@@ -73,8 +73,7 @@ impl fmt::Display for CasesError {
                 wanted,
             } => write!(
                 f,
-                "`{}` has another {what} than {other}: `{found}`, not `{wanted}`",
-                path.display()
+                "`{path}` has another {what} than {other}: `{found}`, not `{wanted}`"
             ),
             Self::Kept(path) => write!(
                 f,

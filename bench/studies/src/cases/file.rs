@@ -13,7 +13,7 @@ use taut_ground::files::{self, FileError};
 /// Beginning of every file.
 const BEGINNING: &[u8] = br#"{"header":"#;
 
-/// Identity of a study's cases.
+/// Identity of a study's cases, and the machine that runs them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
@@ -23,6 +23,8 @@ pub struct Header {
     pub command: Vec<String>,
     /// The files that it read, each with a sum of its content.
     pub inputs: Vec<String>,
+    /// No part of the identity.
+    pub machine: String,
 }
 
 impl Header {
@@ -31,21 +33,19 @@ impl Header {
     /// # Errors
     /// [`CasesError::Differs`].
     pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), CasesError> {
-        let command = |h: &Self| format!("taut {}", h.command.join(" "));
-        let [own, others] = [self, other].map(|h| {
-            [
-                ("command", command(h)),
-                ("version", h.version.clone()),
-                ("content of what it reads", h.inputs.join(", ")),
-            ]
-        });
-        for ((what, found), (_, wanted)) in own.into_iter().zip(others) {
+        let parts = |h: &Self| {
+            let command = format!("taut {}", h.command.join(" "));
+            [command, h.version.clone(), h.inputs.join(", ")]
+        };
+        let names = ["command", "version", "content of what it reads"];
+        for ((what, found), wanted) in names.into_iter().zip(parts(self)).zip(parts(other)) {
             if found != wanted {
+                let [path, other] = [path.display().to_string(), name.to_owned()];
                 return Err(CasesError::Differs {
-                    path: path.to_owned(),
+                    path,
                     what,
                     found,
-                    other: name.to_owned(),
+                    other,
                     wanted,
                 });
             }
@@ -57,20 +57,13 @@ impl Header {
 /// Records of finished cases by name.
 pub type Known = HashMap<String, Record>;
 
-#[derive(Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Line {
+    /// The cases from here on are those of this question and ran on this machine.
     Header(Header),
-    /// The machine that the cases from here on ran on.
-    Machine(String),
     /// Name and record of a finished case.
     Case(String, Value),
-}
-
-impl Line {
-    fn text(&self) -> io::Result<String> {
-        Ok(serde_json::to_string(self)? + "\n")
-    }
 }
 
 /// One or several files of cases as they were read.
@@ -83,75 +76,82 @@ pub struct Written {
 }
 
 impl Written {
+    fn new(header: Header) -> Self {
+        let (machines, known) = (Vec::new(), Known::new());
+        Self {
+            header,
+            machines,
+            known,
+        }
+    }
+
     /// Reads files of the same question as one.
     ///
     /// # Errors
-    /// [`CasesError`]: files of different questions, none, or one without a header.
+    /// [`CasesError`]: files of different questions, none, or one that holds something else.
     pub fn read(paths: &[PathBuf]) -> Result<Self, CasesError> {
-        let mut whole: Option<Self> = None;
+        let mut whole = None;
         for path in paths {
             regular(path)?;
             let bytes = fs::read(path).map_err(|e| fault(path, "read", e))?;
-            let next = Self::of(path, &bytes)?
-                .0
-                .ok_or_else(|| CasesError::NotCases(path.clone()))?;
-            let Some(whole) = &mut whole else {
-                whole = Some(next);
-                continue;
-            };
-            next.header
-                .check(path, &whole.header, &format!("`{}`", paths[0].display()))?;
-            whole.known.extend(next.known);
-            next.machines
-                .into_iter()
-                .for_each(|machine| whole.ran_on(machine));
+            add(
+                &mut whole,
+                path,
+                &bytes,
+                &format!("`{}`", paths[0].display()),
+            )?;
         }
-        whole.ok_or_else(|| CasesError::NotCases(PathBuf::new()))
+        whole.ok_or_else(|| CasesError::NotCases(paths.first().cloned().unwrap_or_default()))
     }
 
-    /// Reads a file from its bytes: what it holds, if it has a whole line, and the length of its whole lines.
-    pub(super) fn of(path: &Path, bytes: &[u8]) -> Result<(Option<Self>, usize), CasesError> {
-        let beginning = bytes.len().min(BEGINNING.len());
-        if bytes[..beginning] != BEGINNING[..beginning] {
-            return Err(CasesError::NotCases(path.to_owned()));
-        }
-        let length = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-        if length < bytes.len() {
-            files::note(format!(
-                "the last line of `{}` is torn and left out",
-                path.display()
-            ));
-        }
-        let mut written: Option<Self> = None;
-        for (k, line) in bytes[..length].split_inclusive(|b| *b == b'\n').enumerate() {
-            match (serde_json::from_slice(line), &mut written) {
-                (Ok(Line::Header(header)), None) => {
-                    written = Some(Self {
-                        header,
-                        machines: Vec::new(),
-                        known: Known::new(),
-                    })
-                }
-                (Ok(Line::Machine(machine)), Some(written)) => written.ran_on(machine),
-                (Ok(Line::Case(name, record)), Some(written)) => {
-                    drop(written.known.insert(name, Record(record)))
-                }
-                _ => return Err(CasesError::Damaged(path.to_owned(), k + 1)),
-            }
-        }
-        Ok((written, length))
-    }
-
-    fn ran_on(&mut self, machine: String) {
-        if !self.machines.contains(&machine) {
-            self.machines.push(machine);
+    fn ran_on(&mut self, machine: &str) {
+        if !self.machines.iter().any(|known| known == machine) {
+            self.machines.push(machine.to_owned());
         }
     }
 }
 
+/// Adds what a file holds to those before, the first of which is called `name`: length of its whole lines.
+fn add(
+    whole: &mut Option<Written>,
+    path: &Path,
+    bytes: &[u8],
+    name: &str,
+) -> Result<usize, CasesError> {
+    let length = length(path, bytes)?;
+    if length < bytes.len() {
+        let path = path.display();
+        files::note(format!("the last line of `{path}` is torn and left out"));
+    }
+    for (k, line) in bytes[..length].split_inclusive(|b| *b == b'\n').enumerate() {
+        match (serde_json::from_slice(line), &mut *whole) {
+            (Ok(Line::Header(header)), whole) => {
+                let whole = whole.get_or_insert_with(|| Written::new(header.clone()));
+                header.check(path, &whole.header, name)?;
+                whole.ran_on(&header.machine);
+            }
+            (Ok(Line::Case(name, record)), Some(whole)) => {
+                drop(whole.known.insert(name, Record(record)))
+            }
+            _ => return Err(CasesError::Damaged(path.to_owned(), k + 1)),
+        }
+    }
+    Ok(length)
+}
+
+/// Length of the whole lines of a file of cases.
+fn length(path: &Path, bytes: &[u8]) -> Result<usize, CasesError> {
+    let beginning = bytes.len().min(BEGINNING.len());
+    match bytes[..beginning] == BEGINNING[..beginning] {
+        true => Ok(bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1)),
+        false => Err(CasesError::NotCases(path.to_owned())),
+    }
+}
+
 fn fault(path: &Path, doing: &'static str, source: io::Error) -> CasesError {
+    let path = path.to_owned();
     CasesError::File(FileError {
-        path: path.to_owned(),
+        path,
         doing,
         source,
     })
@@ -170,23 +170,20 @@ fn regular(path: &Path) -> Result<(), CasesError> {
 pub struct Journal {
     path: PathBuf,
     pub(super) file: File,
-    /// True if the user asked for the file. Otherwise failing to write it is harmless.
-    pub(super) is_asked_for: bool,
-    /// Bytes to keep, and lines to write after them before the first case. Until then the file stays as it was: a study that
+    /// Bytes to keep, and a line to write after them before the first case. Until then the file stays as it was: a study that
     /// refuses its options costs no cases.
-    start: Option<(usize, String)>,
+    start: Option<(usize, Option<Line>)>,
 }
 
 impl Journal {
     /// Opens a file, making its folder: with `resume` for what it holds, else anew. One that was asked for and holds cases is
-    /// refused without `resume`. A file that nobody asked for (`is_asked_for` false) may fail later without ending the run.
+    /// refused without `resume`.
     ///
     /// # Errors
     /// [`CasesError`].
     pub fn open(
         path: &Path,
         header: Header,
-        machine: &str,
         resume: bool,
         is_asked_for: bool,
     ) -> Result<(Self, Written), CasesError> {
@@ -208,42 +205,18 @@ impl Journal {
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
-        let (there, length) = match Written::of(path, &bytes) {
-            Err(CasesError::Damaged(..)) if !resume && !is_asked_for => (None, 0),
-            other => other?,
+        let mut written = Some(Written::new(header.clone()));
+        let length = match length(path, &bytes)? {
+            _ if resume => add(&mut written, path, &bytes, "this run")?,
+            1.. if is_asked_for => return Err(CasesError::Kept(path.to_owned())),
+            _ => 0,
         };
-        let mut text = String::new();
-        let (mut written, length) = match there {
-            Some(there) if resume => {
-                there.header.check(path, &header, "this run")?;
-                (there, length)
-            }
-            Some(there) if is_asked_for && !there.known.is_empty() => {
-                return Err(CasesError::Kept(path.to_owned()));
-            }
-            _ => {
-                text = Line::Header(header.clone()).text().map_err(failed)?;
-                (
-                    Written {
-                        header,
-                        machines: Vec::new(),
-                        known: Known::new(),
-                    },
-                    0,
-                )
-            }
-        };
-        if !written.machines.iter().any(|known| known == machine) {
-            text += &Line::Machine(machine.to_owned()).text().map_err(failed)?;
-            written.ran_on(machine.to_owned());
-        }
-        let journal = Self {
-            path: path.to_owned(),
-            file,
-            is_asked_for,
-            start: Some((length, text)),
-        };
-        Ok((journal, written))
+        let mut written = written.unwrap_or_else(|| Written::new(header.clone()));
+        let is_new = length == 0 || !written.machines.contains(&header.machine);
+        written.ran_on(&header.machine);
+        let start = Some((length, is_new.then_some(Line::Header(header))));
+        let path = path.to_owned();
+        Ok((Self { path, file, start }, written))
     }
 
     /// Appends a line, after what the file is to start with.
@@ -253,13 +226,15 @@ impl Journal {
     }
 
     fn try_write(&mut self, line: Option<&Line>) -> io::Result<()> {
-        let mut text = String::new();
-        if let Some((length, start)) = self.start.take() {
+        let start = self.start.take();
+        if let Some((length, _)) = start {
             self.file.set_len(length as u64)?;
             self.file.seek(SeekFrom::End(0))?;
-            text = start;
         }
-        text += &line.map_or(Ok(String::new()), Line::text)?;
+        let mut text = String::new();
+        for line in start.iter().flat_map(|(_, line)| line).chain(line) {
+            text += &(serde_json::to_string(line)? + "\n");
+        }
         self.file.write_all(text.as_bytes())
     }
 }
