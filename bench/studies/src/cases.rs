@@ -73,9 +73,8 @@ impl Cases {
     /// Cases of a finished study; none is run again.
     #[must_use]
     pub fn merged(known: Known) -> Self {
-        let is_merged = true;
         Self {
-            is_merged,
+            is_merged: true,
             ..Self::new(Shard::WHOLE, known, None)
         }
     }

@@ -174,11 +174,6 @@ enum Subject {
 }
 
 impl Subject {
-    fn size(&self) -> usize {
-        let (Self::Hoist(size, _) | Self::Network(_, size)) = *self;
-        size
-    }
-
     fn case(self, config: &Config) -> Result<Case, StepError> {
         match self {
             Self::Hoist(segments, ratio) => Case::hoist(config, segments, ratio),

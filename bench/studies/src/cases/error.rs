@@ -52,7 +52,7 @@ impl fmt::Display for CasesError {
             Self::File(e) => e.fmt(f),
             Self::NotCases(path) => write!(
                 f,
-                "`{}` is no file of cases, as a study writes them to target/taut/NAME.cases, or one of an earlier version: delete it, and run its study again",
+                "`{}` is no file of cases, as a study writes them to target/taut/NAME.cases, or one of an earlier version: name another, or delete it and run its study again",
                 path.display()
             ),
             Self::Damaged(path, line) => write!(
