@@ -10,12 +10,12 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 use taut_ground::files;
-use taut_studies::cases::{self, Cases, CasesError, Header, Input, Journal, Known, Shard};
+use taut_studies::cases::{Cases, CasesError, Header, Journal, Known, Shard};
 
 /// Which cases are run, and where they are kept.
 #[derive(Debug, Args)]
 pub(crate) struct CasesArgs {
-    /// Runs one of N shards that cost alike, and no tables: those are `taut merge`'s, of the files of all shards
+    /// Runs one of N shards, and no tables: those are `taut merge`'s, of the files of all shards
     #[arg(long, value_name = "I/N", help_heading = "Cases")]
     shard: Option<Shard>,
     /// Takes what the file of an earlier run holds and runs the rest; runs all where there is no file
@@ -54,12 +54,12 @@ pub(crate) fn open(call: &Call<'_>) -> Result<Opened, Failure> {
     let args = CasesArgs::from_arg_matches(call.matches)?;
     let (shard, path) = (args.shard(), args.path(call.study.name));
     let is_asked_for = args.resume || args.shard.is_some() || args.kept.is_some();
-    let machine = Machine::current().to_string();
-    let header = header(call, shard)?;
-    let opened = Journal::open(&path, header, machine.clone(), args.resume, is_asked_for);
+    let header = header(call)?;
+    let machine = header.machine.clone();
+    let opened = Journal::open(&path, header, args.resume, is_asked_for);
     Ok(match opened {
         Ok((journal, written)) => Opened {
-            machine: cases::machines(std::slice::from_ref(&written)),
+            machine: written.machines.join("; "),
             cases: Cases::new(shard, written.known, Some(journal)),
             path,
         },
@@ -83,13 +83,13 @@ pub(crate) fn version() -> String {
     format!("{version} ({commit}), {}", build.join(" "))
 }
 
-/// Identity of a call's cases: program, command, input files, shard.
-pub(crate) fn header(call: &Call<'_>, shard: Shard) -> Result<Header, CasesError> {
+/// Identity of a call's cases: program, command, input files.
+pub(crate) fn header(call: &Call<'_>) -> Result<Header, CasesError> {
     Ok(Header {
         version: version(),
         command: command(call),
         inputs: inputs(call)?,
-        shard,
+        machine: Machine::current().to_string(),
     })
 }
 
@@ -117,18 +117,15 @@ fn is_flag(option: &Arg) -> bool {
     matches!(option.get_action(), ArgAction::SetTrue)
 }
 
-/// The files that a call reads. What is missing the study tells; what is a pipe can be read once, by the study.
-fn inputs(call: &Call<'_>) -> Result<Vec<Input>, CasesError> {
+/// The files that a call reads, each with a sum. What is missing the study tells; what is a pipe can be read once, by the
+/// study.
+fn inputs(call: &Call<'_>) -> Result<Vec<String>, CasesError> {
     let paths = (call.study.reads)(call.matches).into_iter();
-    let paths = paths.filter(|path| path.is_file());
     let input = |path: PathBuf| {
         let mut sum = Sum::default();
         let read = File::open(&path).and_then(|mut file| io::copy(&mut file, &mut sum));
         match read {
-            Ok(_) => Ok(Input {
-                path,
-                checksum: sum.finalize(),
-            }),
+            Ok(_) => Ok(format!("{} {:08x}", path.display(), sum.finalize())),
             Err(source) => Err(CasesError::File(files::FileError {
                 path,
                 doing: "read",
@@ -136,5 +133,5 @@ fn inputs(call: &Call<'_>) -> Result<Vec<Input>, CasesError> {
             })),
         }
     };
-    paths.map(input).collect()
+    paths.filter(|path| path.is_file()).map(input).collect()
 }

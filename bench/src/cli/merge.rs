@@ -6,7 +6,7 @@ use super::{Failure, cases, parse};
 use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
-use taut_studies::cases::{Cases, CasesError, Header, Joined, Written};
+use taut_studies::cases::{Cases, CasesError, Header, Written};
 
 pub(crate) const AFTER_HELP: &str = "\
 Example: taut merge target/taut/stability.1-of-2.cases target/taut/stability.2-of-2.cases --json stability.json";
@@ -26,21 +26,20 @@ pub(crate) struct MergeArgs {
 
 /// Tells and writes what the study of these files comes to.
 pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
-    let files = args.files.iter().map(|path| Written::read(path));
-    let joined = Joined::of(files.collect::<Result<_, _>>()?)?;
+    let written = Written::read(&args.files)?;
     let first = &args.files[0];
     // Before its options are read, which may be others in another version.
     let same = Header {
         version: cases::version(),
-        ..joined.header.clone()
+        ..written.header.clone()
     };
-    joined.header.check(first, &same, "this program")?;
-    let words = std::iter::once("taut").chain(joined.header.command.iter().map(String::as_str));
+    written.header.check(first, &same, "this program")?;
+    let words = std::iter::once("taut").chain(written.header.command.iter().map(String::as_str));
     let unknown = || CasesError::NotCases(first.clone());
     let cli = parse::parse(words.map(OsString::from)).map_err(|_| unknown())?;
     let call = study::call(&cli)?.ok_or_else(unknown)?;
-    let own = cases::header(&call, joined.header.shard)?;
-    joined.header.check(first, &own, "this program")?;
+    let own = cases::header(&call)?;
+    written.header.check(first, &own, "this program")?;
     if args.csv.is_some() && call.study.sheets.is_empty() {
         let words = call.words.join(" ");
         let message = format!("`taut {words}` has no table of rows for `--csv`: use `--json`");
@@ -52,13 +51,7 @@ pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
         args.csv.as_deref(),
         &args.files,
     )?;
-    let cases = Cases::merged(joined.known).shown_by(console.progress(0));
-    study::tell(
-        &call,
-        &cases,
-        joined.machine,
-        &own.command,
-        &outputs,
-        console,
-    )
+    let cases = Cases::merged(written.known).shown_by(console.progress(0));
+    let machines = written.machines.join("; ");
+    study::tell(&call, &cases, machines, &own.command, &outputs, console)
 }

@@ -306,8 +306,7 @@ pub struct Results {
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let frame = 1.0 / config.rates.first().copied().unwrap_or(60.0);
     let frames = steps_in(config.time, frame);
-    let cost = |case: &Case| (case.segments * runs_of(config, case, frame).len()) as f64;
-    let records = cases.parallel("scenes", &config.cases, cost, |case| {
+    let records = cases.parallel("scenes", &config.cases, |case| {
         let reference = reference::converged(&case.params(), frame, frames)?;
         let runs = runs_of(config, case, frame).into_par_iter();
         let run = |(setting, dt)| run_one(case, &reference, &setting, dt, config.time);
@@ -316,7 +315,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut sizes: Vec<usize> = config.cases.iter().map(|c| c.segments).collect();
     sizes.sort_unstable();
     sizes.dedup();
-    let costs = cases.in_turn("costs", &sizes, |n| *n as f64, |n| costs(*n))?;
+    let costs = cases.in_turn("costs", &sizes, |n| costs(*n))?;
     Ok(Results {
         records: records.all()?.concat(),
         costs: costs.all()?.concat(),

@@ -196,7 +196,7 @@ const LANDING: &str = include_str!("../../../integrator/examples/landing.toml");
 /// A scene that cannot be built, a step that fails with `auto`; another solver that fails drops out.
 pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
     let run = |scene: &String| measure::record(config, scene);
-    let records = cases.in_turn("auto", &config.scenes, |_| 1.0, run)?;
+    let records = cases.in_turn("auto", &config.scenes, run)?;
     Ok(records.all()?)
 }
 

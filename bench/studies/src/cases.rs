@@ -2,32 +2,25 @@
 //!
 //! A study gives its cases as lists, stage by stage, with a function that runs one of them
 //! ([`Cases::parallel`], [`Cases::in_turn`]). Its tables, page and verdicts depend on the records
-//! alone: with every record known it reaches them without running anything. An interrupted run
-//! takes the records of its file ([`Journal`]) and runs the rest. A shard runs and writes the cases
-//! dealt to it ([`Shard`]); the files of all shards together ([`Joined`]) are the whole study.
+//! alone. A resumed run takes the records of its file ([`Journal`]) by the names of the cases and
+//! runs the rest; the files of all shards ([`Written::read`]) are the whole study.
 //!
-//! Every record is encoded and decoded where it is made, whether a file is written or not: what a merged study shows
+//! Every record is written as JSON and read where it is made, whether a file is written or not: what a merged study shows
 //! cannot differ from what one run shows.
-//!
-//! | module | holds |
-//! |---|---|
-//! | `shard` | which shard runs which case |
-//! | `journal` | the file of cases: its header, its items, how it is written and read |
-//! | `merge` | the files of all shards as one |
-//! | `error` | what is wrong with a file or with several |
 
 mod error;
-mod journal;
-mod merge;
+mod file;
 mod shard;
 #[cfg(test)]
 mod tests;
+mod value;
 
 pub use error::CasesError;
-pub use journal::{Header, Input, Item, Journal, Key, Known, Written};
-pub use merge::{Joined, machines};
+pub use file::{Header, Journal, Known, Written};
 pub use shard::Shard;
+pub use value::Record;
 
+use file::Line;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -35,7 +28,6 @@ use serde::de::DeserializeOwned;
 use std::fmt::Debug;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, OnceLock, PoisonError};
-use taut_ground::files;
 use taut_output::check::ExperimentError;
 
 /// The cases of a running study. The default runs all, keeps no file and shows no progress.
@@ -60,14 +52,7 @@ struct Counts {
 
 impl Default for Cases {
     fn default() -> Self {
-        Self {
-            bar: ProgressBar::hidden(),
-            shard: Shard::WHOLE,
-            known: Known::new(),
-            journal: Mutex::new(None),
-            is_merged: false,
-            counts: Counts::default(),
-        }
+        Self::new(Shard::WHOLE, Known::new(), None)
     }
 }
 
@@ -76,10 +61,12 @@ impl Cases {
     #[must_use]
     pub fn new(shard: Shard, known: Known, journal: Option<Journal>) -> Self {
         Self {
+            bar: ProgressBar::hidden(),
             shard,
             known,
             journal: Mutex::new(journal),
-            ..Self::default()
+            is_merged: false,
+            counts: Counts::default(),
         }
     }
 
@@ -87,9 +74,8 @@ impl Cases {
     #[must_use]
     pub fn merged(known: Known) -> Self {
         Self {
-            known,
             is_merged: true,
-            ..Self::default()
+            ..Self::new(Shard::WHOLE, known, None)
         }
     }
 
@@ -111,16 +97,14 @@ impl Cases {
         self.shard == Shard::WHOLE
     }
 
-    /// Runs a stage's cases in parallel, those that are dealt to this shard by their `cost`, in any unit. A list of the same
-    /// costs is dealt alike in every stage.
+    /// Runs a stage's cases in parallel, those that are dealt to this shard by their places in the list.
     ///
     /// # Errors
-    /// The error of a case; a record that cannot be kept, or that belongs to another case.
+    /// The error of a case; a record that cannot be kept.
     pub fn parallel<C, T, E>(
         &self,
         stage: &'static str,
         list: &[C],
-        cost: impl Fn(&C) -> f64,
         run: impl Fn(&C) -> Result<T, E> + Sync,
     ) -> Result<Records<T>, ExperimentError>
     where
@@ -128,14 +112,9 @@ impl Cases {
         T: Serialize + DeserializeOwned + Send,
         E: Into<ExperimentError>,
     {
-        let own = self.begin(stage, list, cost);
+        let own = self.begin(stage, list.len());
         let cases = own.into_par_iter().enumerate().with_max_len(1);
-        let record = |(k, is_own): (usize, bool)| {
-            let run = || run(&list[k]);
-            is_own
-                .then(|| self.case(stage, k, &list[k], run))
-                .transpose()
-        };
+        let record = |(k, is_own)| self.case(is_own, (stage, k), &list[k], &run);
         Ok(Records(cases.map(record).collect::<Result<_, _>>()?))
     }
 
@@ -148,7 +127,6 @@ impl Cases {
         &self,
         stage: &'static str,
         list: &[C],
-        cost: impl Fn(&C) -> f64,
         run: impl FnMut(&C) -> Result<T, E>,
     ) -> Result<Records<T>, ExperimentError>
     where
@@ -156,9 +134,7 @@ impl Cases {
         T: Serialize + DeserializeOwned,
         E: Into<ExperimentError>,
     {
-        let records = self
-            .each(stage, list, cost, run)
-            .collect::<Result<_, _>>()?;
+        let records = self.each(stage, list, run).collect::<Result<_, _>>()?;
         Ok(Records(records))
     }
 
@@ -167,7 +143,6 @@ impl Cases {
         &'a self,
         stage: &'static str,
         list: &'a [C],
-        cost: impl Fn(&C) -> f64,
         mut run: impl FnMut(&C) -> Result<T, E> + 'a,
     ) -> impl Iterator<Item = Result<Option<T>, ExperimentError>> + 'a
     where
@@ -175,13 +150,8 @@ impl Cases {
         T: Serialize + DeserializeOwned + 'a,
         E: Into<ExperimentError> + 'a,
     {
-        let own = self.begin(stage, list, cost).into_iter().enumerate();
-        own.map(move |(k, is_own)| {
-            let run = || run(&list[k]);
-            is_own
-                .then(|| self.case(stage, k, &list[k], run))
-                .transpose()
-        })
+        let own = self.begin(stage, list.len()).into_iter().enumerate();
+        own.map(move |(k, is_own)| self.case(is_own, (stage, k), &list[k], &mut run))
     }
 
     /// Result of `study`; `None` if it lacks cases of other shards. For a study with a further
@@ -199,11 +169,10 @@ impl Cases {
     }
 
     /// Deals the cases of a stage: which of them are run here.
-    fn begin<C>(&self, stage: &'static str, list: &[C], cost: impl Fn(&C) -> f64) -> Vec<bool> {
-        let costs: Vec<f64> = list.iter().map(cost).collect();
-        let own = self.shard.own(&costs);
+    fn begin(&self, stage: &'static str, cases: usize) -> Vec<bool> {
+        let own: Vec<bool> = (0..cases).map(|case| self.shard.owns(case)).collect();
         let count = own.iter().filter(|is_own| **is_own).count();
-        self.counts.all.fetch_add(list.len(), Relaxed);
+        self.counts.all.fetch_add(cases, Relaxed);
         self.counts.own.fetch_add(count, Relaxed);
         self.bar.reset();
         self.bar.set_length(count as u64);
@@ -211,58 +180,46 @@ impl Cases {
         own
     }
 
-    /// The record of a case: that of the file, or what running it comes to, which is then appended.
+    /// The record of an own case: that of the file, or what running it comes to, which is then appended.
     fn case<C: Debug, T: Serialize + DeserializeOwned, E: Into<ExperimentError>>(
         &self,
-        stage: &'static str,
-        index: usize,
+        is_own: bool,
+        (stage, index): (&str, usize),
         case: &C,
-        run: impl FnOnce() -> Result<T, E>,
-    ) -> Result<T, ExperimentError> {
-        let label = crc32fast::hash(format!("{case:?}").as_bytes());
-        let key = Key::new(stage, index);
-        let decoded = match self.known.get(&key) {
-            Some(item) if item.label == label => item.decoded()?,
-            Some(_) => return Err(CasesError::OtherCase(key).into()),
-            None if self.is_merged => return Err(CasesError::Missing(key).into()),
-            None => {
-                let record = run().map_err(Into::into)?;
-                let item = Item::of(key, label, &record)?;
-                self.write(|journal| journal.append(&item))?;
-                self.counts.run.fetch_add(1, Relaxed);
-                item.decoded()?
-            }
-        };
-        self.bar.inc(1);
-        Ok(decoded)
-    }
-
-    /// Writes to the file. One that nobody asked for is given up where it cannot be written, and the study goes on.
-    fn write(
-        &self,
-        write: impl FnOnce(&mut Journal) -> Result<(), CasesError>,
-    ) -> Result<(), CasesError> {
-        let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(open) = journal.as_mut() else {
-            return Ok(());
-        };
-        match write(open) {
-            Err(e) if !open.is_asked_for() => {
-                files::complain(&format!("{e}: this run cannot be resumed"));
-                *journal = None;
-                Ok(())
-            }
-            other => other,
+        mut run: impl FnMut(&C) -> Result<T, E>,
+    ) -> Result<Option<T>, ExperimentError> {
+        if !is_own {
+            return Ok(None);
         }
+        let name = format!("{stage} {}: {case:?}", index + 1);
+        let new;
+        let record = match self.known.get(&name) {
+            Some(record) => record,
+            None if self.is_merged => return Err(CasesError::Missing(name).into()),
+            None => {
+                let made = run(case).map_err(Into::into)?;
+                new = Record::of(&made).map_err(|e| CasesError::Record(name.clone(), e))?;
+                self.write(Some(&Line::Case(name.clone(), new.0.clone())))?;
+                self.counts.run.fetch_add(1, Relaxed);
+                &new
+            }
+        };
+        let read = record.read().map_err(|e| CasesError::Record(name, e))?;
+        self.bar.inc(1);
+        Ok(Some(read))
     }
 
-    /// Closes the file of a study that has run all its cases.
+    fn write(&self, line: Option<&Line>) -> Result<(), CasesError> {
+        let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
+        journal.as_mut().map_or(Ok(()), |file| file.write(line))
+    }
+
+    /// Begins the file of a study that had no case to run.
     ///
     /// # Errors
-    /// A file that cannot be written, where it was asked for.
+    /// A file that cannot be written.
     pub fn finish(&self) -> Result<(), CasesError> {
-        let all = self.counts.all.load(Relaxed);
-        self.write(|journal| journal.finish(all))
+        self.write(None)
     }
 
     /// Counts of the cases, in a line.

@@ -90,7 +90,7 @@ pub(crate) fn run(
         let outcome = experiments[*k].outcome(catalogue.quick, bar);
         Ok::<_, ExperimentError>(outcome.unwrap_or_else(|e| failed(&e)))
     };
-    let outcomes = reporter.cases.each("experiments", &names, |_| 1.0, outcome);
+    let outcomes = reporter.cases.each("experiments", &names, outcome);
     let mut rows: Vec<Row> = Vec::new();
     for (experiment, outcome) in experiments.iter().zip(outcomes) {
         let outcome = outcome?;

@@ -171,22 +171,6 @@ enum Row {
     Spin(Spin),
 }
 
-impl Task<'_> {
-    /// Its steps, of all segments.
-    fn cost(&self, config: &Config) -> f64 {
-        let steps = |time: f64, dt: f64| time / dt;
-        let (steps, segments) = match *self {
-            Self::Band(case) => (config.steps as f64, case.segments),
-            Self::Swing(_, _, finer) => {
-                let steps = steps(config.moments[1], config.dt / finer as f64);
-                (steps, config.segments)
-            }
-            Self::Spin(_, dt) => (steps(config.spin_time, dt), spin::RODS),
-        };
-        steps * segments as f64
-    }
-}
-
 /// Runs the three experiments, in parallel, each run a case.
 ///
 /// # Errors
@@ -203,8 +187,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
         let dts = config.spin_dts.iter();
         tasks.extend(dts.map(|&dt| Task::Spin(setting, dt)));
     }
-    let cost = |task: &Task<'_>| task.cost(config);
-    let rows = cases.parallel("runs", &tasks, cost, |task| match *task {
+    let rows = cases.parallel("runs", &tasks, |task| match *task {
         Task::Swing(ratio, setting, finer) => {
             swing::run(config, ratio, setting, finer).map(Row::Swing)
         }

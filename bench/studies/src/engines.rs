@@ -138,17 +138,13 @@ pub struct Results {
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let over_ratios = |&n: &usize| config.ratios.iter().map(move |&ratio| (n, ratio));
     let cables: Vec<(usize, f64)> = config.segments.iter().flat_map(over_ratios).collect();
-    let cost = |(segments, _): &(usize, f64)| *segments as f64;
-    let rows = cases.in_turn("engines", &cables, cost, |&(segments, ratio)| {
+    let rows = cases.in_turn("engines", &cables, |&(segments, ratio)| {
         rows(config, segments, ratio)
     })?;
     let scenes = grounded::scenes(config);
-    let ground = cases.in_turn(
-        "ground",
-        &scenes,
-        |_| 1.0,
-        |&(kind, ratio)| grounded::rows(config, kind, ratio),
-    )?;
+    let ground = cases.in_turn("ground", &scenes, |&(kind, ratio)| {
+        grounded::rows(config, kind, ratio)
+    })?;
     Ok(Results {
         records: rows.all()?.concat(),
         ground: ground.all()?.concat(),

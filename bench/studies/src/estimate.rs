@@ -221,9 +221,9 @@ fn costs(case: &Case, config: &Config) -> Result<Vec<Cost>, ExperimentError> {
 /// A scene that cannot be built, a step that fails.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let list = scenes::all(&config.ratios);
-    let estimates = cases.parallel("estimates", &list, |_| 1.0, |case| rows(case, config))?;
+    let estimates = cases.parallel("estimates", &list, |case| rows(case, config))?;
     let timed = scenes::timed();
-    let costs = cases.in_turn("costs", &timed, |_| 1.0, |case| costs(case, config))?;
+    let costs = cases.in_turn("costs", &timed, |case| costs(case, config))?;
     Ok(Results {
         estimates: estimates.all()?.concat(),
         costs: costs.all()?.concat(),

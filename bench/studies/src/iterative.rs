@@ -174,11 +174,6 @@ enum Subject {
 }
 
 impl Subject {
-    fn size(&self) -> usize {
-        let (Self::Hoist(size, _) | Self::Network(_, size)) = *self;
-        size
-    }
-
     fn case(self, config: &Config) -> Result<Case, StepError> {
         match self {
             Self::Hoist(segments, ratio) => Case::hoist(config, segments, ratio),
@@ -210,8 +205,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     }
     let networks = config.networks.iter();
     subjects.extend(networks.map(|&(network, size)| Subject::Network(network, size)));
-    let cost = |subject: &Subject| subject.size() as f64;
-    let records = cases.in_turn("scenes", &subjects, cost, |subject| {
+    let records = cases.in_turn("scenes", &subjects, |subject| {
         let case = subject.case(config)?;
         let direct = case.direct(config)?;
         let mut records = direct.clone();

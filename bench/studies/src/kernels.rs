@@ -136,8 +136,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
         }
     }
     // Each has its time, which a pass of a long cable exceeds.
-    let cost = |(segments, ..): &(usize, _, _)| (1000 + segments) as f64;
-    let parts = cases.in_turn("rivals", &hoists, cost, |&(segments, ratio, joint)| {
+    let parts = cases.in_turn("rivals", &hoists, |&(segments, ratio, joint)| {
         let case = Case::new(joint, segments, ratio)?;
         let (rivals, omissions) = taking_part(&config.rivals, &case);
         Ok::<_, StepError>((rows(&case, &rivals, config.share), omissions))

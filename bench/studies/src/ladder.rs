@@ -192,15 +192,14 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
         shared(&made[k], new)
     };
     let titles: Vec<_> = subjects.iter().map(Subject::title).enumerate().collect();
-    let cost = |(k, _): &(usize, String)| subjects[*k].bodies() as f64;
-    let untimed = cases.parallel("physics", &titles, cost, |(k, _)| {
+    let untimed = cases.parallel("physics", &titles, |(k, _)| {
         let case = case(*k)?;
         let (tasks, omissions) = tasks(config, case, &compiled);
         let rows = tasks.par_iter().map(|task| task_rows(config, case, task));
         let rows: Vec<Vec<Untimed>> = rows.collect();
         Ok::<_, ExperimentError>((case.note(), rows, omissions))
     })?;
-    let timed = cases.in_turn("timing", &titles, cost, |(k, _)| {
+    let timed = cases.in_turn("timing", &titles, |(k, _)| {
         let (case, (_, rows, _)) = (case(*k)?, untimed.of(*k)?);
         let (tasks, _) = tasks(config, case, &compiled);
         let rows = tasks.iter().zip(rows);

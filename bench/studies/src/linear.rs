@@ -292,8 +292,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentErro
             scenes.extend(config.ratios.iter().map(|&ratio| (segments, pose, ratio)));
         }
     }
-    let cost = |(segments, ..): &(usize, _, _)| *segments as f64;
-    let rows = cases.parallel("scenes", &scenes, cost, |&(segments, pose, ratio)| {
+    let rows = cases.parallel("scenes", &scenes, |&(segments, pose, ratio)| {
         Ok::<_, StepError>(Case::new(config, segments, pose, ratio)?.rows(config))
     })?;
     Ok(rows.all()?.concat())

@@ -256,6 +256,6 @@ pub fn gains(rows: &[Row]) -> impl Iterator<Item = (&Row, Option<f64>)> {
 /// A step that fails.
 pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Row>, ExperimentError> {
     let scenes = ["hoists".to_owned(), "ropes".to_owned()];
-    let found = cases.in_turn("resolution", &scenes, |_| 1.0, |name| rows(name, config))?;
+    let found = cases.in_turn("resolution", &scenes, |name| rows(name, config))?;
     Ok(found.all()?.concat())
 }

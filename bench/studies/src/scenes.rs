@@ -255,12 +255,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
         let params = config.params(network, size, ratio);
         shared(&made[k], || measure::Case::new(config, size, &params))
     };
-    let cost = |&(_, (network, size, _)): &(usize, (Network, usize, f64))| match network {
-        Network::Net => (size * size) as f64,
-        Network::Ladder => (size * LADDER_SEGMENTS) as f64,
-        _ => size as f64,
-    };
-    let untimed = cases.parallel("errors", &networks, cost, |network| {
+    let untimed = cases.parallel("errors", &networks, |network| {
         let case = case(network)?;
         let (tasks, omissions) = tasks(config, case);
         let row = |task: &Task| measure::row(config, case, task);
@@ -271,7 +266,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
             .collect();
         Ok::<_, StepError>((rows, omissions))
     })?;
-    let timed = cases.in_turn("timing", &networks, cost, |network| {
+    let timed = cases.in_turn("timing", &networks, |network| {
         let (case, (rows, _)) = (case(network)?, untimed.of(network.0)?);
         let (tasks, _) = tasks(config, case);
         let mut rows = rows.clone();

@@ -120,18 +120,13 @@ pub fn run(
         }
     }
     let mut is_solved = false;
-    let records = cases.in_turn(
-        "solvers",
-        &tasks,
-        |_| 1.0,
-        |&(choice, limit)| {
-            if !std::mem::replace(&mut is_solved, true) {
-                let systems = sequence.stretches.iter_mut().flat_map(|s| &mut s.systems);
-                systems.for_each(Systems::solve_exactly);
-            }
-            Ok::<_, ExperimentError>(row(sequence, choice, limit))
-        },
-    )?;
+    let records = cases.in_turn("solvers", &tasks, |&(choice, limit)| {
+        if !std::mem::replace(&mut is_solved, true) {
+            let systems = sequence.stretches.iter_mut().flat_map(|s| &mut s.systems);
+            systems.for_each(Systems::solve_exactly);
+        }
+        Ok::<_, ExperimentError>(row(sequence, choice, limit))
+    })?;
     Ok(Results {
         records: records.all()?,
         omissions,

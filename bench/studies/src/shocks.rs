@@ -113,21 +113,16 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
             shocks.extend(config.ratios.iter().map(|&ratio| (shock, ratio, length)));
         }
     }
-    let parts = cases.parallel("shocks", &shocks, |_| 1.0, |&case| outcomes(config, case))?;
+    let parts = cases.parallel("shocks", &shocks, |&case| outcomes(config, case))?;
     let first = config.settings.first().filter(|_| config.repeats > 0);
     let timings = match first {
         None => None,
-        Some(setting) => Some(cases.in_turn(
-            "timing",
-            &shocks,
-            |_| 1.0,
-            |&case| {
-                let (shock, ratio, length) = case;
-                let options = &setting.options;
-                let timing = times(shock, ratio, length, options, config.time, config.repeats)?;
-                Ok::<_, StepError>([timing.max, timing.median])
-            },
-        )?),
+        Some(setting) => Some(cases.in_turn("timing", &shocks, |&case| {
+            let (shock, ratio, length) = case;
+            let options = &setting.options;
+            let timing = times(shock, ratio, length, options, config.time, config.repeats)?;
+            Ok::<_, StepError>([timing.max, timing.median])
+        })?),
     };
     let mut parts = parts.all()?;
     if let Some(timings) = timings {

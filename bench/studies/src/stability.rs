@@ -302,9 +302,8 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentErro
     let ratios = &config.ratios;
     let each = |case| ratios.iter().map(move |&ratio| (case, ratio));
     let runs: Vec<(&Case, f64)> = config.cases.iter().flat_map(each).collect();
-    let cost = |(case, _): &(&Case, f64)| case.segments as f64;
     let fails = |(case, ratio): &(&Case, f64)| fails(config, case, *ratio);
-    let failures = cases.parallel("runs", &runs, cost, fails)?.all()?;
+    let failures = cases.parallel("runs", &runs, fails)?.all()?;
     let cells = config.cases.iter().zip(failures.chunks(ratios.len()));
     let records = cells.map(|(case, failures)| record(config, case, failures));
     Ok(records.collect::<Result<_, _>>()?)

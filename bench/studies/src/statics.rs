@@ -269,10 +269,9 @@ pub fn sweep(config: &Config, cases: &Cases) -> Result<Results, ExperimentError>
             }));
         }
     }
-    let cost = |(params, _): &(HoistParams, &Choice)| params.segments as f64;
     let run = |(params, choice): &(HoistParams, &Choice)| sweep_one(config, params, choice);
     let mut all = Results::default();
-    for mut part in cases.parallel("solvers", &tasks, cost, run)?.all()? {
+    for mut part in cases.parallel("solvers", &tasks, run)?.all()? {
         all.settled.append(&mut part.settled);
         all.needed.append(&mut part.needed);
     }

@@ -58,7 +58,7 @@ pub struct Fit {
 /// # Errors
 /// A scene that cannot be built.
 pub fn fit(scenes: &[String], dt: f64, cases: &Cases) -> Result<Fit, ExperimentError> {
-    let measured = cases.in_turn("fit", scenes, |_| 1.0, |scene| measured(scene, dt))?;
+    let measured = cases.in_turn("fit", scenes, |scene| measured(scene, dt))?;
     let all = measured.all()?.concat();
     let mut ways: Vec<&str> = all.iter().map(|m| m.way.as_str()).collect();
     ways.sort_unstable();

@@ -1,7 +1,5 @@
 //! Faults of one or several files of cases.
 
-use super::Shard;
-use super::journal::Key;
 use std::fmt;
 use std::path::PathBuf;
 use taut_ground::files::FileError;
@@ -16,15 +14,13 @@ pub enum CasesError {
     File(FileError),
     /// A file without cases, or in another format.
     NotCases(PathBuf),
-    /// A file that ends within its header.
-    NoHeader(PathBuf),
-    /// A file with something else than a case, from that byte on.
+    /// A file with something else than a case in that line, from 1.
     Damaged(PathBuf, usize),
     /// A file that another run writes.
     InUse(PathBuf),
     /// A file of another version of the program, other options or other input files than another, or than this run.
     Differs {
-        path: PathBuf,
+        path: String,
         /// Name of the differing part.
         what: &'static str,
         found: String,
@@ -33,33 +29,12 @@ pub enum CasesError {
         /// Content of the other.
         wanted: String,
     },
-    /// Two files of the same shard.
-    Twice(Shard, [PathBuf; 2]),
-    /// A shard's file that holds cases, of a run that is not to resume it.
+    /// A file that holds cases, of a run that is not to resume it.
     Kept(PathBuf),
-    /// Shards without a file.
-    Absent {
-        numbers: Vec<usize>,
-        /// How many shards there are.
-        of: usize,
-        /// The command that runs the first of them.
-        command: String,
-    },
-    /// A file whose run has not come to its end, and the command that resumes it.
-    Unfinished(PathBuf, String),
-    /// Files that do not hold as many cases as there are.
-    Count {
-        /// Cases in the files.
-        found: usize,
-        /// Cases of the study.
-        wanted: usize,
-    },
-    /// A case that no file has.
-    Missing(Key),
-    /// A record of another case than that of its place.
-    OtherCase(Key),
-    /// A record that cannot be encoded or decoded.
-    Record(Key, String),
+    /// Name of a case that no file has.
+    Missing(String),
+    /// Name of a case whose record cannot be written or read, and why.
+    Record(String, String),
 }
 
 impl CasesError {
@@ -70,16 +45,6 @@ impl CasesError {
     }
 }
 
-/// The first numbers of a list.
-fn some(numbers: &[usize]) -> String {
-    let first = numbers.iter().take(10).map(ToString::to_string);
-    let mut text = first.collect::<Vec<_>>().join(", ");
-    if numbers.len() > 10 {
-        text.push_str(" …");
-    }
-    text
-}
-
 impl fmt::Display for CasesError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -87,17 +52,12 @@ impl fmt::Display for CasesError {
             Self::File(e) => e.fmt(f),
             Self::NotCases(path) => write!(
                 f,
-                "`{}` is no file of cases, as a study writes them to target/taut/NAME.cases, or one of another format",
+                "`{}` is no file of cases, as a study writes them to target/taut/NAME.cases, or one of an earlier version: name another, or delete it and run its study again",
                 path.display()
             ),
-            Self::NoHeader(path) => write!(
+            Self::Damaged(path, line) => write!(
                 f,
-                "`{}` ends within its header: run its study again",
-                path.display()
-            ),
-            Self::Damaged(path, at) => write!(
-                f,
-                "`{}` is damaged at byte {at}: run its study again without `--resume`",
+                "`{}` is damaged in line {line}: delete it, and run its study again",
                 path.display()
             ),
             Self::InUse(path) => write!(
@@ -113,44 +73,21 @@ impl fmt::Display for CasesError {
                 wanted,
             } => write!(
                 f,
-                "`{}` has another {what} than {other}: `{found}`, not `{wanted}`",
-                path.display()
-            ),
-            Self::Twice(shard, [a, b]) => write!(
-                f,
-                "shard {shard} is there twice, in `{}` and in `{}`: give one of them",
-                a.display(),
-                b.display()
+                "`{path}` has another {what} than {other}: `{found}`, not `{wanted}`"
             ),
             Self::Kept(path) => write!(
                 f,
-                "`{}` holds cases of this shard: add `--resume` to go on with them, or delete it to run the shard anew",
+                "`{}` holds cases: add `--resume` to go on with them, or delete it to run them anew",
                 path.display()
             ),
-            Self::Absent {
-                numbers,
-                of,
-                command,
-            } => write!(
+            Self::Missing(name) => write!(
                 f,
-                "shards are missing, of {of}: {}: name their files too, which `{command}` writes for the first",
-                some(numbers)
+                "the case `{name}` is in no file: name those of all shards, and finish the stopped ones with `--resume`"
             ),
-            Self::Unfinished(path, command) => write!(
+            Self::Record(name, reason) => write!(
                 f,
-                "`{}` does not hold all its cases: finish it with `{command}`",
-                path.display()
+                "the record of the case `{name}` cannot be kept: {reason}"
             ),
-            Self::Count { found, wanted } => write!(
-                f,
-                "the files hold {found} cases, the study has {wanted}: run its shards again"
-            ),
-            Self::Missing(key) => write!(f, "{key} is in no file: run its shard again"),
-            Self::OtherCase(key) => write!(
-                f,
-                "{key} is another one than it was: run the study again without `--resume`"
-            ),
-            Self::Record(key, reason) => write!(f, "{key} cannot be kept: {reason}"),
         }
     }
 }

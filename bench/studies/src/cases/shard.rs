@@ -1,6 +1,5 @@
 //! Which shard runs which case.
 
-use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
@@ -8,7 +7,7 @@ use std::str::FromStr;
 const MOST: usize = 10_000;
 
 /// One of several runs that share a study, such as `3/8`: the third of eight.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
     /// Which it is, from 1.
     pub number: usize,
@@ -20,28 +19,11 @@ impl Shard {
     /// The only one.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// True for a number from 1 to `of`, and at most [`MOST`] shards.
-    pub(super) fn is_one(self) -> bool {
-        1 <= self.number && self.number <= self.of && self.of <= MOST
-    }
-
-    /// Which cases of these costs are its own. The most expensive case that is left goes to the shard with the least to do, the
-    /// first of several: the shards cost alike as far as the costs are right. Equal costs are dealt in turn.
+    /// True for its own cases. They are dealt in turn, each round begun one shard later: a list that repeats itself is dealt
+    /// evenly all the same.
     #[must_use]
-    pub fn own(self, costs: &[f64]) -> Vec<bool> {
-        let mut order: Vec<usize> = (0..costs.len()).collect();
-        order.sort_by(|&a, &b| costs[b].total_cmp(&costs[a]));
-        // Shards beyond the number of cases get none.
-        let mut loads = vec![0.0_f64; self.of.min(costs.len())];
-        let mut own = vec![false; costs.len()];
-        for case in order {
-            let least = (0..loads.len()).min_by(|&a, &b| loads[a].total_cmp(&loads[b]));
-            if let Some(shard) = least {
-                loads[shard] += costs[case];
-                own[case] = shard + 1 == self.number;
-            }
-        }
-        own
+    pub fn owns(self, case: usize) -> bool {
+        (case + case / self.of) % self.of + 1 == self.number
     }
 }
 
@@ -55,12 +37,11 @@ impl FromStr for Shard {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/');
-        let shard = numbers.and_then(|(number, of)| {
+        let shard = text.split_once('/').and_then(|(number, of)| {
             let (number, of) = (number.parse().ok()?, of.parse().ok()?);
-            Some(Self { number, of })
+            (1 <= number && number <= of && of <= MOST).then_some(Self { number, of })
         });
-        shard.filter(|shard| shard.is_one()).ok_or_else(|| {
+        shard.ok_or_else(|| {
             format!(
                 "a shard is its number and how many there are, at most {MOST}: from 1/8 to 8/8 for eight"
             )
@@ -72,44 +53,21 @@ impl FromStr for Shard {
 mod tests {
     use super::*;
 
-    fn shards(of: usize, costs: &[f64]) -> Vec<Vec<bool>> {
-        let shard = |number| Shard { number, of };
-        (1..=of).map(|number| shard(number).own(costs)).collect()
-    }
-
     #[test]
-    fn every_case_is_dealt_once_and_shards_cost_alike() {
-        let costs: Vec<f64> = (0..100).map(|k| f64::from(k * k % 37 + 1)).collect();
-        for of in [1, 2, 8, 99, 100, 101, 250] {
-            let own = shards(of, &costs);
-            for case in 0..costs.len() {
-                assert_eq!(
-                    own.iter().filter(|own| own[case]).count(),
-                    1,
-                    "{case} of {of}"
-                );
-            }
-            let cost = |own: &Vec<bool>| -> f64 {
-                let cases = own.iter().zip(&costs).filter(|(own, _)| **own);
-                cases.map(|(_, cost)| cost).sum()
-            };
-            let loads: Vec<f64> = own.iter().map(cost).collect();
-            let most = loads.iter().fold(0.0_f64, |m, x| m.max(*x));
-            let mean = costs.iter().sum::<f64>() / of as f64;
-            assert!(most <= mean + 37.0, "{of}: {most} of {mean}");
-            if of == 8 {
-                assert!(most < 1.01 * mean, "{most} of {mean}");
+    fn every_case_is_dealt_once_and_a_list_that_repeats_itself_evenly() {
+        for of in [1, 2, 3, 8, 99] {
+            let shards = (1..=of).map(|number| Shard { number, of });
+            let own = shards.map(|shard| (0..of * of).filter(move |case| shard.owns(*case)));
+            let own: Vec<Vec<usize>> = own.map(Iterator::collect).collect();
+            let mut all = own.concat();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..of * of));
+            for cases in own {
+                let mut kinds: Vec<usize> = cases.into_iter().map(|case| case % of).collect();
+                kinds.sort_unstable();
+                assert!(kinds.into_iter().eq(0..of), "{of}");
             }
         }
-        assert_eq!(shards(3, &[]), vec![Vec::<bool>::new(); 3]);
-        assert_eq!(shards(2, &[f64::NAN, 1.0])[0].len(), 2);
-    }
-
-    #[test]
-    fn equal_costs_are_dealt_in_turn() {
-        let first: Vec<Vec<bool>> = shards(3, &[1.0; 4]);
-        assert_eq!(first[0], [true, false, false, true]);
-        assert_eq!(first[2], [false, false, true, false]);
     }
 
     #[test]

@@ -115,14 +115,6 @@ impl Subject {
         }
     }
 
-    /// Its bodies, about.
-    pub(super) fn bodies(&self) -> usize {
-        match self {
-            Self::Hoist(params) => params.segments,
-            Self::Own(own) => own.scene.bodies.len(),
-        }
-    }
-
     /// How finely its reference is stepped, and what is stepped.
     fn motion(&self, config: &Config) -> Result<(Motion, usize), StepError> {
         match self {

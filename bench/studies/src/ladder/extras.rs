@@ -196,9 +196,7 @@ pub(super) fn measure(
     cases: &Cases,
 ) -> Result<Extras, ExperimentError> {
     let measure = |part: &Part| part.measure(choices, quick);
-    let parts = cases
-        .in_turn("plots", &Part::ALL, |_| 1.0, measure)?
-        .all()?;
+    let parts = cases.in_turn("plots", &Part::ALL, measure)?.all()?;
     Ok(parts.into_iter().fold(Extras::default(), Extras::with))
 }
 
@@ -210,7 +208,7 @@ pub(super) fn measure_own(config: &Config, cases: &Cases) -> Result<Extras, Expe
     let first: Vec<_> = config.own.iter().take(1).collect();
     let names: Vec<&str> = first.iter().map(|own| own.name.as_str()).collect();
     let measure = |_: &&str| of_own(config, first[0]);
-    let parts = cases.in_turn("plots", &names, |_| 1.0, measure)?.all()?;
+    let parts = cases.in_turn("plots", &names, measure)?.all()?;
     Ok(parts.into_iter().fold(Extras::default(), Extras::with))
 }
 

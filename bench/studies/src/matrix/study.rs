@@ -114,8 +114,7 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let places: Vec<(usize, &str)> = places
         .map(|(k, system)| (k, system.name.as_str()))
         .collect();
-    let cost = |(k, _): &(usize, &str)| systems[*k].matrix.dim() as f64;
-    let results = cases.in_turn("systems", &places, cost, |(k, _)| {
+    let results = cases.in_turn("systems", &places, |(k, _)| {
         Ok::<_, ExperimentError>(solve::run(&systems[*k], &config))
     })?;
     let results = results.all()?;
