@@ -9,8 +9,10 @@
 //! as undecided.
 //!
 //! The second is a flag, which another thread or a signal handler sets. The step then ends with
-//! [`StepError::Stopped`].
+//! [`StepError::Stopped`], in the state that it began with ([`crate::saved::beginning`]). A flag
+//! that a step has seen stays seen until the next step begins.
 
+use crate::saved::beginning::Beginning;
 use crate::{StepError, Stepper};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,12 +31,19 @@ pub(crate) struct Effort {
     spent: f64,
     most: f64,
     stop: Option<Arc<AtomicBool>>,
+    /// True once the step has seen the flag.
+    is_stopped: bool,
+    /// State that a stopped step goes back to; `None` without a flag, and in the companion run.
+    pub(crate) beginning: Option<Box<Beginning>>,
+    /// Looks at the flag, and the one from which on it is up.
+    #[cfg(test)]
+    pub(crate) looks: (usize, Option<usize>),
 }
 
 impl Effort {
     /// A step begins.
     pub(crate) fn begin(&mut self) {
-        (self.spent, self.most) = (0.0, MOST[0]);
+        (self.spent, self.most, self.is_stopped) = (0.0, MOST[0], false);
     }
 
     /// The step has so many groups of contacts.
@@ -64,22 +73,27 @@ impl Effort {
         }
     }
 
-    /// True while the flag is set that stops the step.
-    pub(crate) fn is_stopped(&self) -> bool {
-        self.stop
-            .as_ref()
-            .is_some_and(|stop| stop.load(Ordering::Relaxed))
+    /// True once the flag that stops the step was seen set.
+    pub(crate) fn is_stopped(&mut self) -> bool {
+        #[cfg(test)]
+        {
+            self.looks.0 += 1;
+            self.is_stopped |= self.looks.1.is_some_and(|up| self.looks.0 >= up);
+        }
+        let is_set = |stop: &Arc<AtomicBool>| stop.load(Ordering::Relaxed);
+        self.is_stopped = self.is_stopped || self.stop.as_ref().is_some_and(is_set);
+        self.is_stopped
     }
 
     /// The error of a step that is asked to end, whose sub-step began at `time` (s).
-    pub(crate) fn check(&self, time: f64) -> Result<(), StepError> {
+    pub(crate) fn check(&mut self, time: f64) -> Result<(), StepError> {
         if self.is_stopped() {
             return Err(StepError::Stopped { time });
         }
         Ok(())
     }
 
-    /// The flag of another one, of a stepper that goes on with its run.
+    /// Takes the flag of another one, of the run that this one accompanies.
     pub(crate) fn follow(&mut self, other: &Self) {
         self.stop.clone_from(&other.stop);
     }
@@ -87,12 +101,14 @@ impl Effort {
 
 impl Stepper {
     /// Ends steps early while `stop` is true. Another thread or a signal handler may set it: the
-    /// step in progress then fails with [`StepError::Stopped`], which says what state is left. The
-    /// step looks at the flag between sub-steps, Newton passes and dense problems of contacts. The
-    /// flag stays through [`change`](Self::change) and [`set_options`](Self::set_options). Saved
-    /// runs do not hold it.
+    /// step in progress then fails with [`StepError::Stopped`], and the run is where that step
+    /// began. The step looks at the flag between sub-steps, Newton passes and dense problems of
+    /// contacts. The flag stays through [`change`](Self::change) and
+    /// [`set_options`](Self::set_options). Saved runs do not hold it. From now on each step copies
+    /// the state that it begins with.
     pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
         self.effort.stop = Some(stop);
+        self.effort.beginning.get_or_insert_default();
         self.share_stop();
     }
 }

@@ -69,17 +69,13 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// The flag of [`Stepper::stop_by`](crate::Stepper::stop_by) was set, and the step is left
-    /// incomplete. [`Stepper::time`](crate::Stepper::time) is the time of the state that is left.
+    /// The flag of [`Stepper::stop_by`](crate::Stepper::stop_by) was set, and the step was taken
+    /// back: the run is in the state that the step began with, also before its first sub-step. No
+    /// event has fired.
     ///
-    /// Sub-steps that were finished before stay, as do finished parts of a divided sub-step. No
-    /// event has fired. With a [`Guard`](crate::Guard) the interrupted sub-step, or part, is taken
-    /// back to its beginning. Without one, a stop during the rebound of shapes leaves the state at
-    /// the end of the sub-step, with the velocities from before the rebound.
-    ///
-    /// Constraint multipliers are zero. Once the flag is cleared, further steps go on from this
-    /// state, but may differ from those of a run that was not stopped. To repeat the step, resume
-    /// from a [`SavedRun`](crate::SavedRun) made before it.
+    /// Once the flag is cleared, further steps go on with the bits of a run that was not stopped; so
+    /// does a [`SavedRun`](crate::SavedRun) made of this state. Between
+    /// [`solve`](crate::Stepper::solve) and [`advance`](crate::Stepper::advance), solve again.
     Stopped {
         /// Time at which the step looked at the flag, within the interrupted sub-step \[s].
         time: f64,
