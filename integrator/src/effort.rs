@@ -3,10 +3,11 @@
 //! A dense problem of contacts that Newton's method does not solve costs hundreds of
 //! factorisations, and a step may have hundreds of such problems. Two things bound the work.
 //!
-//! The first is a count of work. It depends on the input alone, so a run has the same bits on each
-//! machine. Once [`MOST`] is spent, the rest of the step finds its contacts' impulses by a few
-//! sweeps ([`Effort::method`]), without further passes or shorter sub-steps. The report counts them
-//! as undecided.
+//! The first is a count of work, in multiplications. It depends on the input alone, so a run has
+//! the same bits on each machine. Once [`MOST`] is spent, the rest of the step finds its contacts'
+//! impulses by a few sweeps ([`Effort::method`]), without further passes or shorter sub-steps. The
+//! report counts them as undecided. A step that even then comes to [`LIMIT`] ends with
+//! [`StepError::TooMuchWork`].
 //!
 //! The second is a flag, which another thread or a signal handler sets. The step then ends with
 //! [`StepError::Stopped`], in the state that it began with ([`crate::saved::beginning`]). A flag
@@ -18,9 +19,19 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_solver::coulomb::{ConeMethod, ConeReport};
 
-/// Most work of a step, and so much more for each group of contacts: the sum of n³ over the factorisations of its dense
-/// problems of n rows, and of n² over their sweeps. Piles that fall spend a tenth of it at most.
-const MOST: [f64; 2] = [1e11, 1e10];
+/// Work of a step after which only sweeps are made; so much more for each group of contacts, up to
+/// the third number.
+const MOST: [f64; 3] = [1e11, 1e10, 1.5e11];
+
+/// Work at which a step ends: some 10 s.
+const LIMIT: f64 = 3e11;
+
+/// Work of a sweep over n rows in n², of a column through the joints' factor, or an iteration for
+/// it, in entries of their matrix, and of a Newton pass of the guard in these. Sparse rows take
+/// longer than the dense ones that are counted as they are.
+const SWEEP: f64 = 10.0;
+const COLUMN: f64 = 20.0;
+const PASS: f64 = 100.0;
 
 /// Sweeps over the contacts of a dense problem once that is spent.
 const SWEEPS: usize = 20;
@@ -48,18 +59,35 @@ impl Effort {
 
     /// The step has so many groups of contacts.
     pub(crate) fn allow(&mut self, groups: usize) {
-        self.most = self.most.max(MOST[0] + MOST[1] * groups as f64);
+        let [least, each, most] = MOST;
+        self.most = self.most.max((least + each * groups as f64).min(most));
     }
 
     /// A dense problem of `rows` rows was solved.
     pub(crate) fn spend(&mut self, rows: usize, report: &ConeReport) {
         let n = rows as f64;
-        self.spent += n * n * (n * report.pivots as f64 + report.sweeps as f64);
+        self.spent += n * n * (n * report.pivots as f64 + SWEEP * report.sweeps as f64);
+    }
+
+    /// So many `columns` went through a factor of the joints' system, whose matrix has so many
+    /// `entries`, or were iterated so often with it.
+    pub(crate) fn spend_solves(&mut self, columns: usize, iterations: usize, entries: usize) {
+        self.spent += COLUMN * (columns + iterations) as f64 * entries as f64;
+    }
+
+    /// A Newton pass of the guard assembled and factorised such a matrix.
+    pub(crate) fn spend_pass(&mut self, entries: usize) {
+        self.spent += PASS * entries as f64;
     }
 
     /// True once the step has spent more than its limit.
     pub(crate) fn is_spent(&self) -> bool {
         self.spent > self.most
+    }
+
+    /// True once nothing more is to be done: the step is stopped, or at its limit.
+    pub(crate) fn ends(&mut self) -> bool {
+        self.is_stopped() || self.spent > LIMIT
     }
 
     /// The method for the next dense problem of a step that asks for `method`.
@@ -85,10 +113,14 @@ impl Effort {
         self.is_stopped
     }
 
-    /// The error of a step that is asked to end, whose sub-step began at `time` (s).
+    /// The error of a step that is asked to end or has come to its limit, whose sub-step began at
+    /// `time` (s).
     pub(crate) fn check(&mut self, time: f64) -> Result<(), StepError> {
         if self.is_stopped() {
             return Err(StepError::Stopped { time });
+        }
+        if self.spent > LIMIT {
+            return Err(StepError::TooMuchWork { time });
         }
         Ok(())
     }

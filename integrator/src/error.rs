@@ -80,6 +80,13 @@ pub enum StepError {
         /// Time at which the step looked at the flag, within the interrupted sub-step \[s].
         time: f64,
     },
+    /// The contacts of the step took more work than a step may, some 10 s. With a flag
+    /// ([`Stepper::stop_by`](crate::Stepper::stop_by)) the run is in the state that the step began
+    /// with, otherwise its state is not to be used.
+    TooMuchWork {
+        /// Time at the beginning of the sub-step that took too much \[s].
+        time: f64,
+    },
     /// More contacts than the step solves.
     TooManyContacts {
         /// Contacts with a part in the step.
@@ -174,6 +181,11 @@ impl fmt::Display for StepError {
             Self::Stopped { time } => {
                 write!(f, "at t = {time:.4} s: the step was asked to end")
             }
+            Self::TooMuchWork { time } => write!(
+                f,
+                "at t = {time:.4} s: the contacts of the step take too long to find: make the time step smaller, part \
+                 bodies that are pressed into each other, or give fewer of them a shape"
+            ),
             Self::TooManyContacts {
                 contacts,
                 most,

@@ -40,6 +40,78 @@ fn what_is_spent_decides_the_method() {
 }
 
 #[test]
+fn a_step_has_a_limit_however_many_groups_there_are() {
+    for groups in [1, 26, 200, 100_000] {
+        let mut effort = Effort::default();
+        effort.begin();
+        effort.allow(groups);
+        effort.spent = 1.6e11;
+        assert!(effort.is_spent(), "{groups} groups");
+        assert!(effort.check(0.5).is_ok());
+        effort.spent = 3.1e11;
+        assert!(effort.ends());
+        let error = effort.check(0.5);
+        assert!(matches!(error, Err(StepError::TooMuchWork { time: 0.5 })));
+        let text = error.expect_err("too much").to_string();
+        assert!(text.contains("make the time step smaller"), "{text}");
+    }
+}
+
+#[test]
+fn columns_through_the_joints_and_passes_count() {
+    let mut effort = Effort::default();
+    effort.begin();
+    effort.spend_solves(600, 0, 10_000);
+    let columns = effort.spent;
+    assert!(columns >= 600.0 * 10_000.0);
+    // Those of an iteration are as many more as it makes.
+    effort.spend_solves(600, 5_400, 10_000);
+    assert!(effort.spent >= 10.0 * columns);
+    let before = effort.spent;
+    effort.spend_pass(10_000);
+    assert!(effort.spent > before);
+    // A step counts what it does.
+    let mut counted = pile(9.81, 1.0);
+    for _ in 0..30 {
+        counted.step().expect("a step");
+    }
+    assert!(counted.contacts().count() > 0 && counted.effort.spent > 0.0);
+    let scene = taut_model::GantryParams::default().build().expect("built");
+    let mut free = Stepper::new(scene, StepOptions::default()).expect("sound");
+    free.step().expect("a step");
+    assert_eq!(free.effort.spent, 0.0);
+    let guard = Some(crate::Guard {
+        tolerance: 1e-15,
+        ..crate::Guard::default()
+    });
+    let guarded = StepOptions {
+        guard,
+        ..free.options().clone()
+    };
+    free.set_options(guarded).expect("sound");
+    let passes = free.step().expect("a step");
+    assert!(passes.redone && free.effort.spent > 0.0);
+}
+
+#[test]
+fn a_step_that_crushes_cables_ends_within_its_limit() {
+    let mut worst = 0.0_f64;
+    for gravity in [1e6, 1e9] {
+        let mut stepper = pile(gravity, 1e6);
+        let report = stepper.step();
+        let spent = stepper.effort.spent;
+        worst = worst.max(spent);
+        match report {
+            Ok(report) => assert!(report.undecided > 0, "{gravity}"),
+            Err(error) => assert!(matches!(error, StepError::TooMuchWork { .. }), "{error}"),
+        }
+        // One more problem at most.
+        assert!(spent < 3.1e11, "{gravity}: {spent:e}");
+    }
+    assert!(worst > 1e11, "no step came to the limit: {worst:e}");
+}
+
+#[test]
 fn a_step_ends_soon_after_its_flag_is_set() {
     for gravity in [1e9, 3e10] {
         let mut stepper = pile(gravity, 1e6);

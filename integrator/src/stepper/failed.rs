@@ -6,7 +6,7 @@ use crate::StepError;
 impl Stepper {
     /// Clears what failed work has left. Returns the error that is to be told.
     pub(super) fn after_failure(&mut self, mut e: StepError) -> StepError {
-        if matches!(e, StepError::Stopped { .. }) {
+        if matches!(e, StepError::Stopped { .. } | StepError::TooMuchWork { .. }) {
             match self.return_to_beginning() {
                 Ok(true) => return e,
                 Ok(false) => {}

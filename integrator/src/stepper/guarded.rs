@@ -288,6 +288,7 @@ impl Stepper {
         self.closing.leave_drift(&mut self.pieces, dt);
         self.closing.damp_from_taut(&mut self.pieces, dt);
         self.tally.end(Phase::Linearize);
+        self.effort.spend_pass(self.matrix.values().len());
         self.solve_linearized(dt)?;
         self.pieces.update_velocity_change(&self.mu);
         self.pieces.predict(dt);

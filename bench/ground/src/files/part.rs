@@ -176,7 +176,9 @@ fn program(rest: &[u8]) -> Option<u32> {
 const OLD: Duration = Duration::from_secs(60);
 
 fn is_old(part: &fs::Metadata) -> bool {
-    let written = part.modified().and_then(|at| at.elapsed().map_err(io::Error::other));
+    let written = part
+        .modified()
+        .and_then(|at| at.elapsed().map_err(io::Error::other));
     written.is_ok_and(|age| age > OLD)
 }
 
@@ -290,7 +292,9 @@ mod tests {
         }
         files[2].try_lock().expect("locked");
         let output = Output::open(&at.join("r.tape")).expect("writable");
-        output.write(|out| out.write_all(b"whole")).expect("written");
+        output
+            .write(|out| out.write_all(b"whole"))
+            .expect("written");
         assert!(young.exists() && held.exists(), "{:?}", names(&at));
         assert!(!old.exists(), "{:?}", names(&at));
         fs::remove_dir_all(&at).expect("removed");

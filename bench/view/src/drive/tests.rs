@@ -245,7 +245,10 @@ fn a_restart_falls_back_to_what_has_made_steps() {
     assert_eq!(drive.stepper().options().dt, StepOptions::default().dt);
     let fallback = status.fallback.expect("it tells");
     assert!(fallback.contains("makes no step"), "{fallback}");
-    assert!(fallback.contains("began anew with `dense`, `spook`"), "{fallback}");
+    assert!(
+        fallback.contains("began anew with `dense`, `spook`"),
+        "{fallback}"
+    );
     // Until the options hold that were chosen.
     assert_eq!(ask(&mut drive, r#""restart""#), None);
     assert_eq!(drive.status().fallback, None);
@@ -262,7 +265,10 @@ fn a_restart_that_is_stopped_leaves_the_run() {
     let (steps, time) = (drive.status().steps, drive.stepper().time());
     let refused = ask(&mut drive, r#""restart""#).expect("stopped");
     assert!(refused.contains("asked to end"), "{refused}");
-    assert_eq!((drive.status().steps, drive.stepper().time()), (steps, time));
+    assert_eq!(
+        (drive.status().steps, drive.stepper().time()),
+        (steps, time)
+    );
     stop.store(false, std::sync::atomic::Ordering::Relaxed);
     assert_eq!(ask(&mut drive, r#""restart""#), None);
     assert_eq!(drive.status().steps, 1);

@@ -26,7 +26,10 @@ fn hoist() -> Scene {
     let mut ground = Collider::new("ground", None, Shape::HalfSpace);
     ground.position.z = -5.35;
     scene.add_collider(ground);
-    let ends = [Frame::world(Vector3::zeros()), Frame::body(load, Vector3::zeros())];
+    let ends = [
+        Frame::world(Vector3::zeros()),
+        Frame::body(load, Vector3::zeros()),
+    ];
     let cable = Cable {
         segments: Segments::Equal(6),
         winch: Some(Winch {
@@ -36,11 +39,30 @@ fn hoist() -> Scene {
         ..Cable::round("rope", &Material::STEEL, 0.01, ends.map(CableEnd::Pinned))
     };
     let parts = scene.add_cable(&cable).expect("laid");
-    scene.controls.push(Control::of("hoist", parts.joints[0], 1.0));
-    let between = [Frame::body(load, Vector3::zeros()), Frame::body(other, Vector3::zeros())];
+    scene
+        .controls
+        .push(Control::of("hoist", parts.joints[0], 1.0));
+    let between = [
+        Frame::body(load, Vector3::zeros()),
+        Frame::body(other, Vector3::zeros()),
+    ];
     for (name, at, then) in [
-        ("slow", 0.1, Action::Set { control: 0, value: 0.2 }),
-        ("tie", 0.2, Action::Attach { name: "tie".to_owned(), between: Box::new(between) }),
+        (
+            "slow",
+            0.1,
+            Action::Set {
+                control: 0,
+                value: 0.2,
+            },
+        ),
+        (
+            "tie",
+            0.2,
+            Action::Attach {
+                name: "tie".to_owned(),
+                between: Box::new(between),
+            },
+        ),
     ] {
         scene.events.push(Event {
             name: name.to_owned(),
@@ -59,7 +81,10 @@ fn caught(mass: f64) -> Scene {
     let mut load = Body::sphere(0.2, mass).at(Vector3::z() * -1.9);
     load.velocity = Vector3::new(0.2, 0.0, -1.0);
     let load = scene.add_body("load", load);
-    let frames = vec![Frame::world(Vector3::zeros()), Frame::body(load, Vector3::zeros())];
+    let frames = vec![
+        Frame::world(Vector3::zeros()),
+        Frame::body(load, Vector3::zeros()),
+    ];
     let rope = MasslessCable::new(frames, 2.0, RowLaw::new(1e-12, 0.05));
     scene.add_constraint("rope", rope, 0);
     scene
@@ -101,8 +126,14 @@ fn stopped_everywhere(scene: &Scene, options: &StepOptions, steps: usize) -> usi
         again.step().expect("a step");
         let expected = whole.step().expect("a step");
         let end = whole.save().expect("a sound state");
-        assert!(stopped.save().expect("a sound state") == end, "{place}, step {n}");
-        assert!(again.save().expect("a sound state") == end, "{place}, step {n}, resumed");
+        assert!(
+            stopped.save().expect("a sound state") == end,
+            "{place}, step {n}"
+        );
+        assert!(
+            again.save().expect("a sound state") == end,
+            "{place}, step {n}, resumed"
+        );
         assert_eq!(told(&report), told(&expected), "{place}, step {n}");
         assert_eq!(stopped.fired(), whole.fired());
     }
@@ -188,7 +219,10 @@ fn stops_after_a_cut_and_in_a_divided_step_put_back_bodies_shapes_and_laws() {
     assert_eq!(stepper.time(), 0.0);
     stepper.effort.looks = (0, None);
     stepper.step().expect("a step");
-    assert!(stepper.scene().bodies.mass != before.bodies.mass, "nothing was cut");
+    assert!(
+        stepper.scene().bodies.mass != before.bodies.mass,
+        "nothing was cut"
+    );
 
     let mut stepper = Stepper::new(caught(300.0), options.clone()).expect("sound");
     let divided = (0..8).any(|_| stepper.step().expect("a step").divided > 0);
