@@ -5,7 +5,7 @@
 //!
 //! The first is a count of work, in multiplications. It depends on the input alone, so a run has
 //! the same bits on each machine. Once [`MOST`] is spent, the rest of the step finds its contacts'
-//! impulses by a few sweeps ([`Effort::method`]), without further passes or shorter sub-steps. The
+//! impulses by a few sweeps ([`Effort::method`]; so does half of [`LIMIT`] of all work), without further passes or shorter sub-steps. The
 //! report counts them as undecided. A step that even then comes to [`LIMIT`] ends with
 //! [`StepError::TooMuchWork`].
 //!
@@ -19,12 +19,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_solver::coulomb::{ConeMethod, ConeReport};
 
-/// Work of a step after which only sweeps are made; so much more for each group of contacts, up to
+/// Work on dense problems after which only sweeps are made; so much more for each group of contacts, up to
 /// the third number.
-const MOST: [f64; 3] = [1e11, 1e10, 1.5e11];
+const MOST: [f64; 3] = [1e11, 1e10, 5e11];
 
-/// Work at which a step ends: some 10 s.
-const LIMIT: f64 = 3e11;
+/// Work at which a step ends: some 10 s, in which a core makes 10¹¹ multiplications a second.
+const LIMIT: f64 = 1e12;
 
 /// Work of a sweep over n rows in n², of a column through the joints' factor, or an iteration for
 /// it, in entries of their matrix, and of a Newton pass of the guard in these. Sparse rows take
@@ -36,11 +36,16 @@ const PASS: f64 = 100.0;
 /// Sweeps over the contacts of a dense problem once that is spent.
 const SWEEPS: usize = 20;
 
-/// Work that a step has spent on contacts, its limit, and the flag that stops the step.
-#[derive(Debug, Default)]
+/// Work that a step has spent on contacts, that after which only sweeps are made, the limit, and
+/// the flag that stops the step.
+#[derive(Debug)]
 pub(crate) struct Effort {
+    /// Work on dense problems alone.
     spent: f64,
+    /// All of it.
+    all: f64,
     most: f64,
+    limit: f64,
     stop: Option<Arc<AtomicBool>>,
     /// True once the step has seen the flag.
     is_stopped: bool,
@@ -51,10 +56,27 @@ pub(crate) struct Effort {
     pub(crate) looks: (usize, Option<usize>),
 }
 
+impl Default for Effort {
+    fn default() -> Self {
+        Self {
+            spent: 0.0,
+            all: 0.0,
+            most: MOST[0],
+            limit: LIMIT,
+            stop: None,
+            is_stopped: false,
+            beginning: None,
+            #[cfg(test)]
+            looks: (0, None),
+        }
+    }
+}
+
 impl Effort {
     /// A step begins.
     pub(crate) fn begin(&mut self) {
-        (self.spent, self.most, self.is_stopped) = (0.0, MOST[0], false);
+        (self.spent, self.all, self.most) = (0.0, 0.0, MOST[0]);
+        self.is_stopped = false;
     }
 
     /// The step has so many groups of contacts.
@@ -66,28 +88,30 @@ impl Effort {
     /// A dense problem of `rows` rows was solved.
     pub(crate) fn spend(&mut self, rows: usize, report: &ConeReport) {
         let n = rows as f64;
-        self.spent += n * n * (n * report.pivots as f64 + SWEEP * report.sweeps as f64);
+        let (factored, swept) = (n * report.pivots as f64, report.sweeps as f64);
+        self.spent += n * n * (factored + swept);
+        self.all += n * n * (factored + SWEEP * swept);
     }
 
     /// So many `columns` went through a factor of the joints' system, whose matrix has so many
     /// `entries`, or were iterated so often with it.
     pub(crate) fn spend_solves(&mut self, columns: usize, iterations: usize, entries: usize) {
-        self.spent += COLUMN * (columns + iterations) as f64 * entries as f64;
+        self.all += COLUMN * (columns + iterations) as f64 * entries as f64;
     }
 
     /// A Newton pass of the guard assembled and factorised such a matrix.
     pub(crate) fn spend_pass(&mut self, entries: usize) {
-        self.spent += PASS * entries as f64;
+        self.all += PASS * entries as f64;
     }
 
     /// True once the step has spent more than its limit.
     pub(crate) fn is_spent(&self) -> bool {
-        self.spent > self.most
+        self.spent > self.most || self.all > 0.5 * self.limit
     }
 
     /// True once nothing more is to be done: the step is stopped, or at its limit.
     pub(crate) fn ends(&mut self) -> bool {
-        self.is_stopped() || self.spent > LIMIT
+        self.is_stopped() || self.all > self.limit
     }
 
     /// The method for the next dense problem of a step that asks for `method`.
@@ -119,7 +143,7 @@ impl Effort {
         if self.is_stopped() {
             return Err(StepError::Stopped { time });
         }
-        if self.spent > LIMIT {
+        if self.all > self.limit {
             return Err(StepError::TooMuchWork { time });
         }
         Ok(())
