@@ -13,6 +13,7 @@ mod replay;
 mod report;
 mod run;
 mod scene;
+mod signals;
 mod study;
 mod track;
 mod view;
@@ -242,6 +243,7 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
     if let Err(e) = taut_lanes::Level::wanted() {
         return told(&Failure::Input(format!("TAUT_SIMD: {e}")));
     }
+    signals::survive_long_files();
     let console = Console { quiet: cli.quiet };
     let done = match &cli.command {
         Some(Command::Merge(args)) => merge::run(args, console),

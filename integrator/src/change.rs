@@ -383,7 +383,7 @@ impl Stepper {
                 changed.begin_young(&moved);
             }
             changed.companion = self.companion.take();
-            changed.effort.follow(&self.effort);
+            changed.effort = std::mem::take(&mut self.effort);
             *self = changed;
             self.outdate_companion();
         }

@@ -69,19 +69,22 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// The flag of [`Stepper::stop_by`](crate::Stepper::stop_by) was set, and the step is left
-    /// incomplete. [`Stepper::time`](crate::Stepper::time) is the time of the state that is left.
+    /// The flag of [`Stepper::stop_by`](crate::Stepper::stop_by) was set, and the step was taken
+    /// back: the run is in the state that the step began with, also before its first sub-step. No
+    /// event has fired.
     ///
-    /// Sub-steps that were finished before stay, as do finished parts of a divided sub-step. No
-    /// event has fired. With a [`Guard`](crate::Guard) the interrupted sub-step, or part, is taken
-    /// back to its beginning. Without one, a stop during the rebound of shapes leaves the state at
-    /// the end of the sub-step, with the velocities from before the rebound.
-    ///
-    /// Constraint multipliers are zero. Once the flag is cleared, further steps go on from this
-    /// state, but may differ from those of a run that was not stopped. To repeat the step, resume
-    /// from a [`SavedRun`](crate::SavedRun) made before it.
+    /// Once the flag is cleared, further steps go on with the bits of a run that was not stopped; so
+    /// does a [`SavedRun`](crate::SavedRun) made of this state. Between
+    /// [`solve`](crate::Stepper::solve) and [`advance`](crate::Stepper::advance), solve again.
     Stopped {
         /// Time at which the step looked at the flag, within the interrupted sub-step \[s].
+        time: f64,
+    },
+    /// The contacts of the step took more work than a step may, some 10 s. With a flag
+    /// ([`Stepper::stop_by`](crate::Stepper::stop_by)) the run is in the state that the step began
+    /// with, otherwise its state is not to be used.
+    TooMuchWork {
+        /// Time at the beginning of the sub-step that took too much \[s].
         time: f64,
     },
     /// More contacts than the step solves.
@@ -178,6 +181,11 @@ impl fmt::Display for StepError {
             Self::Stopped { time } => {
                 write!(f, "at t = {time:.4} s: the step was asked to end")
             }
+            Self::TooMuchWork { time } => write!(
+                f,
+                "at t = {time:.4} s: the contacts of the step take too long to find: make the time step smaller, part \
+                 bodies that are pressed into each other, or give fewer of them a shape"
+            ),
             Self::TooManyContacts {
                 contacts,
                 most,

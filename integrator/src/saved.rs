@@ -6,6 +6,7 @@
 //! holds. What each step computes anew is not saved, nor is the linear system of the last solve, which
 //! [`Stepper::system`] shows. No backend knows more than this: what each keeps from step to step comes from the pattern.
 
+pub(crate) mod beginning;
 mod options;
 
 use crate::bounded::Place;
@@ -80,7 +81,7 @@ pub struct SavedRun {
 }
 
 /// Rates of the step before, for multistep schemes: see [`History`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 struct Past {
@@ -116,6 +117,36 @@ impl SavedRun {
     #[must_use]
     pub fn time(&self) -> f64 {
         self.time
+    }
+
+    /// A run without state.
+    fn empty(scene: Scene, options: StepOptions) -> Self {
+        Self {
+            version: Self::VERSION,
+            options,
+            scene,
+            time: 0.0,
+            started: false,
+            fresh: Vec::new(),
+            advanced: 0.0,
+            holding: 0,
+            implicit: false,
+            impulses: Vec::new(),
+            impulse_time: 0.0,
+            tension: None,
+            places: Vec::new(),
+            ages: Vec::new(),
+            made: Vec::new(),
+            slips: Vec::new(),
+            contacts: Vec::new(),
+            contact_time: 0.0,
+            velocity: Vec::new(),
+            velocity_change: Vec::new(),
+            drive: Vec::new(),
+            account: Account::default(),
+            watch: None,
+            past: Past::default(),
+        }
     }
 
     /// The run of a changed scene, whose bodies and rows have come from other places.
@@ -251,8 +282,9 @@ fn finite<'a>(
     }
 }
 
-fn numbers_of(six: &BodyVectors, bodies: usize) -> Vec<[f64; 6]> {
-    (0..bodies).map(|i| six.get(i)).collect()
+fn refill<T>(to: &mut Vec<T>, from: impl Iterator<Item = T>) {
+    to.clear();
+    to.extend(from);
 }
 
 fn put_into(six: &mut BodyVectors, numbers: &[[f64; 6]]) {
@@ -289,7 +321,44 @@ impl Stepper {
 
     /// The run as it stands, of the scene or of another that takes its place.
     pub(crate) fn run_of(&self, scene: Scene) -> SavedRun {
+        let mut run = SavedRun::empty(scene, self.options.clone());
+        self.fill(&mut run);
+        if !self.tension_known {
+            run.tension = None;
+        }
+        run.watch = self.rest.as_ref().map(|rest| rest.watch.clone());
+        run
+    }
+
+    /// Writes the run as it stands into `run`, but for scene, options and observations of rest. The
+    /// tension is there even where it is not known. Allocates only where `run` had less of
+    /// something.
+    fn fill(&self, run: &mut SavedRun) {
         let bodies = self.scene.bodies.len();
+        let six = |to: &mut Vec<[f64; 6]>, of: &BodyVectors| {
+            refill(to, (0..bodies).map(|i| of.get(i)));
+        };
+        run.time = self.time;
+        run.started = self.started;
+        run.fresh.clone_from(&self.fresh);
+        run.advanced = self.stage.advanced();
+        run.holding = self.holding;
+        run.implicit = matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        refill(&mut run.impulses, self.mu.iter().copied());
+        run.impulse_time = self.mu_dt;
+        let tension = run.tension.get_or_insert_default();
+        refill(tension, self.tension.iter().copied());
+        refill(&mut run.places, self.bounded.places());
+        refill(&mut run.ages, self.closing.ages().iter().copied());
+        refill(&mut run.made, self.closing.made().iter().copied());
+        refill(&mut run.slips, self.slip.motions());
+        let (known, dt) = self.contacts.known();
+        refill(&mut run.contacts, known.iter().copied());
+        run.contact_time = dt;
+        six(&mut run.velocity, &self.pieces.v);
+        six(&mut run.velocity_change, &self.pieces.dv);
+        refill(&mut run.drive, self.pieces.rows.phi_t.iter().copied());
+        run.account.copy_from(&self.account);
         let History {
             known,
             rate,
@@ -297,37 +366,10 @@ impl Stepper {
             v,
             ..
         } = &self.history;
-        SavedRun {
-            version: SavedRun::VERSION,
-            options: self.options.clone(),
-            scene,
-            time: self.time,
-            started: self.started,
-            fresh: self.fresh.clone(),
-            advanced: self.stage.advanced(),
-            holding: self.holding,
-            implicit: matches!(self.stage, Stage::Advanced { implicit: true, .. }),
-            impulses: self.mu.to_vec(),
-            impulse_time: self.mu_dt,
-            tension: self.tension_known.then(|| self.tension.to_vec()),
-            places: self.bounded.places().collect(),
-            ages: self.closing.ages().to_vec(),
-            made: self.closing.made().to_vec(),
-            slips: self.slip.motions(),
-            contacts: self.contacts.known().0.to_vec(),
-            contact_time: self.contacts.known().1,
-            velocity: numbers_of(&self.pieces.v, bodies),
-            velocity_change: numbers_of(&self.pieces.dv, bodies),
-            drive: self.pieces.rows.phi_t.to_vec(),
-            account: self.account.clone(),
-            watch: self.rest.as_ref().map(|rest| rest.watch.clone()),
-            past: Past {
-                known: *known,
-                rate: rate.to_vec(),
-                drive: phi_t.to_vec(),
-                velocity: numbers_of(v, bodies),
-            },
-        }
+        run.past.known = *known;
+        refill(&mut run.past.rate, rate.iter().copied());
+        refill(&mut run.past.drive, phi_t.iter().copied());
+        six(&mut run.past.velocity, v);
     }
 
     /// Takes a saved run up again: it goes on with the same bits, on the same machine and with the same features.

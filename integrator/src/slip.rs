@@ -139,13 +139,13 @@ impl Slip {
     }
 
     /// Sense of the slip at each sheave: 1, 0 or −1.
-    pub(crate) fn motions(&self) -> Vec<i8> {
+    pub(crate) fn motions(&self) -> impl Iterator<Item = i8> + '_ {
         let sign = |sheave: &Sheave| match sheave.motion {
             Motion::Sticks => 0,
             Motion::Forwards => 1,
             Motion::Backwards => -1,
         };
-        self.sheaves.iter().map(sign).collect()
+        self.sheaves.iter().map(sign)
     }
 
     /// Restores the senses of [`motions`](Self::motions).

@@ -5,6 +5,7 @@ pub(crate) mod balance;
 pub(crate) mod choice;
 mod divided;
 pub(crate) mod estimate;
+mod failed;
 pub(crate) mod guarded;
 mod potential;
 pub(crate) mod resolution;
@@ -401,20 +402,10 @@ impl Stepper {
         work: impl FnOnce(&mut Self) -> Result<(), StepError>,
     ) -> Result<StepReport, StepError> {
         self.tally = Tally::start();
-        self.effort.begin();
+        self.begin_effort();
         self.pieces.rows.lost = None;
-        let mut done = work(self);
-        if let (Err(_), Some((c, reason))) = (&done, self.pieces.rows.lost) {
-            done = Err(self.off_path(c, reason));
-        }
-        if done.is_err() {
-            self.stage.unsolve();
-            self.tension_known = false;
-            self.mu.fill(0.0);
-            self.account.close();
-            self.fired.met.clear();
-        }
-        done.map(|()| self.tally.report(self.time, self.refinements()))
+        work(self).map_err(|e| self.after_failure(e))?;
+        Ok(self.tally.report(self.time, self.refinements()))
     }
 
     /// First part of the first [`step`](Self::step) of a run and after bodies were added:

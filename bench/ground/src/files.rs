@@ -1,7 +1,8 @@
 //! Files for programs: JSON and CSV, `-` for standard output.
 //!
 //! A file is written beside its place and takes it when it is whole ([`Output`]): whatever ends the program or fills the
-//! disk on the way, there is the old file or the new one. Devices and pipes are written as they are.
+//! disk on the way, there is the old file or the new one. Devices and pipes are written as they are, and so is a file that
+//! no other can replace.
 
 mod part;
 mod shown;
@@ -19,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub struct FileError {
     /// The file.
     pub path: PathBuf,
-    /// Verb of the message: `read`, `write` or `replace`.
+    /// Verb of the message: `read`, `write`, `replace` or `secure`.
     pub doing: &'static str,
     /// Why it failed.
     pub source: std::io::Error,
@@ -335,14 +336,16 @@ impl Writing {
     /// Ends it: only now the file is there.
     ///
     /// # Errors
-    /// [`FileError`] of this and of all before; a file is then what it was before.
+    /// [`FileError`] of this and of all before; a file is then what it was before, unless the error
+    /// says that it is written and only its folder was not synced.
     pub fn finish(mut self) -> Result<(), FileError> {
         let written = self.flushed();
-        let done = match &self.part {
+        let done = match &mut self.part {
             None => heard(written),
             Some(part) => written.and_then(|()| part.take_place()),
         };
-        self.told(done)
+        self.told(done)?;
+        self.secured()
     }
 
     /// Ends what is worth something without its end, too: what was written before a failure takes the place.
@@ -351,13 +354,22 @@ impl Writing {
     /// As [`finish`](Self::finish).
     pub fn keep(mut self) -> Result<(), FileError> {
         let written = self.flushed();
-        let placed = self.part.as_ref().map_or(Ok(()), Part::take_place);
-        let written = if self.part.is_some() {
-            written
-        } else {
-            heard(written)
+        let Some(part) = &mut self.part else {
+            return self.told(heard(written));
         };
-        self.told(written.and(placed))
+        let placed = part.take_place();
+        let secured = match &placed {
+            Ok(()) => self.secured(),
+            Err(_) => Ok(()),
+        };
+        self.told(written.and(placed))?;
+        secured
+    }
+
+    /// The file stands; makes it outlast a failure of the power.
+    fn secured(&self) -> Result<(), FileError> {
+        let done = self.part.as_ref().map_or(Ok(()), Part::secure);
+        done.map_err(|e| not_secured(&self.path, &e))
     }
 
     fn flushed(&mut self) -> io::Result<()> {
@@ -370,6 +382,18 @@ impl Writing {
             doing: "write",
             source,
         })
+    }
+}
+
+/// The error of a file that stands, whose folder was not synced.
+fn not_secured(path: &Path, e: &io::Error) -> FileError {
+    let message = format!(
+        "it is written, but its folder could not be synced ({e}): a failure of the power may undo it"
+    );
+    FileError {
+        path: path.to_owned(),
+        doing: "secure",
+        source: io::Error::new(e.kind(), message),
     }
 }
 
@@ -441,6 +465,17 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_stands_is_not_said_to_be_unwritten() {
+        let error = not_secured(Path::new("r.json"), &ErrorKind::QuotaExceeded.into());
+        let text = error.to_string();
+        assert!(
+            text.starts_with("cannot secure `r.json`: it is written"),
+            "{text}"
+        );
+        assert_eq!(error.source.kind(), ErrorKind::QuotaExceeded);
+    }
 
     #[test]
     fn a_text_without_end_is_refused() {

@@ -1,16 +1,14 @@
 //! `taut run`: simulates a scene, or goes on with a run that was saved.
 
 use super::console::Console;
+use super::signals::{self, signals};
 use super::{Failure, StepArgs, step_options};
 use crate::columns::Columns;
 use crate::run::{self, Summary, Wishes, Yardstick};
 use crate::run_file::RunFile;
 use clap::Args;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use taut_ground::files::{self, FileError, Output, Writing};
 use taut_ground::inputs::Inputs;
 use taut_ground::source;
@@ -65,7 +63,8 @@ pub(crate) struct RunArgs {
     /// Writes the summary and the path of the load to a file (`-` for standard output, which then holds nothing else)
     #[arg(long, value_name = "PATH")]
     json: Option<PathBuf>,
-    /// Saves the run, to be resumed with the same bits
+    /// Saves the run, to be resumed with the same bits (by the same program and `TAUT_SIMD`): at the end, after the last whole
+    /// step where a signal ends it
     #[arg(long, value_name = "FILE.json")]
     save: Option<PathBuf>,
     /// Time of the state that is saved (s; default: the end)
@@ -238,32 +237,6 @@ impl Outputs {
     }
 }
 
-/// The signals that ask a run to end.
-pub(super) struct Signals {
-    /// True once a signal has come.
-    pub(super) asked: Arc<AtomicBool>,
-    /// Its number, 0 for none so far.
-    signal: Arc<AtomicUsize>,
-}
-
-impl Signals {
-    /// Number of the last one, 0 for none so far.
-    pub(super) fn last(&self) -> usize {
-        self.signal.load(Ordering::Relaxed)
-    }
-}
-
-/// Takes the signals that ask a run to end; another one ends the program at once.
-pub(super) fn signals() -> Result<Signals, Failure> {
-    let (asked, signal) = (Arc::new(AtomicBool::new(false)), Arc::default());
-    for which in [SIGINT, SIGTERM] {
-        flag::register_conditional_shutdown(which, 128 + which, Arc::clone(&asked))?;
-        flag::register_usize(which, Arc::clone(&signal), which as usize)?;
-        flag::register(which, Arc::clone(&asked))?;
-    }
-    Ok(Signals { asked, signal })
-}
-
 /// The number of steps in a time \[s], which is not much shorter than one: steps are counted to the nearest.
 fn at_least_one_step(time: f64, dt: f64) -> Result<usize, Failure> {
     const NEARLY: f64 = 0.99;
@@ -364,11 +337,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
             }
             tape.step(stepper, sample);
         },
-        stop: &|| match signals.last() as i32 {
-            0 => None,
-            SIGINT => Some("SIGINT"),
-            _ => Some("SIGTERM"),
-        },
+        stop: &|| signals::name(signals.last()),
     };
     let summary = run::run(&mut stepper, &yardstick, &inputs, count, &mut wishes, &bar);
     bar.finish_and_clear();

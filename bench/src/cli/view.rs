@@ -1,6 +1,7 @@
 //! `taut view`: a scene to be driven from a browser.
 
-use super::run::{every, signals};
+use super::run::every;
+use super::signals::signals;
 use super::{Failure, StepArgs, step_options};
 use crate::run;
 use crate::run_file::RunFile;

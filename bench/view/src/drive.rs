@@ -39,7 +39,8 @@ pub enum Command {
     Mass(f64),
     /// Begins a recording, or ends it.
     Record(bool),
-    /// Begins anew, with the present solver and scheme; where they make no step, with those of the last step that was made.
+    /// Begins anew, with the present solver and scheme; where they make no step, with those of the last step that was made,
+    /// or of the start, which [`Status::fallback`] then says.
     Restart,
 }
 
@@ -61,6 +62,8 @@ pub struct Status {
     pub error: Option<Error>,
     /// Why the run has ended.
     pub failure: Option<String>,
+    /// Why the run began with other options than the chosen ones, and with which.
+    pub fallback: Option<String>,
     /// Bytes of the recording that goes on.
     pub recording: Option<usize>,
     /// Bytes of the one that has ended.
@@ -116,6 +119,8 @@ pub struct Drive {
     recorded: Option<Bytes>,
     options: Options,
     stop: Option<Arc<AtomicBool>>,
+    /// Why the run began with other options than the chosen ones.
+    fallback: Option<String>,
 }
 
 /// Options that a restart may begin with, beside the stepper's own.
@@ -136,16 +141,33 @@ fn chosen(options: &StepOptions) -> Choice {
     }
 }
 
-fn begun(scene: &Scene, options: StepOptions) -> Result<(Stepper, Simulation, Sample), StepError> {
+/// A run after its first step, which `stop` ends early.
+type Begun = (Stepper, Simulation, Sample);
+
+fn begun(
+    scene: &Scene,
+    options: StepOptions,
+    stop: Option<&Arc<AtomicBool>>,
+) -> Result<Begun, StepError> {
     let mut stepper = Stepper::new(scene.clone(), options)?;
+    if let Some(stop) = stop {
+        stepper.stop_by(Arc::clone(stop));
+    }
     let mut simulation = Simulation::new(usize::MAX, Limits::Scene(scene.gap_limits()));
     match simulation.step(&mut stepper) {
         Some(sample) => Ok((stepper, simulation, sample)),
-        None => Err(simulation.error.unwrap_or(StepError::NotControllable {
-            what: scene.name.clone(),
-            reason: "makes no step",
+        // A step without an error was asked to end.
+        None => Err(simulation.error.unwrap_or(StepError::Stopped {
+            time: stepper.time(),
         })),
     }
+}
+
+/// Message of a run that begins with the options `held`, since the `asked` ones end with `error`.
+fn told(asked: &StepOptions, held: &StepOptions, error: &StepError) -> String {
+    let name = |options: &StepOptions| format!("`{}`, `{}`", chosen(options), options.scheme);
+    let (asked, held) = (name(asked), name(held));
+    format!("{asked} makes no step ({error}): the run began anew with {held}")
 }
 
 impl Options {
@@ -162,7 +184,7 @@ impl Drive {
     /// As [`Stepper::new`] and, for the first step, [`Stepper::step`].
     pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
         let first = options.clone();
-        let (stepper, simulation, sample) = begun(&scene, options)?;
+        let (stepper, simulation, sample) = begun(&scene, options, None)?;
         Ok(Self {
             options: Options {
                 first,
@@ -170,6 +192,7 @@ impl Drive {
                 next: None,
             },
             stop: None,
+            fallback: None,
             observer: Observer::new(&stepper),
             start: scene,
             stepper,
@@ -306,23 +329,37 @@ impl Drive {
     }
 
     fn restart(&mut self) -> Result<(), StepError> {
-        let Options { first, .. } = &self.options;
-        let mut begun = begun(&self.start, self.options().clone());
-        for options in [self.options.last(), first] {
-            if begun.is_err() {
-                begun = self::begun(&self.start, options.clone());
-            }
-        }
-        let begun = begun?;
+        let (begun, fallback) = self.begun_anew()?;
         self.end_recording();
         (self.stepper, self.simulation, self.sample) = begun;
-        if let Some(stop) = &self.stop {
-            self.stepper.stop_by(Arc::clone(stop));
-        }
         self.options.next = None;
+        self.fallback = fallback;
         (self.due, self.steps) = (0.0, 1);
         self.renew();
         Ok(())
+    }
+
+    /// The run from its start: with the chosen options or, where these make no step, with others and
+    /// the reason.
+    fn begun_anew(&self) -> Result<(Begun, Option<String>), StepError> {
+        let begin = |options: &StepOptions| begun(&self.start, options.clone(), self.stop.as_ref());
+        let error = match begin(self.options()) {
+            Ok(begun) => return Ok((begun, None)),
+            Err(stopped @ StepError::Stopped { .. }) => return Err(stopped),
+            Err(error) => error,
+        };
+        let Options { first, .. } = &self.options;
+        for options in [self.options.last(), first] {
+            match begin(options) {
+                Ok(begun) => {
+                    let fallback = told(self.options(), options, &error);
+                    return Ok((begun, Some(fallback)));
+                }
+                Err(stopped @ StepError::Stopped { .. }) => return Err(stopped),
+                Err(_) => {}
+            }
+        }
+        Err(error)
     }
 
     /// Goes on with other options; a run that has ended takes them when it begins anew.
@@ -337,6 +374,7 @@ impl Drive {
             Stepper::new(self.start.clone(), options.clone()).map_err(|e| e.to_string())?;
             self.options.next = Some(options);
         }
+        self.fallback = None;
         self.renew();
         Ok(())
     }
@@ -477,6 +515,7 @@ impl Drive {
             load: scene.load.map(|i| scene.bodies.mass[i]),
             error,
             failure: failure.map(|f| format!("unstable at t = {:.3} s: {}", f.time, f.reason)),
+            fallback: self.fallback.clone(),
             recording: self.tape.as_ref().map(|(_, bytes)| bytes.len()),
             recorded: self.recorded.as_ref().map(Bytes::len),
         }

@@ -39,6 +39,7 @@ const alert = () => {
   const texts = [];
   if (socket.readyState !== WebSocket.OPEN) texts.push("No connection: `taut view` has ended, or has too many viewers.");
   if (status?.failure) texts.push(`${status.failure}. Restart the run.`);
+  if (status?.fallback) texts.push(`${status.fallback}.`);
   if (performance.now() < refused.until) texts.push(refused.text);
   write("alert", texts.join(" "));
 };

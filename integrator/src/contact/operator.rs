@@ -69,6 +69,10 @@ impl Factor<'_> {
             1 => self.solver.solve(self.matrix, b, x),
             _ => self.solver.solve_many(self.matrix, b, x),
         };
+        if let Ok(report) = &report {
+            let entries = self.matrix.values().len();
+            self.effort.spend_solves(count, report.iterations, entries);
+        }
         let sign = match self.form {
             Form::Schur => 1.0,
             Form::Kkt => -1.0,
@@ -176,7 +180,7 @@ impl Operator {
         );
         let mut done = Ok(());
         for k in 0..groups.count() {
-            if factor.effort.is_stopped() {
+            if factor.effort.ends() {
                 break;
             }
             let (members, first) = (groups.members(k), self.blocks[k]);
@@ -348,7 +352,7 @@ impl Operator {
     ) -> Result<bool, SolveError> {
         let mut found = true;
         for softer in 0..=SOFTER.1 {
-            if effort.is_stopped() {
+            if effort.ends() {
                 break;
             }
             let method = effort.method(method);
@@ -368,7 +372,7 @@ impl Operator {
                 (3 * a..3 * a + 3).for_each(|k| w[k * (n + 1)] += more);
             }
         }
-        if !effort.is_stopped() {
+        if !effort.ends() {
             self.hand_over(k, touches);
         }
         Ok(found)

@@ -61,7 +61,7 @@ impl Operator {
             let size = self.size(island, touches, q);
             let mut worst = 0.0_f64;
             for n in 0..island.groups.len() {
-                if factor.effort.is_stopped() {
+                if factor.effort.ends() {
                     break;
                 }
                 let backwards = sweep % 2 == 1;
@@ -79,7 +79,7 @@ impl Operator {
                 spent += report.pivots;
                 each(report, false);
             }
-            let ends = factor.effort.is_spent() || factor.effort.is_stopped();
+            let ends = factor.effort.is_spent() || factor.effort.ends();
             if worst <= TOLERANCE * size || spent > WORK || ends {
                 break;
             }

@@ -40,6 +40,87 @@ fn what_is_spent_decides_the_method() {
 }
 
 #[test]
+fn a_step_has_a_limit_however_many_groups_there_are() {
+    for groups in [1, 26, 200, 100_000] {
+        let mut effort = Effort::default();
+        effort.begin();
+        effort.allow(groups);
+        effort.spent = 5.1e11;
+        assert!(effort.is_spent(), "{groups} groups");
+        assert!(effort.check(0.5).is_ok());
+        effort.all = 1.1e12;
+        assert!(effort.ends());
+        let error = effort.check(0.5);
+        assert!(matches!(error, Err(StepError::TooMuchWork { time: 0.5 })));
+        let text = error.expect_err("too much").to_string();
+        assert!(text.contains("make the time step smaller"), "{text}");
+    }
+}
+
+#[test]
+fn columns_through_the_joints_and_passes_count() {
+    let mut effort = Effort::default();
+    effort.begin();
+    effort.spend_solves(600, 0, 10_000);
+    let columns = effort.all;
+    assert!(columns >= 600.0 * 10_000.0);
+    // Those of an iteration are as many more as it makes.
+    effort.spend_solves(600, 5_400, 10_000);
+    assert!(effort.all >= 10.0 * columns);
+    let before = effort.all;
+    effort.spend_pass(10_000);
+    assert!(effort.all > before);
+    // A step counts what it does.
+    let mut counted = pile(9.81, 1.0);
+    while counted
+        .contacts()
+        .all(|contact| contact.force.norm() == 0.0)
+    {
+        counted.step().expect("a step");
+    }
+    assert!(counted.effort.all > 0.0);
+    let scene = taut_model::GantryParams::default().build().expect("built");
+    let mut free = Stepper::new(scene, StepOptions::default()).expect("sound");
+    free.step().expect("a step");
+    assert_eq!(free.effort.all, 0.0);
+    let guard = Some(crate::Guard {
+        tolerance: 1e-15,
+        ..crate::Guard::default()
+    });
+    let guarded = StepOptions {
+        guard,
+        ..free.options().clone()
+    };
+    free.set_options(guarded).expect("sound");
+    let passes = free.step().expect("a step");
+    assert!(passes.redone && free.effort.all > 0.0);
+}
+
+#[test]
+fn a_step_that_crushes_cables_ends_within_its_limit() {
+    let mut stepper = pile(1e9, 1e6);
+    let done = stepper.step();
+    let spent = stepper.effort.all;
+    match done {
+        Ok(report) => assert!(report.undecided > 0),
+        Err(error) => assert!(matches!(error, StepError::TooMuchWork { .. }), "{error}"),
+    }
+    // It comes to the sweeps, and a problem at most goes beyond the limit.
+    assert!((1e11..1.05e12).contains(&spent), "{spent:e}");
+}
+
+#[test]
+fn a_step_at_its_limit_ends_in_the_state_that_it_began_with() {
+    let mut stepper = pile(1e6, 1e6);
+    stepper.stop_by(Arc::default());
+    let before = stepper.save().expect("sound");
+    stepper.effort.limit = 2e10;
+    let error = stepper.step().expect_err("too much");
+    assert!(matches!(error, StepError::TooMuchWork { .. }), "{error}");
+    assert!(stepper.save().expect("sound") == before);
+}
+
+#[test]
 fn a_step_ends_soon_after_its_flag_is_set() {
     for gravity in [1e9, 3e10] {
         let mut stepper = pile(gravity, 1e6);

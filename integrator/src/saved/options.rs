@@ -45,7 +45,7 @@ impl Stepper {
         };
         changed.ids = self.ids.clone();
         changed.companion = self.companion.take().filter(|_| is_estimated);
-        changed.effort.follow(&self.effort);
+        changed.effort = std::mem::take(&mut self.effort);
         *self = changed;
         self.outdate_companion();
         Ok(())

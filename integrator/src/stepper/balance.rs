@@ -112,6 +112,18 @@ impl Account {
         };
     }
 
+    /// Becomes a copy of `other`. Allocates only where this one has fewer rows.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);
+        open.clone_from(&other.open);
+        lambda.clone_from(&other.lambda);
+        *self = Self {
+            open,
+            lambda,
+            ..*other
+        };
+    }
+
     /// The next step begins a new balance.
     pub(crate) fn close(&mut self) {
         let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);

@@ -151,6 +151,11 @@ impl Companion {
             return;
         };
         let stepped = step_driven(&mut run, &mut self.controls, every);
+        if let Err(StepError::Stopped { .. }) = stepped {
+            // The run itself has made its step: another companion starts from there.
+            (self.since, self.stale) = (every, true);
+            return;
+        }
         let apart = load(&run.scene) - load(&of.scene);
         let distance = apart.norm();
         let Some(report) = stepped.ok().filter(|_| distance.is_finite()) else {

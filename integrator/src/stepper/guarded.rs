@@ -74,11 +74,7 @@ impl Stepper {
             if self.contacts.is_empty() {
                 return Ok(());
             }
-            let done = self.rebound();
-            if let Err(StepError::Stopped { .. }) = done {
-                self.return_to_start();
-            }
-            return done;
+            return self.rebound();
         }
         self.return_to_start();
         self.holding = guard.hold;
@@ -90,7 +86,7 @@ impl Stepper {
     /// The sub-step by implicit ones.
     fn redo(&mut self, guard: Guard) -> Result<(), StepError> {
         let result = self.implicit_step(guard);
-        if let Err(StepError::Solve { .. } | StepError::Stopped { .. }) = result {
+        if let Err(StepError::Solve { .. }) = result {
             self.return_to_start();
             self.holding = 0;
             // The past is that of the step that could not be made.
@@ -292,6 +288,7 @@ impl Stepper {
         self.closing.leave_drift(&mut self.pieces, dt);
         self.closing.damp_from_taut(&mut self.pieces, dt);
         self.tally.end(Phase::Linearize);
+        self.effort.spend_pass(self.matrix.values().len());
         self.solve_linearized(dt)?;
         self.pieces.update_velocity_change(&self.mu);
         self.pieces.predict(dt);

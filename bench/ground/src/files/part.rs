@@ -1,6 +1,6 @@
 //! The file that is being written, beside the one whose place it takes.
 //!
-//! It is called `.NAME.taut-PID-N.part`, and its program holds a lock on it, which ends with the program however that ends.
+//! It is called `.NAME.taut-PID-N.part`, with a hash for the rest of a NAME over 200 bytes, and its program holds a lock on it, which ends with the program however that ends.
 //! A part without such a lock is what a killed program has left. It may be all that there is of a recording, so it stays until
 //! another file takes the same place.
 
@@ -9,6 +9,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 /// Longest name that is a part of another one: file systems take 255 bytes.
 const LONGEST: usize = 200;
@@ -17,24 +18,36 @@ const LONGEST: usize = 200;
 const OF_PROGRAM: &str = "taut-";
 const END: &str = ".part";
 
-/// A temporary file beside its place. Dropping it removes it unless it has taken the place.
+/// A temporary file beside its place. Dropping it removes it unless it has taken the place, or the
+/// place was spoilt in the attempt.
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) file: File,
     at: PathBuf,
     place: PathBuf,
+    /// Set where the place may have been spoilt: dropping then leaves the part.
+    stays: bool,
 }
 
-/// Common prefix of the names of all parts of `place`.
+/// Common prefix of the names of all parts of `place`, and of no other place's.
 fn beginning(place: &Path) -> OsString {
     let name = place.file_name().unwrap_or_default();
     let mut all = OsString::from(".");
     if name.len() <= LONGEST {
         all.push(name);
-        all.push(".");
+    } else {
+        all.push(format!("{:016x}", fnv1a(name.as_encoded_bytes())));
     }
+    all.push(".");
     all.push(OF_PROGRAM);
     all
+}
+
+/// FNV-1a: stays the same from version to version of the standard library.
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
 
 impl Part {
@@ -56,17 +69,45 @@ impl Part {
                 file,
                 at,
                 place: place.to_owned(),
+                stays: false,
             });
         }
     }
 
-    /// Takes the place, with the permissions of what was there; then removes what killed programs have left of it.
-    pub(super) fn take_place(&self) -> io::Result<()> {
-        if let Ok(there) = fs::metadata(&self.place) {
+    /// Takes the place, with the permissions of what was there. A file that cannot be replaced, as
+    /// one that is mounted by itself into a container, is written over.
+    pub(super) fn take_place(&mut self) -> io::Result<()> {
+        let there = fs::metadata(&self.place);
+        if let Ok(there) = &there {
             self.file.set_permissions(there.permissions())?;
         }
         self.file.sync_all()?;
-        fs::rename(&self.at, &self.place)?;
+        match fs::rename(&self.at, &self.place) {
+            Err(_) if there.is_ok_and(|there| there.is_file()) => self.write_over(),
+            done => done,
+        }
+    }
+
+    /// Copies itself into the place. Where that fails, all of it stays beside.
+    fn write_over(&mut self) -> io::Result<()> {
+        let copied = File::open(&self.at).and_then(|mut from| {
+            let mut to = File::options()
+                .write(true)
+                .truncate(true)
+                .open(&self.place)?;
+            io::copy(&mut from, &mut to)?;
+            to.sync_all()
+        });
+        copied.map_err(|e| {
+            self.stays = true;
+            let message = format!("{e}: all of it is in `{}`", self.at.display());
+            io::Error::new(e.kind(), message)
+        })
+    }
+
+    /// After it has taken the place: makes that outlast a failure of the power, then removes what
+    /// killed programs have left of it. On error the file stands, and so does what they have left.
+    pub(super) fn secure(&self) -> io::Result<()> {
         let folder = self.place.parent().unwrap_or(Path::new("."));
         sync_folder(folder)?;
         remove_left(folder, &beginning(&self.place));
@@ -76,8 +117,10 @@ impl Part {
 
 impl Drop for Part {
     fn drop(&mut self) {
-        // Nothing where it has taken its place.
-        let _ = fs::remove_file(&self.at);
+        if !self.stays {
+            // Nothing where it has taken its place.
+            let _ = fs::remove_file(&self.at);
+        }
     }
 }
 
@@ -113,7 +156,8 @@ fn remove_left(folder: &Path, beginning: &OsStr) {
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
         let path = entry.path();
         let is_free = || File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
-        if is_file && !is_running(program) && is_free() {
+        let is_old = || entry.metadata().is_ok_and(|part| is_old(&part));
+        if is_file && (!is_running(program) || is_old()) && is_free() {
             let _ = fs::remove_file(path);
         }
     }
@@ -127,6 +171,17 @@ fn program(rest: &[u8]) -> Option<u32> {
     program.parse().ok()
 }
 
+/// Age from which on a part without a lock belongs to nobody, whatever process has its number now:
+/// in a container that is often the same one again.
+const OLD: Duration = Duration::from_secs(60);
+
+fn is_old(part: &fs::Metadata) -> bool {
+    let written = part
+        .modified()
+        .and_then(|at| at.elapsed().map_err(io::Error::other));
+    written.is_ok_and(|age| age > OLD)
+}
+
 /// True if `/proc` lists the process `program`. A running process that has just made its part may
 /// not hold the lock yet.
 fn is_running(program: u32) -> bool {
@@ -137,6 +192,7 @@ fn is_running(program: u32) -> bool {
 mod tests {
     use super::*;
     use crate::files::Output;
+    use std::io::Write;
 
     fn folder(name: &str) -> PathBuf {
         let name = format!("taut-part-{name}-{}", std::process::id());
@@ -216,6 +272,74 @@ mod tests {
         let output = Output::open(&at.join(&long)).expect("writable");
         output.write(|out| out.write_all(b"1")).expect("written");
         assert_eq!(names(&at), [long]);
+        fs::remove_dir_all(&at).expect("removed");
+    }
+
+    /// A process of the number is running, here this one: the part is old, and nobody holds it.
+    #[test]
+    fn a_part_is_no_younger_for_a_process_of_its_number() {
+        let at = folder("number");
+        let part = |n: u32| at.join(format!(".r.tape.taut-{}-{n}.part", std::process::id()));
+        let [young, old, held] = [900_001, 900_002, 900_003].map(part);
+        let long_ago = std::time::SystemTime::now() - 2 * OLD;
+        let mut files = Vec::new();
+        for path in [&young, &old, &held] {
+            let file = File::create_new(path).expect("writable");
+            if *path != young {
+                file.set_modified(long_ago).expect("dated");
+            }
+            files.push(file);
+        }
+        files[2].try_lock().expect("locked");
+        let output = Output::open(&at.join("r.tape")).expect("writable");
+        output
+            .write(|out| out.write_all(b"whole"))
+            .expect("written");
+        assert!(young.exists() && held.exists(), "{:?}", names(&at));
+        assert!(!old.exists(), "{:?}", names(&at));
+        fs::remove_dir_all(&at).expect("removed");
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_replaced_is_written_over() {
+        let at = folder("over");
+        let place = at.join("r.json");
+        fs::write(&place, b"an old one that is longer").expect("writable");
+        let mut part = Part::beside(&place).expect("begun");
+        (&part.file).write_all(b"new").expect("written");
+        part.write_over().expect("written over");
+        drop(part);
+        assert_eq!(fs::read(&place).expect("there"), b"new");
+        assert_eq!(names(&at), ["r.json"]);
+        // Where even that fails nothing is lost.
+        let mut part = Part::beside(&at.join("gone.json")).expect("begun");
+        let error = part.write_over().expect_err("no such file");
+        assert_eq!(error.kind(), ErrorKind::NotFound);
+        let left = part.at.display().to_string();
+        drop(part);
+        assert!(error.to_string().contains(&left) && Path::new(&left).exists());
+        fs::remove_dir_all(&at).expect("removed");
+    }
+
+    #[test]
+    fn long_names_share_no_parts() {
+        let at = folder("long");
+        let [a, b] = ["a", "b"].map(|end| "x".repeat(250) + end);
+        let left = |name: &str| {
+            let mut part = beginning(&at.join(name));
+            part.push("4194305-1.part");
+            at.join(part)
+        };
+        for name in [&a, &b] {
+            fs::write(left(name), b"left").expect("writable");
+        }
+        assert_ne!(left(&a), left(&b));
+        let output = Output::open(&at.join(&a)).expect("writable");
+        output.write(|out| out.write_all(b"1")).expect("written");
+        assert!(!left(&a).exists() && left(&b).exists(), "{:?}", names(&at));
+        // The hash is FNV-1a of 64 bits for ever: parts of other versions are found.
+        assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
         fs::remove_dir_all(&at).expect("removed");
     }
 }

@@ -243,4 +243,36 @@ fn a_restart_falls_back_to_what_has_made_steps() {
     let status = drive.status();
     assert_eq!((status.failure, status.scheme.as_str()), (None, "spook"));
     assert_eq!(drive.stepper().options().dt, StepOptions::default().dt);
+    let fallback = status.fallback.expect("it tells");
+    assert!(fallback.contains("makes no step"), "{fallback}");
+    assert!(
+        fallback.contains("began anew with `dense`, `spook`"),
+        "{fallback}"
+    );
+    // Until the options hold that were chosen.
+    assert_eq!(ask(&mut drive, r#""restart""#), None);
+    assert_eq!(drive.status().fallback, None);
+}
+
+/// The first step of a restart looks at the flag: nothing else is tried, and the run stays.
+#[test]
+fn a_restart_that_is_stopped_leaves_the_run() {
+    let mut drive = gantry();
+    drive.advance(0.1, &|| true);
+    let stop = Arc::new(AtomicBool::new(false));
+    drive.stop_by(Arc::clone(&stop));
+    stop.store(true, std::sync::atomic::Ordering::Relaxed);
+    let (steps, time) = (drive.status().steps, drive.stepper().time());
+    let refused = ask(&mut drive, r#""restart""#).expect("stopped");
+    assert!(refused.contains("asked to end"), "{refused}");
+    assert_eq!(
+        (drive.status().steps, drive.stepper().time()),
+        (steps, time)
+    );
+    stop.store(false, std::sync::atomic::Ordering::Relaxed);
+    assert_eq!(ask(&mut drive, r#""restart""#), None);
+    assert_eq!(drive.status().steps, 1);
+    stop.store(true, std::sync::atomic::Ordering::Relaxed);
+    drive.advance(0.1, &|| true);
+    assert_eq!(drive.status().steps, 1, "the new run has the flag, too");
 }
