@@ -3,8 +3,8 @@
 use crate::agreement::FALSE;
 use crate::error::{columns, expect_columns};
 use crate::{
-    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport, Status,
-    SymBlockMatrix, norm_inf,
+    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
+    Status, SymBlockMatrix, norm_inf,
 };
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};

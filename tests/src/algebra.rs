@@ -186,7 +186,13 @@ fn solve(
         solver.factorize()?;
         solver.solve(&truth.b, &mut x)
     });
-    told((drawn, truth), problem.matrix, backend, (solved, &x), verdict);
+    told(
+        (drawn, truth),
+        problem.matrix,
+        backend,
+        (solved, &x),
+        verdict,
+    );
 }
 
 /// One direct backend on a symmetric matrix after another of this pattern, whose entries are the absolute values: with a

@@ -101,7 +101,10 @@ fn products_of_unit_triangles_are_claimed_only_where_a_digit_is_right() {
                     };
                     claims += 1;
                     let off = error(&x, &a, &b);
-                    assert!(off <= 0.3, "{backend}, {n} {band}, {sweeps} sweeps: {off:.1e}");
+                    assert!(
+                        off <= 0.3,
+                        "{backend}, {n} {band}, {sweeps} sweeps: {off:.1e}"
+                    );
                 }
             }
         }
@@ -140,7 +143,8 @@ fn a_residual_of_exactly_zero_is_a_solution() {
     for small in [1e-30, 1e-22] {
         let pattern = BlockPattern::new(&[1; 3], &[(0, 2), (1, 2)]).expect("a pattern");
         let mut a = SymBlockMatrix::zeros(Arc::new(pattern));
-        a.values_mut().copy_from_slice(&[small, 1.0, small, 1.0, 0.0]);
+        a.values_mut()
+            .copy_from_slice(&[small, 1.0, small, 1.0, 0.0]);
         for backend in compiled() {
             for (b, right) in [([0.0; 3], [0.0; 3]), ([1.0, 1.0, 0.0], [0.0, 0.0, 1.0])] {
                 for sweeps in [0, 1] {

@@ -143,11 +143,23 @@ mod tests {
 
     #[test]
     fn roots_are_powers_of_two_at_or_below_the_root() {
-        for x in [1.0, 3.9, 4.0, 1e-300, 1e300, 0.24, f64::MIN_POSITIVE, 5e-324] {
+        for x in [
+            1.0,
+            3.9,
+            4.0,
+            1e-300,
+            1e300,
+            0.24,
+            f64::MIN_POSITIVE,
+            5e-324,
+        ] {
             let root = root_power(x);
             assert!(root.log2().fract() == 0.0 && root > 0.0, "{x}");
             let part = x.sqrt() / root;
-            assert!((1.0..2.0).contains(&part) || x < f64::MIN_POSITIVE, "{x} {part}");
+            assert!(
+                (1.0..2.0).contains(&part) || x < f64::MIN_POSITIVE,
+                "{x} {part}"
+            );
         }
         assert_eq!([root_power(0.0), root_power(f64::INFINITY)], [1.0; 2]);
     }

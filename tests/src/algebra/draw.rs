@@ -303,7 +303,9 @@ fn kahan(n: usize, squared: bool, random: &mut Random) -> Vec<Vec<f64>> {
         return r;
     }
     let product = |i: usize, j: usize| (0..n).map(|k| r[k][i] * r[k][j]).sum();
-    (0..n).map(|i| (0..n).map(|j| product(i, j)).collect()).collect()
+    (0..n)
+        .map(|i| (0..n).map(|j| product(i, j)).collect())
+        .collect()
 }
 
 /// L Lᵀ with 1 on the diagonal of L and numbers of one sign, or of both, below it, in a band or everywhere; sixteenths, so that
@@ -317,11 +319,17 @@ fn factors(n: usize, random: &mut Random) -> Vec<Vec<f64>> {
         row[r] = 1.0;
         for entry in &mut row[r.saturating_sub(band)..r] {
             let below = from + (to - from) * (0.5 + 0.5 * random.uniform());
-            *entry = if exact { -(16.0 * below).round() / 16.0 } else { -below };
+            *entry = if exact {
+                -(16.0 * below).round() / 16.0
+            } else {
+                -below
+            };
         }
     }
     let product = |i: usize, j: usize| (0..n).map(|k| l[i][k] * l[j][k]).sum();
-    (0..n).map(|i| (0..n).map(|j| product(i, j)).collect()).collect()
+    (0..n)
+        .map(|i| (0..n).map(|j| product(i, j)).collect())
+        .collect()
 }
 
 fn springs(n: usize, random: &mut Random) -> Vec<Vec<f64>> {
