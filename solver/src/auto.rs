@@ -4,7 +4,7 @@
 use crate::clock::Moment;
 use crate::{
     AnalyzeReport, Backend, BlockPattern, Counts, FactorReport, LinearSolver, SolveError,
-    SolveReport, SymBlockMatrix,
+    SolveReport, Status, SymBlockMatrix,
 };
 use std::fmt;
 use std::sync::Arc;
@@ -151,6 +151,10 @@ impl LinearSolver for Auto {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         self.analyzed("solve")?.solve_unjudged(a, b, x)
+    }
+
+    fn claims(&mut self, a: &SymBlockMatrix, evidence: bool) -> Result<Status, SolveError> {
+        self.analyzed("claims")?.claims(a, evidence)
     }
 
     fn solve_many(

@@ -12,6 +12,8 @@ mod direct;
 pub(crate) mod faer;
 #[cfg(feature = "gauss-seidel")]
 pub(crate) mod gauss_seidel;
+#[cfg(test)]
+mod ill;
 #[cfg(any(feature = "cg", feature = "gauss-seidel", feature = "minres"))]
 #[allow(dead_code)] // where not all of these are compiled in
 mod iteration;

@@ -4,7 +4,7 @@ use crate::agreement::FALSE;
 use crate::error::{columns, expect_columns};
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
-    SymBlockMatrix, norm_inf,
+    Status, SymBlockMatrix, norm_inf,
 };
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -281,6 +281,10 @@ impl LinearSolver for Checked {
         self.solve_by(a, b, x, "solve_unjudged", |inner, x| {
             inner.solve_unjudged(a, b, x)
         })
+    }
+
+    fn claims(&mut self, a: &SymBlockMatrix, evidence: bool) -> Result<Status, SolveError> {
+        self.call("claims", |inner| inner.claims(a, evidence))
     }
 
     fn solve_many(

@@ -13,9 +13,12 @@
 //! what it finds regular is claimed with a bound of the error of each solution.
 
 mod estimate;
+mod probe;
 mod scales;
+mod zero;
 
 pub use estimate::inverse_norm;
+pub(crate) use probe::Probe;
 pub(crate) use scales::Scales;
 
 use crate::agreement::split_mix;
@@ -323,11 +326,34 @@ impl Rule {
     }
 
     /// Judges x, which factors of this worth made of b, and corrects it; `judge` is that of the matrix, or [`Rule::judge`]
-    /// where they are not good; `residual` and `solve` are those of [`Judge::settle`] with transposes. Allocates nothing.
+    /// where they are not good; `residual` and `solve` are those of [`Judge::settle`] with transposes. An x without any residual
+    /// needs no bound. Allocates nothing.
     ///
     /// # Errors
     /// The errors of `solve`.
     pub(crate) fn settle(
+        &mut self,
+        (judge, factors): (Judge, Factors),
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        x: &mut [f64],
+        [r, d]: [&mut [f64]; 2],
+        mut residual: impl FnMut(&[f64], &mut [f64]),
+        solve: impl FnMut(&[f64], &mut [f64], bool) -> Result<(), SolveError>,
+    ) -> Result<Status, SolveError> {
+        let by = (judge, factors);
+        let buffers = [&mut *r, &mut *d];
+        let status = self.settle_by_bounds(by, entries, x, buffers, &mut residual, solve)?;
+        let exact = status == Status::Stalled && self.solves_exactly(entries, x, [r, d], residual);
+        let unique = factors != Factors::Useless || x.iter().all(|x| *x == 0.0);
+        Ok(if exact && unique {
+            Status::Direct
+        } else {
+            status
+        })
+    }
+
+    /// [`settle`](Self::settle) by residuals and bounds of errors.
+    fn settle_by_bounds(
         &mut self,
         (judge, factors): (Judge, Factors),
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),

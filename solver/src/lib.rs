@@ -206,6 +206,18 @@ pub trait LinearSolver: Send {
         self.solve(a, b, x)
     }
 
+    /// Judges the factors of `a`, factorised last, for callers that [`refine`]: [`Status::Direct`] where a solution whose
+    /// residual is at roundoff may be claimed, [`Status::Stalled`] where none may, as the matrix is singular to rounding,
+    /// [`Status::Unjudged`] where [`solve`](Self::solve) alone can tell. `evidence`: the last correction was a small part
+    /// of the solution. Solvers other than the project's own direct ones leave it at [`Status::Direct`].
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    fn claims(&mut self, a: &SymBlockMatrix, evidence: bool) -> Result<Status, SolveError> {
+        let _ = (a, evidence);
+        Ok(Status::Direct)
+    }
+
     /// Solves A X = B, with `a` as last factorised: `b` and `x` hold one or more columns of `a.dim()` numbers, one after
     /// the other. The report is that of [`solve`](Self::solve) for all columns: the first status that is no claim, if any,
     /// the most iterations and the largest residual.

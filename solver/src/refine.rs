@@ -30,12 +30,18 @@ impl RefineScratch {
 /// geometrically, so x may be wrong by this part of the last one.
 const CONTRACTION: f64 = 0.1;
 
+/// Largest last correction of a direct solver, as a part of ‖x‖∞, that is evidence of a good factor. Corrections of a
+/// residual at roundoff are about roundoff × condition of x, whatever the right-hand side: ten thousand times less than
+/// where no digit is right.
+const EVIDENCE: f64 = 1e-4;
+
 /// Improves `x` by `sweeps` corrections A d = r(x), x ← x + d, where `residual(x, r)` writes r. Returns the last
 /// correction's report with the iterations of all. Of a direct solver its status is [`Status::Stalled`] where a correction
 /// of a residual at roundoff is more than a tenth of x (∞-norm): the matrix is singular to rounding, which elimination
 /// without pivoting may not see. Where elimination guarantees no residual at roundoff
 /// ([`LinearSolver::solve_unjudged`]) and the last one was none, `x` is corrected until it is, and is [`Status::Stalled`]
-/// too where it does not get there. Allocates nothing.
+/// too where it does not get there, or where the rule of conditions ([`LinearSolver::claims`]) forbids a claim. Allocates
+/// nothing.
 ///
 /// # Errors
 /// The errors of [`LinearSolver::solve`]; `x` then holds the last good iterate.
@@ -64,6 +70,7 @@ pub fn refine(
     let Some(report) = &mut last else {
         return Ok(None);
     };
+    let mut is_apart = change > CONTRACTION * size;
     if report.status == Status::Unjudged {
         let RefineScratch {
             residual: r,
@@ -72,15 +79,42 @@ pub fn refine(
         let (judge, before) = (Judge::of(a, d), norm_inf(r));
         if !judge.admits(before, size) {
             let solve = |r: &[f64], d: &mut [f64]| solver.solve_unjudged(a, r, d).map(|_| ());
-            report.status = judge.settle(x, [r, d], before, residual, solve)?;
-            return Ok(last);
+            report.status = judge.settle(x, [r, d], before, &mut residual, solve)?;
+            is_apart = false;
+        } else {
+            report.status = Status::Direct;
         }
-        report.status = Status::Direct;
     }
-    if report.status == Status::Direct && change > CONTRACTION * size {
-        report.status = Status::Stalled;
+    if report.status != Status::Direct {
+        return Ok(last);
     }
+    report.status = match solver.claims(a, change <= EVIDENCE * size)? {
+        Status::Unjudged => correct(solver, a, x, scratch, residual)?,
+        Status::Direct if is_apart => Status::Stalled,
+        status => status,
+    };
     Ok(last)
+}
+
+/// One more correction, of which the solver itself says what it may claim.
+fn correct(
+    solver: &mut dyn LinearSolver,
+    a: &SymBlockMatrix,
+    x: &mut [f64],
+    scratch: &mut RefineScratch,
+    mut residual: impl FnMut(&[f64], &mut [f64]),
+) -> Result<Status, SolveError> {
+    residual(x, &mut scratch.residual);
+    let report = solver.solve(a, &scratch.residual, &mut scratch.correction)?;
+    if report.status != Status::Direct {
+        return Ok(report.status);
+    }
+    let [size, change] = dispatch(Level::best(), Correct(x, &scratch.correction));
+    Ok(if change > CONTRACTION * size {
+        Status::Stalled
+    } else {
+        Status::Direct
+    })
 }
 
 /// x ← x + d; ‖x‖∞ and ‖d‖∞.

@@ -27,7 +27,9 @@ use taut_ground::matrix::exact::condition;
 use taut_ground::matrix::prepared::Problem;
 use taut_ground::matrix::solve::{CONVERGED, Config, run};
 use taut_ground::matrix::{Matrix, RightHandSide, System, matrix_of};
-use taut_solver::{Backend, GeneralMatrix, Status, norm_inf};
+use taut_solver::{
+    Backend, GeneralMatrix, RefineScratch, SolveError, SolveReport, Status, norm_inf, refine,
+};
 use truth::{Truth, scaled_error};
 
 /// Condition with rows and columns scaled below which whoever exchanges rows has to solve a system.
@@ -39,6 +41,9 @@ const SINGULAR: f64 = 1e17;
 
 /// Conditions are compared up to here: beyond it the factors that estimate them have no digits.
 const COMPARED: f64 = 1e13;
+
+/// Largest error of a solution that may be claimed: one digit is right.
+const CLAIMED: f64 = 0.5;
 
 /// Backends that exchange rows as far as is needed.
 const PIVOTING: [&str; 5] = [
@@ -113,6 +118,7 @@ pub fn judge(seed: u64) -> Verdict {
     conditions(&drawn, &truth, &problem, &mut verdict);
     for backend in compiled(&PIVOTING).into_iter().chain(compiled(&ORDERED)) {
         solve(&drawn, &truth, &problem, &backend, &mut verdict);
+        solve_after(&drawn, &truth, &matrix, &backend, &mut verdict);
     }
     if let Matrix::Symmetric(_) = matrix {
         // This matrix again, in the form for matrices that need not be symmetric.
@@ -180,7 +186,59 @@ fn solve(
         solver.factorize()?;
         solver.solve(&truth.b, &mut x)
     });
-    let form = match problem.matrix {
+    told(
+        (drawn, truth),
+        problem.matrix,
+        backend,
+        (solved, &x),
+        verdict,
+    );
+}
+
+/// One direct backend on a symmetric matrix after another of this pattern, whose entries are the absolute values: with a
+/// judged solution, and with one that is refined once.
+fn solve_after(
+    drawn: &Drawn,
+    truth: &Truth,
+    matrix: &Matrix,
+    backend: &Backend,
+    verdict: &mut Verdict,
+) {
+    let Matrix::Symmetric(a) = matrix else { return };
+    let (n, b) = (drawn.dim(), &truth.b);
+    let mut other = a.clone();
+    other.values_mut().iter_mut().for_each(|v| *v = v.abs());
+    for sweeps in [0, 1] {
+        let mut x = vec![0.0; n];
+        let solved = backend.create().and_then(|mut solver| {
+            solver.analyze(a.pattern())?;
+            if solver.factorize(&other).is_ok() {
+                // What it tells of the other matrix is judged elsewhere.
+                let _ = solver.solve(&other, b, &mut x);
+            }
+            solver.factorize(a)?;
+            if sweeps == 0 {
+                return solver.solve(a, b, &mut x);
+            }
+            let first = solver.solve_unjudged(a, b, &mut x)?;
+            let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
+            let mut scratch = RefineScratch::new(n);
+            let last = refine(&mut *solver, a, &mut x, &mut scratch, sweeps, residual)?;
+            Ok(last.unwrap_or(first))
+        });
+        told((drawn, truth), matrix, backend, (solved, &x), verdict);
+    }
+}
+
+/// Judges a report and its solution, or a refusal.
+fn told(
+    (drawn, truth): (&Drawn, &Truth),
+    matrix: &Matrix,
+    backend: &Backend,
+    (solved, x): (Result<SolveReport, SolveError>, &[f64]),
+    verdict: &mut Verdict,
+) {
+    let form = match matrix {
         Matrix::Symmetric(_) => "",
         Matrix::General(_) => "/general",
     };
@@ -195,16 +253,16 @@ fn solve(
     match solved {
         Ok(report) if report.status == Status::Direct => {
             verdict.claims += 1;
-            let error = scaled_error(&x, truth);
+            let error = scaled_error(x, truth);
             // Entries rounded to doubles are a regular matrix for 32 digits; and what vanishes in them may be regular.
             let told_by_digits = truth.x.is_some() || !truth.regular;
             let known = drawn.rank != Rank::Rounded && told_by_digits;
             if (known || !backend.to_string().contains("extended"))
-                && error.is_none_or(|error| error.is_nan() || error > 1.0)
+                && error.is_none_or(|error| error.is_nan() || error > CLAIMED)
             {
                 verdict.fault("false claim", told(format!("error {error:?}")));
             }
-            let left = problem.matrix.backward_error(&truth.b, &x);
+            let left = matrix.backward_error(&truth.b, x);
             let left = left.map_or(f64::NAN, |e| e.normwise);
             if left.is_nan() || left > 1e-13 {
                 verdict.fault(

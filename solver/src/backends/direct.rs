@@ -2,7 +2,7 @@
 
 use super::check_solution;
 use crate::claim::Judge;
-use crate::condition::{Factors, Rule};
+use crate::condition::{Factors, Probe, Rule};
 use crate::error::{columns, expect_columns};
 use crate::kernels::Scalar;
 use crate::{
@@ -40,6 +40,12 @@ pub(crate) trait Direct: Send {
         None
     }
 
+    /// Returns true if the elimination bounds its own backward error and no weak pivot is in doubt: what is left is the
+    /// condition.
+    fn is_sure(&self) -> bool {
+        self.is_stable() && !self.is_doubtful()
+    }
+
     /// Unit roundoff of the arithmetic that makes the factor.
     fn roundoff(&self) -> f64 {
         f64::ROUNDOFF
@@ -65,7 +71,7 @@ pub(crate) trait Direct: Send {
     }
 
     /// Checks `x`, the result of [`substitute`](Self::substitute) for `b`. Judges and corrects it
-    /// if the factor is not stable or is doubtful.
+    /// if the factor is not stable or is doubtful, or its matrix near a singular one.
     fn accept(
         &mut self,
         a: &SymBlockMatrix,
@@ -73,18 +79,77 @@ pub(crate) trait Direct: Send {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         check_solution(a, x)?;
-        if self.is_stable() && !self.is_doubtful() {
+        if self.common().is_good() && self.is_sure() {
             return Ok(SolveReport::DIRECT);
         }
         let mut common = std::mem::take(self.common());
-        let accepted = self.judge(a, b, x, &mut common);
+        let accepted = self.accept_by(a, b, x, &mut common);
         *self.common() = common;
-        let status = accepted?;
+        let Some(status) = accepted? else {
+            return Ok(SolveReport::DIRECT);
+        };
         check_solution(a, x)?;
         Ok(SolveReport {
             status,
             ..SolveReport::DIRECT
         })
+    }
+
+    /// The status of `x` by the last factor; `None` of one that theory bounds.
+    fn accept_by(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+        common: &mut Common,
+    ) -> Result<Option<Status>, SolveError> {
+        self.examine(a, common)?;
+        if common.is_good() && self.is_sure() {
+            return Ok(None);
+        }
+        self.judge(a, b, x, common).map(Some)
+    }
+
+    /// Finds what the last factor is worth, once: by a probe, and by the rule where that does not suffice. Allocates nothing.
+    ///
+    /// # Errors
+    /// Those of [`check`](Self::check).
+    fn examine(&mut self, a: &SymBlockMatrix, common: &mut Common) -> Result<(), SolveError> {
+        if common.examined {
+            return Ok(());
+        }
+        let ratio = self.pivot_ratio();
+        // The rule examines the first factors of an elimination without a guarantee, whatever the probe.
+        if self.is_sure() || common.is_like(ratio) {
+            let probe = self.probe(a, common)?;
+            let roundoff = self.roundoff();
+            if !common.suspect && probe.is_sound(common.growth, roundoff) {
+                common.factors = Factors::Good;
+                common.examined = true;
+                return Ok(());
+            }
+        }
+        self.check(a, common)?;
+        common.growth = match common.factors {
+            Factors::Good => Some(self.probe(a, common)?.growth),
+            _ => None,
+        };
+        Ok(())
+    }
+
+    /// One solve with the last factor, which tells how near to singular its matrix is.
+    fn probe(&mut self, a: &SymBlockMatrix, common: &mut Common) -> Result<Probe, SolveError> {
+        let is_sure = self.is_sure();
+        let Common { rule, buffers, .. } = common;
+        let solve = |x: &mut [f64]| {
+            buffers[0].copy_from_slice(x);
+            self.substitute(a, &buffers[0], x)
+        };
+        if is_sure {
+            rule.probe_definite(a, solve)
+        } else {
+            rule.probe(&a.entries(), solve)
+        }
     }
 
     /// Looks at the last factor by the rule, which tells what it is worth. Allocates nothing.
@@ -104,7 +169,10 @@ pub(crate) trait Direct: Send {
             Err(SolveError::Singular { .. }) if self.is_stable() => Factors::Useless,
             checked => checked.map_err(|e| of_block(e, a))?.factors,
         };
-        common.checked = self.pivot_ratio();
+        common.ratio = self.pivot_ratio();
+        common.growth = None;
+        common.is_checked = true;
+        common.examined = true;
         Ok(())
     }
 
@@ -127,7 +195,7 @@ pub(crate) trait Direct: Send {
         })
     }
 
-    /// Corrects `x`, which the factor computed from `b`, and returns its status.
+    /// Corrects `x`, which the examined factor computed from `b`, and returns its status.
     fn judge(
         &mut self,
         a: &SymBlockMatrix,
@@ -138,10 +206,6 @@ pub(crate) trait Direct: Send {
         let judge = match common.judge {
             Some(judge) => judge,
             None => {
-                let ratio = self.pivot_ratio();
-                if !common.is_known(ratio) {
-                    self.check(a, common)?;
-                }
                 let [r, _] = &mut common.buffers;
                 let judge = match common.factors {
                     Factors::Good | Factors::Useless => Judge::of(a, r),
@@ -168,18 +232,34 @@ pub(crate) struct Common {
     /// A residual and its correction.
     buffers: [Vec<f64>; 2],
     rule: Rule,
-    /// Quality of the factor, valid once there is a judge.
+    /// Quality of the factor, valid once it is examined.
     factors: Factors,
-    /// Ratio of the pivots of the factor that the rule looked at.
-    checked: Option<f64>,
+    /// True if the quality of the last factor is known.
+    examined: bool,
+    /// True if corrections by the last factor were larger than those by a good one: the probe is not enough.
+    suspect: bool,
+    /// True if the rule examined factors of this pattern.
+    is_checked: bool,
+    /// Pivot ratio of the factor that the rule examined last.
+    ratio: Option<f64>,
+    /// Growth in the probe of that factor, where the rule found it good.
+    growth: Option<f64>,
 }
 
 impl Common {
-    /// Returns true if the rule has examined factors with a pivot ratio within a factor of 2 of
+    /// Returns true if the last factor was examined and found good.
+    fn is_good(&self) -> bool {
+        self.examined && self.factors == Factors::Good
+    }
+
+    /// Returns true if the rule found factors good whose pivot ratio, where there is one, was within a factor of 2 of
     /// this one, as happens from step to step.
-    fn is_known(&self, ratio: Option<f64>) -> bool {
-        let like = |before: f64| ratio.is_some_and(|r| (0.5..=2.0).contains(&(r / before)));
-        self.checked.is_some_and(like)
+    fn is_like(&self, ratio: Option<f64>) -> bool {
+        let alike = match (self.ratio, ratio) {
+            (Some(before), Some(ratio)) => (0.5..=2.0).contains(&(ratio / before)),
+            (before, ratio) => before.is_none() && ratio.is_none(),
+        };
+        self.is_checked && self.growth.is_some() && alike
     }
 }
 
@@ -207,7 +287,7 @@ impl<D: Direct> LinearSolver for D {
         let common = self.common();
         common.buffers = [(); 2].map(|()| vec![0.0; pattern.dim()]);
         common.rule = Rule::new(pattern.dim());
-        common.checked = None;
+        (common.is_checked, common.growth, common.ratio) = (false, None, None);
         common.phases.analyzed(pattern);
         Ok(report)
     }
@@ -216,6 +296,7 @@ impl<D: Direct> LinearSolver for D {
         let common = self.common();
         common.phases.begin_unchecked(a)?;
         common.judge = None;
+        (common.examined, common.suspect) = (false, false);
         let report = self.eliminate(a)?;
         self.common().phases.factorized();
         Ok(report)
@@ -241,7 +322,7 @@ impl<D: Direct> LinearSolver for D {
         self.common().phases.begin_solve(a, b, x)?;
         self.substitute(a, b, x)?;
         check_solution(a, x)?;
-        let status = if self.is_stable() {
+        let status = if self.is_sure() {
             Status::Direct
         } else {
             Status::Unjudged
@@ -249,6 +330,26 @@ impl<D: Direct> LinearSolver for D {
         Ok(SolveReport {
             status,
             ..SolveReport::DIRECT
+        })
+    }
+
+    fn claims(&mut self, a: &SymBlockMatrix, evidence: bool) -> Result<Status, SolveError> {
+        if evidence && !self.common().examined && self.is_sure() {
+            return Ok(Status::Direct);
+        }
+        let mut common = std::mem::take(self.common());
+        if !evidence && !common.suspect {
+            // A probe was not enough.
+            (common.suspect, common.examined, common.judge) = (true, false, None);
+        }
+        let examined = self.examine(a, &mut common);
+        let factors = common.factors;
+        *self.common() = common;
+        examined?;
+        Ok(match factors {
+            Factors::Good => Status::Direct,
+            Factors::Poor | Factors::Graded => Status::Unjudged,
+            Factors::Useless => Status::Stalled,
         })
     }
 

@@ -30,9 +30,13 @@ pub enum Kind {
     Circulant,
     /// Entries that grow in the elimination by rows, in units of 1 or of rows and columns.
     Growth,
+    /// Kahan's triangle, alone or RᵀR of it: far nearer to singular than its diagonal tells.
+    Kahan,
+    /// L Lᵀ of a unit triangle L: pivots of 1, whatever the condition.
+    Factors,
 }
 
-const KINDS: [Kind; 13] = [
+const KINDS: [Kind; 15] = [
     Kind::Definite,
     Kind::QuasiDefinite,
     Kind::Kkt,
@@ -46,6 +50,8 @@ const KINDS: [Kind; 13] = [
     Kind::Grid,
     Kind::Circulant,
     Kind::Growth,
+    Kind::Kahan,
+    Kind::Factors,
 ];
 
 /// Dependence of a row or column on others.
@@ -100,7 +106,12 @@ impl Drawn {
     pub fn of_seed(seed: u64) -> Self {
         let random = &mut Random::new(seed);
         let kind = KINDS[random.below(KINDS.len())];
-        let most = if random.below(20) == 0 { 63 } else { 20 };
+        let is_dense = matches!(kind, Kind::Growth | Kind::Kahan | Kind::Factors);
+        let most = match random.below(20) {
+            _ if is_dense => 59,
+            0 => 63,
+            _ => 20,
+        };
         let n = 2 + random.below(most);
         let mut made = made(kind, n, random);
         let rank = [Rank::Full, Rank::Full, Rank::Exact, Rank::Rounded][random.below(4)];
@@ -181,7 +192,7 @@ impl Drawn {
 fn made(kind: Kind, n: usize, random: &mut Random) -> Made {
     let symmetric = match kind {
         Kind::Unsymmetric | Kind::Triangular | Kind::Growth => false,
-        Kind::Circulant => random.below(2) == 0,
+        Kind::Circulant | Kind::Kahan => random.below(2) == 0,
         _ => true,
     };
     let whole = random.below(2) == 0;
@@ -259,6 +270,8 @@ fn made(kind: Kind, n: usize, random: &mut Random) -> Made {
             };
             (0..n).map(|r| (0..n).map(|c| at(r, c)).collect()).collect()
         }
+        Kind::Kahan => kahan(n, symmetric, random),
+        Kind::Factors => factors(n, random),
     };
     let mut made = Made { a, symmetric };
     mirror(&mut made);
@@ -274,6 +287,49 @@ fn mirror(made: &mut Made) {
             }
         }
     }
+}
+
+/// R with sⁱ on the diagonal and −c sⁱ right of it, s² + c² = 1; RᵀR of it.
+fn kahan(n: usize, squared: bool, random: &mut Random) -> Vec<Vec<f64>> {
+    let angle = [0.3_f64, 0.7, 1.2][random.below(3)] + 0.1 * random.uniform();
+    let (s, c) = angle.sin_cos();
+    let at = |row: usize, column: usize| match row.cmp(&column) {
+        std::cmp::Ordering::Equal => s.powi(row as i32),
+        std::cmp::Ordering::Less => -c * s.powi(row as i32),
+        std::cmp::Ordering::Greater => 0.0,
+    };
+    let r: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| at(i, j)).collect()).collect();
+    if !squared {
+        return r;
+    }
+    let product = |i: usize, j: usize| (0..n).map(|k| r[k][i] * r[k][j]).sum();
+    (0..n)
+        .map(|i| (0..n).map(|j| product(i, j)).collect())
+        .collect()
+}
+
+/// L Lᵀ with 1 on the diagonal of L and numbers of one sign, or of both, below it, in a band or everywhere; sixteenths, so that
+/// the product has no rounding, or any.
+fn factors(n: usize, random: &mut Random) -> Vec<Vec<f64>> {
+    let (from, to) = [(0.6, 1.4), (0.2, 0.6), (1.0, 2.5), (-1.0, 1.0)][random.below(4)];
+    let band = [1, 2, n][random.below(3)];
+    let exact = random.below(2) == 0;
+    let mut l = vec![vec![0.0; n]; n];
+    for (r, row) in l.iter_mut().enumerate() {
+        row[r] = 1.0;
+        for entry in &mut row[r.saturating_sub(band)..r] {
+            let below = from + (to - from) * (0.5 + 0.5 * random.uniform());
+            *entry = if exact {
+                -(16.0 * below).round() / 16.0
+            } else {
+                -below
+            };
+        }
+    }
+    let product = |i: usize, j: usize| (0..n).map(|k| l[i][k] * l[j][k]).sum();
+    (0..n)
+        .map(|i| (0..n).map(|j| product(i, j)).collect())
+        .collect()
 }
 
 fn springs(n: usize, random: &mut Random) -> Vec<Vec<f64>> {

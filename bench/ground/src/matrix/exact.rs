@@ -108,15 +108,22 @@ pub struct Condition {
 /// Regularity of a matrix, judged by the results of the backends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Regularity {
-    /// One solves it.
+    /// One that exchanges rows solves it, or another where none of those refuses it.
     Regular(Condition),
-    /// One that exchanges rows finds it singular to rounding, and none solves it.
+    /// One that exchanges rows finds it singular to rounding, and none of those solves it.
     Singular,
     /// None is within reach.
     Unknown,
 }
 
-/// The condition of A, by the first backend whose solutions are claimed.
+/// Returns true for backends that exchange rows as far as is needed: their refusals count more than claims of those that
+/// eliminate in a given order.
+#[must_use]
+pub fn exchanges_rows(backend: &Backend) -> bool {
+    backend.accepts_unsymmetric()
+}
+
+/// The condition of A, by the first backend whose solutions are claimed, and whether that may be believed.
 #[must_use]
 pub fn regularity(problem: &Problem<'_>) -> Regularity {
     let transposed = match problem.matrix {
@@ -124,17 +131,23 @@ pub fn regularity(problem: &Problem<'_>) -> Regularity {
         Matrix::General(a) => Some(Matrix::General(a.transposed())),
     };
     let transposed = transposed.as_ref().map(Problem::new);
-    let mut found = Regularity::Unknown;
+    // Claims of those that exchange no rows wait for one that does.
+    let (mut first, mut refused) = (None, false);
     for backend in solvers(problem) {
         match measured(problem, transposed.as_ref(), &backend) {
-            Ok(Some(condition)) => return Regularity::Regular(condition),
-            Err(SolveError::Singular { .. }) if backend.accepts_unsymmetric() => {
-                found = Regularity::Singular;
+            Ok(Some(condition)) if exchanges_rows(&backend) => {
+                return Regularity::Regular(first.unwrap_or(condition));
             }
+            Ok(Some(condition)) => first = first.or(Some(condition)),
+            Err(SolveError::Singular { .. }) => refused |= exchanges_rows(&backend),
             _ => {}
         }
     }
-    found
+    match first {
+        _ if refused => Regularity::Singular,
+        Some(condition) => Regularity::Regular(condition),
+        None => Regularity::Unknown,
+    }
 }
 
 /// The condition of A; `None` where no backend solves it.

@@ -4,7 +4,7 @@
 //! solve: η and ω of the module `accuracy` in the solver crate, and the forward error against x of the file, else
 //! against the solution in extended precision ([`super::exact`]) where there is one.
 
-use super::exact::{Regularity, regularity, solution};
+use super::exact::{Regularity, exchanges_rows, regularity, solution};
 use super::prepared::Problem;
 use super::{Matrix, RightHandSide, System};
 use crate::choice::{Choice, Omission};
@@ -291,6 +291,10 @@ fn refusal(
     };
     let place = problem.place(backend, block);
     match (e, regularity) {
+        // Another solves it: which of them is right stays open.
+        (SolveError::Singular { .. }, Regularity::Regular(_)) if exchanges_rows(backend) => {
+            format!("at {place} it is nearer to a singular matrix than rounding tells apart")
+        }
         (SolveError::Singular { .. }, Regularity::Regular(_)) => format!(
             "a pivot of {place} vanishes in this order though the matrix is regular: choose a backend that exchanges rows \
              (umfpack, faer:lu, dense)"
