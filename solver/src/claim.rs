@@ -3,8 +3,9 @@
 //! LDLᵀ or L Lᵀ with positive pivots is backward stable: it is the exact factor of a matrix A + ΔA
 //! with |ΔA| ≤ γ |L| D |Lᵀ|, and the entries of |L| D |Lᵀ| are at most the largest of the diagonal
 //! (Higham, *Accuracy and Stability of Numerical Algorithms*, theorems 10.3 and 10.5). Its
-//! solutions need no judge unless the singularity test leaves the factor in doubt (`is_doubtful` of
-//! direct backends): positive pivots that are weak may belong to a matrix near a singular one.
+//! solutions need no judge of their residuals. What is left is the condition, which pivots do not
+//! tell: L Lᵀ of a unit triangle L has pivots of 1 and any condition. A probe of each factor, or
+//! the last correction of a refinement, tells whether the rule (`condition`) has to look at it.
 //!
 //! All other eliminations may let entries grow: by 2ⁿ⁻¹ at most where rows are exchanged (Wilkinson
 //! 1961), without bound where pivots of either sign are taken in order. A well-conditioned matrix

@@ -88,7 +88,9 @@ pub fn refine(
     if report.status != Status::Direct {
         return Ok(last);
     }
-    report.status = match solver.claims(a, change <= EVIDENCE * size)? {
+    // A residual that is exactly 0 tells nothing of the factor, unless x = 0.
+    let evidence = change <= EVIDENCE * size && (change > 0.0 || size == 0.0);
+    report.status = match solver.claims(a, evidence)? {
         Status::Unjudged => correct(solver, a, x, scratch, residual)?,
         Status::Direct if is_apart => Status::Stalled,
         status => status,
