@@ -4,10 +4,10 @@
 //! factorisations, and a step may have hundreds of such problems. Two things bound the work.
 //!
 //! The first is a count of work, in multiplications. It depends on the input alone, so a run has
-//! the same bits on each machine. Once [`MOST`] is spent, the rest of the step finds its contacts'
-//! impulses by a few sweeps ([`Effort::method`]; so does half of [`LIMIT`] of all work), without further passes or shorter sub-steps. The
-//! report counts them as undecided. A step that even then comes to [`LIMIT`] ends with
-//! [`StepError::TooMuchWork`].
+//! the same bits on each machine. Once [`MOST`] is spent on dense problems, or half of [`LIMIT`] in
+//! all, the rest of the step finds its contacts' impulses by a few sweeps ([`Effort::method`]),
+//! without further passes or shorter sub-steps. The report counts them as undecided. A step that
+//! even then comes to [`LIMIT`] ends with [`StepError::TooMuchWork`].
 //!
 //! The second is a flag, which another thread or a signal handler sets. The step then ends with
 //! [`StepError::Stopped`], in the state that it began with ([`crate::saved::beginning`]). A flag
@@ -19,8 +19,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_solver::coulomb::{ConeMethod, ConeReport};
 
-/// Work on dense problems after which only sweeps are made; so much more for each group of contacts, up to
-/// the third number.
+/// Work on dense problems after which only sweeps are made, more work for each group of contacts,
+/// and the most with these: n³ for a factorisation of n rows, n² for a sweep. Piles that fall spend
+/// a tenth of it at most.
 const MOST: [f64; 3] = [1e11, 1e10, 5e11];
 
 /// Work at which a step ends: some 10 s, in which a core makes 10¹¹ multiplications a second.

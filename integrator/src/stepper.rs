@@ -313,7 +313,8 @@ impl Stepper {
     ///
     /// # Errors
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step),
-    /// [`StepError::Stopped`], [`StepError::NonFinite`] and [`StepError::EnergyGain`].
+    /// [`StepError::Stopped`] and [`StepError::TooMuchWork`], [`StepError::NonFinite`] and
+    /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         self.check_winches()?;
         if let Some(report) = self.sleep_through()? {

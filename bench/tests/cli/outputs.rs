@@ -185,7 +185,8 @@ fn a_saved_run_is_never_half_of_one() {
 #[cfg(unix)]
 #[test]
 fn a_signal_ends_a_run_in_order() {
-    for (signal, code) in [("TERM", 143), ("INT", 130)] {
+    let all = [("TERM", 143), ("INT", 130), ("HUP", 129), ("XCPU", 152)];
+    for (signal, code) in all {
         let at = folder(&format!("signal_{signal}"));
         let arguments = "run hoist --set segments=2 --time 1e5 --out - --json j.json --save s.json --save-at 0.5";
         let mut child = program(&at, arguments)
@@ -232,6 +233,44 @@ fn a_signal_ends_a_run_in_order() {
         );
         good(&at, "run --resume s.json --time 0.1");
     }
+}
+
+/// `nohup`, and a shell for what it starts in the background, have signals ignored.
+#[cfg(target_os = "linux")]
+#[test]
+fn signals_that_are_ignored_stay_ignored() {
+    let at = folder("ignored");
+    let run = "taut -q run hoist --set segments=2 --time 1e5 --save s.json >o";
+    for (signal, other, code) in [("HUP", "TERM", 143), ("INT", "HUP", 129)] {
+        let line = format!(
+            "trap '' {signal}; {run} & sleep 1; kill -{signal} $!; sleep 1; kill -{other} $! && wait $!"
+        );
+        let output = shell(&at, &line);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{signal}: {stderr}");
+        assert!(
+            stderr.contains(&format!("stopped by SIG{other}")),
+            "{stderr}"
+        );
+        good(&at, "run --resume s.json --time 0.1");
+    }
+}
+
+/// A limit of the shell for files is no reason to die: what was recorded up to there stays.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_grows_too_long_is_a_failed_write() {
+    let at = folder("too_long");
+    let line = "ulimit -f 40; taut -q run hoist --set segments=12 --time 20 --record r.tape >o";
+    let output = shell(&at, line);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(
+        stderr.contains("cannot write `r.tape`: File too large"),
+        "{stderr}"
+    );
+    good(&at, "replay r.tape");
+    assert!(left_over(&at).is_empty());
 }
 
 /// Where nobody can be told the code still tells.

@@ -85,6 +85,7 @@ impl Stepper {
         let mut begun = self.rebuilt(run)?;
         begun.ids = std::mem::replace(&mut self.ids, begun.ids);
         std::mem::swap(&mut begun.fired, &mut self.fired);
+        begun.fired.met.clear();
         std::mem::swap(&mut begun.effort, &mut self.effort);
         begun.companion = self.companion.take();
         *self = begun;
