@@ -384,6 +384,7 @@ impl Stepper {
             }
             changed.companion = self.companion.take();
             changed.effort = std::mem::take(&mut self.effort);
+            changed.beginning = self.beginning.take();
             *self = changed;
             self.outdate_companion();
         }

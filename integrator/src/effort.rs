@@ -10,11 +10,10 @@
 //! even then comes to [`LIMIT`] ends with [`StepError::TooMuchWork`].
 //!
 //! The second is a flag, which another thread or a signal handler sets. The step then ends with
-//! [`StepError::Stopped`], in the state that it began with ([`crate::saved::beginning`]). A flag
+//! [`StepError::Stopped`], in the state that it began with. A flag
 //! that a step has seen stays seen until the next step begins.
 
-use crate::saved::beginning::Beginning;
-use crate::{StepError, Stepper};
+use crate::StepError;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_solver::coulomb::{ConeMethod, ConeReport};
@@ -50,8 +49,6 @@ pub(crate) struct Effort {
     stop: Option<Arc<AtomicBool>>,
     /// True once the step has seen the flag.
     is_stopped: bool,
-    /// State that a stopped step goes back to; `None` without a flag, and in the companion run.
-    pub(crate) beginning: Option<Box<Beginning>>,
     /// Looks at the flag, and the one from which on it is up.
     #[cfg(test)]
     pub(crate) looks: (usize, Option<usize>),
@@ -66,7 +63,6 @@ impl Default for Effort {
             limit: LIMIT,
             stop: None,
             is_stopped: false,
-            beginning: None,
             #[cfg(test)]
             looks: (0, None),
         }
@@ -150,23 +146,14 @@ impl Effort {
         Ok(())
     }
 
+    /// Ends steps early while `stop` is true.
+    pub(crate) fn stop_by(&mut self, stop: Arc<AtomicBool>) {
+        self.stop = Some(stop);
+    }
+
     /// Takes the flag of another one, of the run that this one accompanies.
     pub(crate) fn follow(&mut self, other: &Self) {
         self.stop.clone_from(&other.stop);
-    }
-}
-
-impl Stepper {
-    /// Ends steps early while `stop` is true. Another thread or a signal handler may set it: the
-    /// step in progress then fails with [`StepError::Stopped`], and the run is where that step
-    /// began. The step looks at the flag between sub-steps, Newton passes and dense problems of
-    /// contacts. The flag stays through [`change`](Self::change) and
-    /// [`set_options`](Self::set_options). Saved runs do not hold it. From now on each step copies
-    /// the state that it begins with.
-    pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
-        self.effort.stop = Some(stop);
-        self.effort.beginning.get_or_insert_default();
-        self.share_stop();
     }
 }
 

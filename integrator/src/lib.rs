@@ -147,6 +147,7 @@ pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
+pub(crate) use saved::beginning::Beginning;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
 pub use stepper::estimate::{ErrorEstimate, ErrorPart};

@@ -111,6 +111,8 @@ pub struct Stepper {
     pub(crate) tally: Tally,
     /// Work of the present step and its bound.
     pub(crate) effort: Effort,
+    /// State that a stopped step goes back to; `None` without a flag, and in the companion run.
+    pub(crate) beginning: Option<Box<crate::Beginning>>,
     /// Companion run that estimates the error.
     pub(crate) companion: Option<Box<Companion>>,
 }
@@ -279,6 +281,7 @@ impl Stepper {
             rest: Rest::new(&scene, &options),
             tally: Tally::start(),
             effort: Effort::default(),
+            beginning: None,
             companion: None,
             bounded: {
                 let mut bounded = Bounded::new(&pieces);

@@ -6,6 +6,8 @@
 use super::{SavedRun, refill};
 use crate::stepper::Stepper;
 use crate::{StepError, StepOptions};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use taut_model::collide::Shape;
 use taut_model::{Bodies, Constraint, Scene};
 
@@ -63,12 +65,24 @@ impl Beginning {
 }
 
 impl Stepper {
+    /// Ends steps early while `stop` is true. Another thread or a signal handler may set it: the
+    /// step in progress then fails with [`StepError::Stopped`], and the run is where that step
+    /// began. The step looks at the flag between sub-steps, Newton passes and dense problems of
+    /// contacts. The flag stays through [`change`](Self::change) and
+    /// [`set_options`](Self::set_options). Saved runs do not hold it. From now on each step copies
+    /// the state that it begins with.
+    pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
+        self.effort.stop_by(stop);
+        self.beginning.get_or_insert_default();
+        self.share_stop();
+    }
+
     /// A step begins, or another call whose work counts.
     pub(crate) fn begin_effort(&mut self) {
         self.effort.begin();
-        if let Some(mut beginning) = self.effort.beginning.take() {
+        if let Some(mut beginning) = self.beginning.take() {
             beginning.keep(self);
-            self.effort.beginning = Some(beginning);
+            self.beginning = Some(beginning);
         }
     }
 
@@ -77,16 +91,17 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Scene`] and [`StepError::Saved`] where the numbers of that state are not finite.
     pub(crate) fn return_to_beginning(&mut self) -> Result<bool, StepError> {
-        let Some(beginning) = self.effort.beginning.take() else {
+        let Some(beginning) = self.beginning.take() else {
             return Ok(false);
         };
         let run = beginning.run(self);
-        self.effort.beginning = Some(beginning);
+        self.beginning = Some(beginning);
         let mut begun = self.rebuilt(run)?;
         begun.ids = std::mem::replace(&mut self.ids, begun.ids);
         std::mem::swap(&mut begun.fired, &mut self.fired);
         begun.fired.met.clear();
         std::mem::swap(&mut begun.effort, &mut self.effort);
+        begun.beginning = self.beginning.take();
         begun.companion = self.companion.take();
         *self = begun;
         Ok(true)
