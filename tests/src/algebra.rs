@@ -30,7 +30,7 @@ use taut_ground::matrix::{Matrix, RightHandSide, System, matrix_of};
 use taut_solver::{
     Backend, GeneralMatrix, RefineScratch, SolveError, SolveReport, Status, norm_inf, refine,
 };
-use truth::{Truth, scaled_error};
+use truth::{Truth, largest_error, scaled_error};
 
 /// Condition with rows and columns scaled below which whoever exchanges rows has to solve a system.
 const SOLVABLE: f64 = 1e12;
@@ -190,7 +190,7 @@ fn solve(
         (drawn, truth),
         problem.matrix,
         backend,
-        (solved, &x),
+        (solved, &x, scaled_error),
         verdict,
     );
 }
@@ -226,16 +226,31 @@ fn solve_after(
             let last = refine(&mut *solver, a, &mut x, &mut scratch, sweeps, residual)?;
             Ok(last.unwrap_or(first))
         });
-        told((drawn, truth), matrix, backend, (solved, &x), verdict);
+        let error: ErrorOf = if sweeps == 0 {
+            scaled_error
+        } else {
+            largest_error
+        };
+        told(
+            (drawn, truth),
+            matrix,
+            backend,
+            (solved, &x, error),
+            verdict,
+        );
     }
 }
 
-/// Judges a report and its solution, or a refusal.
+/// Relative error of a solution, in some norm.
+type ErrorOf = fn(&[f64], &Truth) -> Option<f64>;
+
+/// Judges a report and its solution, or a refusal. A refined solution is judged in the largest norm,
+/// as [`refine`] compares its corrections.
 fn told(
     (drawn, truth): (&Drawn, &Truth),
     matrix: &Matrix,
     backend: &Backend,
-    (solved, x): (Result<SolveReport, SolveError>, &[f64]),
+    (solved, x, error_of): (Result<SolveReport, SolveError>, &[f64], ErrorOf),
     verdict: &mut Verdict,
 ) {
     let form = match matrix {
@@ -253,7 +268,7 @@ fn told(
     match solved {
         Ok(report) if report.status == Status::Direct => {
             verdict.claims += 1;
-            let error = scaled_error(x, truth);
+            let error = error_of(x, truth);
             // Entries rounded to doubles are a regular matrix for 32 digits; and what vanishes in them may be regular.
             let told_by_digits = truth.x.is_some() || !truth.regular;
             let known = drawn.rank != Rank::Rounded && told_by_digits;

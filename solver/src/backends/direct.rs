@@ -338,6 +338,15 @@ impl<D: Direct> LinearSolver for D {
             return Ok(Status::Direct);
         }
         let mut common = std::mem::take(self.common());
+        if self.roundoff() < f64::ROUNDOFF {
+            // The correction solved for a residual in doubles, whatever the digits of the factor.
+            let probe = self.probe(a, &mut common);
+            let is_sound = probe.map(|probe| probe.is_sound(Some(probe.growth), f64::ROUNDOFF));
+            if !matches!(is_sound, Ok(true)) {
+                *self.common() = common;
+                return is_sound.map(|_| Status::Stalled);
+            }
+        }
         if !evidence && !common.suspect {
             // A probe was not enough.
             (common.suspect, common.examined, common.judge) = (true, false, None);

@@ -2,7 +2,7 @@
 
 use super::draw::Drawn;
 use super::size;
-use taut_solver::DoubleDouble;
+use taut_solver::{DoubleDouble, norm_inf};
 
 /// Pivots below this part of the first are zero: what double-doubles make of it.
 const ZERO: f64 = 1e-27;
@@ -251,4 +251,12 @@ pub fn scaled_error(x: &[f64], truth: &Truth) -> Option<f64> {
     let right = truth.x.as_ref()?;
     let off: Vec<f64> = x.iter().zip(right).map(|(x, right)| x - right).collect();
     Some(size(&off, &truth.columns) / size(right, &truth.columns))
+}
+
+/// Relative error of x in the largest norm; none where nothing is right.
+#[must_use]
+pub fn largest_error(x: &[f64], truth: &Truth) -> Option<f64> {
+    let right = truth.x.as_ref()?;
+    let off: Vec<f64> = x.iter().zip(right).map(|(x, right)| x - right).collect();
+    Some(norm_inf(&off) / norm_inf(right))
 }
