@@ -10,6 +10,8 @@
 //! All other eliminations may let entries grow: by 2ⁿ⁻¹ at most where rows are exchanged (Wilkinson
 //! 1961), without bound where pivots of either sign are taken in order. A well-conditioned matrix
 //! may then give an x without a correct digit. Such growth shows in the backward error of x,
+//!
+//! ```text
 //! η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞)
 //! ```
 //!

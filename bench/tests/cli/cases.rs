@@ -319,7 +319,10 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
     resume("--quick --cases text.cases", &["no file of cases"]);
     // What is torn is run again; a file without a whole line has nothing to lose.
     for file in ["torn.cases", "cut.cases"] {
-        good(&at, &format!("{call} --shard 2/2 --resume --cases {file}"));
+        let output = taut(&at, &format!("{call} --shard 2/2 --resume --cases {file}"));
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let note = format!("note: the last line of `{file}` is torn");
+        assert!(text(&output.stderr).contains(&note), "{output:?}");
         let length = fs::read(at.join(file)).expect("there").len();
         assert_eq!(length, bytes.len());
     }

@@ -269,7 +269,11 @@ fn a_file_that_grows_too_long_is_a_failed_write() {
         stderr.contains("cannot write `r.tape`: File too large"),
         "{stderr}"
     );
-    good(&at, "replay r.tape");
+    // What was written before is a recording.
+    let replay = taut(&at, "replay r.tape");
+    assert_eq!(replay.status.code(), Some(0), "{replay:?}");
+    let note = text(&replay.stderr);
+    assert!(note.contains("cut or damaged after"), "{note}");
     assert!(left_over(&at).is_empty());
 }
 

@@ -129,7 +129,7 @@ fn the_main_job_writes_a_page_that_holds_data() {
         "<dt>compiler</dt><dd>rustc ",
         "<dt>load/segment</dt><dd>10, 100</dd>",
         "<dt>iterations</dt><dd>5, 50</dd>",
-        "Sheaves are for massless cables",
+        "guide massless cables only",
     ] {
         assert!(page.contains(part), "{part}");
     }

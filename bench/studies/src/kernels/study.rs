@@ -43,7 +43,7 @@ ns/joint: factorisation and solve of the assembled system, least of the samples;
 over banded's of the same table; normwise, compon.: backward errors on the system solved, the latter of its worst row;
 error: relative error of the multipliers against the KKT system in extended precision. All take turns on the same
 matrices. +refine: with one refinement from the pieces, by the step's clock; umfpack: with its own refinement, its
-default; +many: 8 right-hand sides a factorisation, time of each; lapack: dpbtrf and dpbtrs, without the filling of the band";
+default; +many: 8 right-hand sides a factorisation, each; lapack: dpbtrf and dpbtrs, without filling the band";
 
 fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
