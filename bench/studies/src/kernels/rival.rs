@@ -24,7 +24,7 @@ const OTHERS: [&str; 6] = [
 /// Suffix of a solver's name for a solve with refinement.
 const REFINE: &str = "+refine";
 
-/// Suffix of a solver's name for [`MANY_SIDES`] right-hand sides per factorisation.
+/// Suffix of a solver's name for `MANY_SIDES` right-hand sides per factorisation.
 const MANY: &str = "+many";
 
 pub(super) const NO_LAPACK: SolveError = SolveError::NotCompiled {
@@ -40,7 +40,7 @@ pub enum Rival {
     Solver(Choice),
     /// A solver on S with one refinement from the pieces.
     Refined(Choice),
-    /// A solver that factorises once for [`MANY_SIDES`] right-hand sides.
+    /// A solver that factorises once for `MANY_SIDES` right-hand sides.
     Many(Choice),
     /// LAPACK's dpbtrf and dpbtrs on S.
     Lapack(Triangle),
