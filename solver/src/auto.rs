@@ -157,6 +157,10 @@ impl LinearSolver for Auto {
         self.analyzed("claims")?.claims(a, evidence)
     }
 
+    fn error_bound(&mut self, a: &SymBlockMatrix, x: &[f64], r: &[f64]) -> Result<f64, SolveError> {
+        self.analyzed("error_bound")?.error_bound(a, x, r)
+    }
+
     fn solve_many(
         &mut self,
         a: &SymBlockMatrix,

@@ -14,8 +14,8 @@
 
 mod estimate;
 mod probe;
+mod residual;
 mod scales;
-mod zero;
 
 pub use estimate::inverse_norm;
 pub(crate) use probe::Probe;
@@ -359,29 +359,31 @@ impl Rule {
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         x: &mut [f64],
         [r, d]: [&mut [f64]; 2],
-        residual: impl FnMut(&[f64], &mut [f64]),
+        mut residual: impl FnMut(&[f64], &mut [f64]),
         mut solve: impl FnMut(&[f64], &mut [f64], bool) -> Result<(), SolveError>,
     ) -> Result<Status, SolveError> {
         let (first, scales) = (f64::INFINITY, &self.scales);
         let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
         let status = if matches!(factors, Factors::Good | Factors::Useless) {
-            judge.settle(x, [&mut *r, &mut *d], first, residual, correct)?
+            judge.settle(x, [&mut *r, &mut *d], first, &mut residual, correct)?
         } else {
             let sizes = |r: &[f64], x: &[f64]| [scales.by(r, true), scales.by(x, false)];
             let buffers = [&mut *r, &mut *d];
-            judge.settle_by(sizes, x, buffers, first, residual, correct)?
+            judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?
         };
         Ok(match factors {
             Factors::Useless => Status::Stalled,
             Factors::Graded if status == Status::Direct => {
-                let solve = |x: &mut [f64], transposed: bool| {
+                let by_factors = |x: &mut [f64], transposed: bool| {
                     d.copy_from_slice(x);
                     solve(d, x, transposed)
                 };
-                match self.error(entries, x, r, solve)? <= BOUND {
-                    true => status,
-                    false => Status::Stalled,
-                }
+                let bound = self.error(entries, x, r, by_factors)?;
+                let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
+                // The bound is that of factors which may themselves be wrong.
+                let is_right = bound <= BOUND
+                    && self.corrections(entries, x, [r, d], residual, correct)? <= BOUND;
+                if is_right { status } else { Status::Stalled }
             }
             _ => status,
         })
@@ -389,7 +391,10 @@ impl Rule {
 
     /// A bound of the error of x, with residual r, over x, both over the scales of their columns: |A⁻¹| (|r| + 2 (k + 2) u |A|
     /// |x|) with k entries in the longest row (Higham, 7.27).
-    fn error(
+    ///
+    /// # Errors
+    /// The errors of `solve`.
+    pub(crate) fn error(
         &mut self,
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         x: &[f64],

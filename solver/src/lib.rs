@@ -218,6 +218,16 @@ pub trait LinearSolver: Send {
         Ok(Status::Direct)
     }
 
+    /// A bound of the relative error of `x`, whose residual is `r`, by the factors of `a` that [`claims`](Self::claims) left
+    /// unjudged; 0 where a residual at roundoff is enough.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    fn error_bound(&mut self, a: &SymBlockMatrix, x: &[f64], r: &[f64]) -> Result<f64, SolveError> {
+        let _ = (a, x, r);
+        Ok(0.0)
+    }
+
     /// Solves A X = B, with `a` as last factorised: `b` and `x` hold one or more columns of `a.dim()` numbers, one after
     /// the other. The report is that of [`solve`](Self::solve) for all columns: the first status that is no claim, if any,
     /// the most iterations and the largest residual.

@@ -112,7 +112,10 @@ fn correct(
         return Ok(report.status);
     }
     let [size, change] = dispatch(Level::best(), Correct(x, &scratch.correction));
-    Ok(if change > CONTRACTION * size {
+    // A correction claimed of a rounded residual may be one of x by chance.
+    residual(x, &mut scratch.residual);
+    let bound = solver.error_bound(a, x, &scratch.residual)?;
+    Ok(if change > CONTRACTION * size || bound > CONTRACTION {
         Status::Stalled
     } else {
         Status::Direct

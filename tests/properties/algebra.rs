@@ -19,7 +19,7 @@ fn variable(name: &str, default: u64) -> u64 {
     })
 }
 
-/// The first three of each kind of fault.
+/// The first 20 of each kind of fault.
 fn told(verdicts: &BTreeMap<u64, Verdict>) -> String {
     let mut kinds: BTreeMap<&str, Vec<(u64, &str)>> = BTreeMap::new();
     for (seed, verdict) in verdicts {
@@ -31,7 +31,7 @@ fn told(verdicts: &BTreeMap<u64, Verdict>) -> String {
     let mut text = String::new();
     for (kind, found) in kinds {
         text += &format!("\n# {kind}: {}", found.len());
-        for (seed, numbers) in found.iter().take(3) {
+        for (seed, numbers) in found.iter().take(20) {
             let drawn = Drawn::of_seed(*seed);
             let (kind, rank, scaling) = (drawn.kind, drawn.rank, drawn.scaling);
             text += &format!("\nseed {seed}, {kind:?} {rank:?} {scaling:?}: {numbers}");

@@ -362,6 +362,20 @@ impl<D: Direct> LinearSolver for D {
         })
     }
 
+    fn error_bound(&mut self, a: &SymBlockMatrix, x: &[f64], r: &[f64]) -> Result<f64, SolveError> {
+        if self.common().factors != Factors::Graded {
+            return Ok(0.0);
+        }
+        let mut common = std::mem::take(self.common());
+        let solve = |x: &mut [f64], _| {
+            common.buffers[0].copy_from_slice(x);
+            self.substitute(a, &common.buffers[0], x)
+        };
+        let bound = common.rule.error(&a.entries(), x, r, solve);
+        *self.common() = common;
+        bound
+    }
+
     fn solve_many(
         &mut self,
         a: &SymBlockMatrix,

@@ -167,6 +167,29 @@ impl Factor {
     }
 }
 
+/// True if the pivots of S⁻¹ A S⁻¹, taken in order, are positive.
+fn is_definite(a: &[Vec<f64>], s: &[f64]) -> bool {
+    let n = a.len();
+    let of_row = |r: usize| {
+        let of_place = |c: usize| DoubleDouble::from(a[r][c]) / s[r].into() / s[c].into();
+        (0..n).map(of_place).collect()
+    };
+    let mut rest: Vec<Vec<DoubleDouble>> = (0..n).map(of_row).collect();
+    for k in 0..n {
+        if rest[k][k].to_f64() <= ZERO {
+            return false;
+        }
+        let (done, rest) = rest.split_at_mut(k + 1);
+        for row in rest {
+            let factor = row[k] / done[k][k];
+            for (a, &u) in row[k..].iter_mut().zip(&done[k][k..]) {
+                *a = *a - factor * u;
+            }
+        }
+    }
+    true
+}
+
 /// ‖·‖∞ of a matrix of these entries.
 fn norm(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
     let row = |r: usize| (0..n).map(|c| entry(r, c).abs()).sum::<f64>();
@@ -237,7 +260,7 @@ impl Truth {
             b,
             x: Some(x),
             regular: true,
-            columns: match drawn.is_definite() {
+            columns: match drawn.market.symmetric && is_definite(&a, &s) {
                 true => s.iter().map(|s| 1.0 / s).collect(),
                 false => columns,
             },

@@ -1,0 +1,82 @@
+//! Tests of a solution by residuals in double-double arithmetic: those that are exactly zero, such as that of 0 for b = 0,
+//! make a solution whatever the condition; and the corrections that they lead to are an estimate of the error that no
+//! rounding of |A| |x| hides, however poor the factors: e of (I − B A)ᵏ is left of an error by k solutions with B.
+
+use super::Rule;
+use crate::{DoubleDouble, SolveError};
+
+/// Corrections that add up to an error.
+const CORRECTIONS: usize = 3;
+
+impl Rule {
+    /// Returns true if b − A x is zero in double-double arithmetic. `residual` writes b − A x in doubles, which may be
+    /// zero by rounding. Allocates nothing.
+    pub(super) fn solves_exactly(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        x: &[f64],
+        [r, d]: [&mut [f64]; 2],
+        mut residual: impl FnMut(&[f64], &mut [f64]),
+    ) -> bool {
+        residual(x, r);
+        if r.iter().any(|r| *r != 0.0) {
+            return false;
+        }
+        self.estimate.columns[..x.len()].fill(0.0);
+        self.residual(entries, x, [r, d], residual);
+        let mut both = self.sums.iter().zip(&self.estimate.largest);
+        both.all(|(high, low)| *high == 0.0 && *low == 0.0)
+    }
+
+    /// Sum of some corrections of x over x, both over the scales that equilibrate the largest entries of columns; infinite
+    /// where numbers overflow. `residual` is b − A x, `solve` x ← A⁻¹ x. Allocates nothing.
+    ///
+    /// # Errors
+    /// The errors of `solve`.
+    pub(super) fn corrections(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        x: &[f64],
+        [r, d]: [&mut [f64]; 2],
+        mut residual: impl FnMut(&[f64], &mut [f64]),
+        mut solve: impl FnMut(&[f64], &mut [f64]) -> Result<(), SolveError>,
+    ) -> Result<f64, SolveError> {
+        let n = x.len();
+        self.estimate.columns[..n].fill(0.0);
+        for _ in 0..CORRECTIONS {
+            self.residual(entries, x, [r, d], &mut residual);
+            match solve(&self.sums, d) {
+                Err(SolveError::NonFinite { .. }) => return Ok(f64::INFINITY),
+                solved => solved?,
+            }
+            let error = self.estimate.columns[..n].iter_mut();
+            error.zip(&*d).for_each(|(e, d)| *e += d);
+        }
+        let error = &self.estimate.columns[..n];
+        Ok(self.even.by(error, false) / self.even.by(x, false))
+    }
+
+    /// b − A (x + e) in two parts, `sums` and `largest`; e is the first of the columns.
+    fn residual(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        x: &[f64],
+        [r, zero]: [&mut [f64]; 2],
+        mut residual: impl FnMut(&[f64], &mut [f64]),
+    ) {
+        // b is the residual of 0.
+        zero.fill(0.0);
+        residual(zero, r);
+        let (high, low) = (&mut self.sums, &mut self.estimate.largest);
+        let error = &self.estimate.columns;
+        high.copy_from_slice(r);
+        low.fill(0.0);
+        for (r, c, a) in entries.clone() {
+            let x = DoubleDouble::from(x[c]) + error[c].into();
+            let product = DoubleDouble::from(a) * x;
+            let sum = DoubleDouble::from(high[r]) + low[r].into() - product;
+            let rounded = sum.to_f64();
+            (high[r], low[r]) = (rounded, (sum - rounded.into()).to_f64());
+        }
+    }
+}
