@@ -236,13 +236,14 @@ impl Closing {
 
     /// The fastest rate, in size, at which a stiff one-sided row is caught or thrown open in the linear step of `dt` that has been
     /// taken but not accepted, or the largest change of its rate or its drive, with the rates `before`, the drives of the steps
-    /// before and now, and the places of `bounded` \[m/s].
+    /// before and now, and the places of `bounded`, but for rows that are `left_out` \[m/s].
     pub(crate) fn fastest_blow(
         &self,
         pieces: &Pieces,
         bounded: &Bounded,
         (before, driven): (&[f64], [&[f64]; 2]),
         dt: f64,
+        left_out: impl Fn(usize) -> bool,
     ) -> f64 {
         let mut fastest = 0.0_f64;
         let bounds = pieces.rows.bounds.iter().enumerate();
@@ -256,7 +257,7 @@ impl Closing {
                 continue;
             }
             let stiff = dt * (dt + pieces.rows.damping[r]) * response(pieces, k);
-            if stiff > STIFF * STIFF * pieces.rows.compliance[r] {
+            if stiff > STIFF * STIFF * pieces.rows.compliance[r] && !left_out(k) {
                 let after = (end - begin) / dt;
                 let of = if passes {
                     after.abs().max(before[r].abs())

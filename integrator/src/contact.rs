@@ -70,6 +70,9 @@ pub(crate) const FLOOR: f64 = 1e-9;
 /// Depth, over the size of both shapes, that is no longer a contact's.
 const SUNK: f64 = 1e-3;
 
+/// Depth, over the size of both shapes, at which surfaces that yield carry nothing that may be trusted.
+const CRUSHED: f64 = 0.1;
+
 /// Most bodies of a contact.
 pub(crate) const CARRIERS: usize = 4;
 
@@ -544,11 +547,14 @@ impl Contacts {
     }
 
     /// True if the regularisation of a contact admits a depth above [`SUNK`] of the size of its
-    /// shapes. The bodies then differ too much in mass, or the contact was softened for want of a
-    /// solution.
+    /// shapes: the bodies differ too much in mass, or the contact was softened for want of a solution.
+    /// Or if one that presses is deeper than [`CRUSHED`] of that: the bodies are too heavy for what
+    /// their surfaces yield.
     pub(crate) fn sink(&self, dt: f64) -> bool {
         let sinks = |(i, touch): (usize, &Touch)| {
-            self.operator.floor(i) * touch.impulse[0] * dt > SUNK * touch.found.size()
+            let (pressed, size) = (touch.impulse[0], touch.found.size());
+            let crushed = pressed > 0.0 && -touch.found.gap > CRUSHED * size;
+            self.operator.floor(i) * pressed * dt > SUNK * size || crushed
         };
         self.touches.iter().enumerate().any(sinks)
     }

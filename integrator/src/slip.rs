@@ -128,6 +128,11 @@ impl Slip {
         self.sheaves.is_empty()
     }
 
+    /// Returns true if bounded row `k` is a part of a cable that friction may hold.
+    pub(crate) fn holds(&self, k: usize) -> bool {
+        self.sheaves.iter().any(|s| s.bounds.contains(&k))
+    }
+
     /// Number of sheaves over which a cable slips.
     pub(crate) fn count(&self) -> usize {
         self.sheaves.iter().filter(|s| s.rate != 0.0).count()

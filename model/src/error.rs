@@ -252,7 +252,7 @@ impl SceneError {
             } => write!(
                 f,
                 "massless cable `{cable}`: length is {length} m, but its path is {path:.6} m long, a strain of {:.3} % at the \
-                 start: leave `length` out for the length of the path, give `slack` (m) or `tension` (N) instead, or `strained = true` where it is meant so",
+                 start: leave `length` out for the length of the path, give `slack` (m) or a smaller `tension` (N), or `strained = true` where it is meant so",
                 100.0 * strain
             ),
             Self::UnknownJoint { what, name, known } if known.is_empty() => write!(

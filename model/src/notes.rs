@@ -159,7 +159,7 @@ impl fmt::Display for Note {
                     f.write_str(" of what cannot stretch")?;
                 }
                 f.write_str(
-                    ": leave its length out for that of the path, or give its slack or tension",
+                    ": leave its length out for that of the path, or give its slack or a smaller tension",
                 )
             }
             Self::Overlap {

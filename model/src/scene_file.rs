@@ -177,7 +177,7 @@
 //! | `[[event]]` | fires once, at the end of the first step that meets its condition; see [`EventEntry`] |
 //! |---|---|
 //! | `name` | |
-//! | `at` or | condition: from this time on, s |
+//! | `at` or | condition: from this time on, s, at the end of the step that it falls in |
 //! | `force` or | condition: `{ joint = "…", above = … }`: tension of a joint or massless cable (of one without, the size of |
 //! | | its force), N |
 //! | `distance` | condition: `{ a = { body = "…", point = [x, y, z] }, b = …, below = … }`, m |

@@ -63,10 +63,10 @@ impl General {
         }
     }
 
-    /// Unit roundoff of the arithmetic of the factors.
+    /// Unit roundoff of the factors.
     pub(crate) fn roundoff(&self) -> f64 {
         match self {
-            Self::Extended(_) => DoubleDouble::ROUNDOFF,
+            Self::Extended(work) => work.roundoff_left(),
             _ => f64::ROUNDOFF,
         }
     }

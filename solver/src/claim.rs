@@ -63,11 +63,18 @@ impl Judge {
         }
     }
 
+    /// For residuals over the size of x of at most `bar`.
+    pub(crate) fn at(bar: f64) -> Self {
+        Self { bar }
+    }
+
     /// Returns true if a residual of size `residual` is small enough for an x of size `x`. False if
     /// the bound overflows.
     pub(crate) fn admits(self, residual: f64, x: f64) -> bool {
         let most = self.bar * x;
-        most.is_finite() && residual <= most
+        // Below the normal numbers a product may be 0 for lack of digits.
+        let is_zero = residual == 0.0 && x == 0.0;
+        is_zero || most.is_normal() && residual <= most
     }
 
     /// Judges x, whose residual `residual(x, r)` writes, and corrects it by `solve(r, d)` where that is called for:
@@ -89,7 +96,7 @@ impl Judge {
     /// ∞-norms.
     pub(crate) fn settle_by(
         self,
-        sizes: impl Fn(&[f64], &[f64]) -> [f64; 2],
+        mut sizes: impl FnMut(&[f64], &[f64]) -> [f64; 2],
         x: &mut [f64],
         [r, d]: [&mut [f64]; 2],
         mut before: f64,

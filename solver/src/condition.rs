@@ -40,6 +40,9 @@ const BALANCES: usize = 4;
 /// Bound of the relative error that is claimed where the bound is all that is known: estimates are seldom a third of it.
 const BOUND: f64 = 0.1;
 
+/// Largest part of |A| |x| that is left in a row of a solution whose norms tell nothing.
+const COMPONENTWISE: f64 = 1e-12;
+
 /// Reciprocal condition below which factors that do not solve are those of a singular matrix.
 const GROWTH: f64 = 1e-10;
 
@@ -82,8 +85,25 @@ pub(crate) struct Rule {
     /// Column scales that equilibrate the largest entries, kept when `scales` are replaced by those
     /// from the inverse. Its row scales are not used.
     even: Scales,
+    /// ‖(R A C)⁻¹‖ of the last check or probe, about.
+    inverse: f64,
     sums: Vec<f64>,
     estimate: Estimate,
+}
+
+/// max |r|ᵢ / (|A| |x|)ᵢ, with room for |A| |x| in `rows`.
+fn componentwise(
+    entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+    rows: &mut [f64],
+    r: &[f64],
+    x: &[f64],
+) -> f64 {
+    rows.fill(0.0);
+    for (r, c, a) in entries.clone() {
+        rows[r] += (a * x[c]).abs();
+    }
+    let parts = r.iter().zip(rows).filter(|(r, _)| **r != 0.0);
+    parts.map(|(r, size)| r.abs() / *size).fold(0.0, f64::max)
 }
 
 impl Rule {
@@ -92,6 +112,7 @@ impl Rule {
         Self {
             scales: Scales::new(dim),
             even: Scales::new(dim),
+            inverse: 1.0,
             sums: vec![0.0; dim],
             estimate: Estimate::new(dim),
         }
@@ -162,6 +183,7 @@ impl Rule {
             found => found?,
         };
         let reciprocal = 1.0 / (norm_inf(&self.sums) * longest.norm);
+        self.inverse = longest.norm;
         let singular = SolveError::Singular { block: longest.row };
         let rows = self.sums.len() as f64;
         if reciprocal.is_nan() || reciprocal < 4.0 * rows.sqrt() * roundoff {
@@ -362,15 +384,29 @@ impl Rule {
         mut residual: impl FnMut(&[f64], &mut [f64]),
         mut solve: impl FnMut(&[f64], &mut [f64], bool) -> Result<(), SolveError>,
     ) -> Result<Status, SolveError> {
-        let (first, scales) = (f64::INFINITY, &self.scales);
-        let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
-        let status = if matches!(factors, Factors::Good | Factors::Useless) {
-            judge.settle(x, [&mut *r, &mut *d], first, &mut residual, correct)?
-        } else {
-            let sizes = |r: &[f64], x: &[f64]| [scales.by(r, true), scales.by(x, false)];
+        let first = f64::INFINITY;
+        let mut status = Status::Stalled;
+        let by_norms = matches!(factors, Factors::Good | Factors::Useless);
+        if by_norms {
+            let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
+            status = judge.settle(x, [&mut *r, &mut *d], first, &mut residual, correct)?;
+        }
+        // A residual that is small beside the largest rows tells nothing of the others.
+        if factors == Factors::Good && status == Status::Direct && !self.is_near(entries, r, x) {
+            let rows = &mut self.sums;
+            let sizes = |r: &[f64], x: &[f64]| [componentwise(entries, rows, r, x), 1.0];
+            let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
             let buffers = [&mut *r, &mut *d];
-            judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?
-        };
+            let judge = Judge::at(COMPONENTWISE);
+            status = judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?;
+        }
+        if !by_norms {
+            let scales = &self.scales;
+            let sizes = |r: &[f64], x: &[f64]| [scales.by(r, true), scales.by(x, false)];
+            let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
+            let buffers = [&mut *r, &mut *d];
+            status = judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?;
+        }
         Ok(match factors {
             Factors::Useless => Status::Stalled,
             Factors::Graded if status == Status::Direct => {
@@ -387,6 +423,20 @@ impl Rule {
             }
             _ => status,
         })
+    }
+
+    /// True if ‖(R A C)⁻¹‖ times the residual `r` is a small part of x, both scaled; and, where norms and scaled norms differ by
+    /// more digits than there are, if each row of `r` is small.
+    fn is_near(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        r: &[f64],
+        x: &[f64],
+    ) -> bool {
+        let scales = &self.scales;
+        let near = self.inverse * scales.by(r, true) <= BOUND * scales.by(x, false);
+        let even = scales.spread() * f64::ROUNDOFF <= 1.0;
+        near && (even || componentwise(entries, &mut self.sums, r, x) <= COMPONENTWISE)
     }
 
     /// A bound of the error of x, with residual r, over x, both over the scales of their columns: |A⁻¹| (|r| + 2 (k + 2) u |A|

@@ -141,7 +141,7 @@ impl fmt::Display for SolveError {
                 write!(
                     f,
                     "the matrix is not positive definite at block {block}: choose a backend for indefinite systems \
-                     (umfpack, faer:lu, faer:lblt, minres, dense; banded and faer:ldlt where it is quasi-definite)"
+                     (umfpack, faer:lu, minres, dense; banded and faer:ldlt where it is quasi-definite)"
                 )
             }
             Self::OutOfRange { block } => {

@@ -321,7 +321,7 @@ fn words(truth: &Truth, system: &System, verdict: &mut Verdict) {
     let converged = results.records.iter().filter(|r| r.status == CONVERGED);
     // With entries rounded to doubles, 32 digits may still determine the solution.
     let first = converged.clone().find(|r| r.forward_error.is_some());
-    if let Some(first) = first.filter(|_| truth.x.is_none()) {
+    if let Some(first) = first.filter(|_| !truth.regular) {
         let error = first.forward_error;
         verdict.fault(
             "error of one of many",
@@ -329,7 +329,7 @@ fn words(truth: &Truth, system: &System, verdict: &mut Verdict) {
         );
     }
     let about = &results.about;
-    let known = about.solution.starts_with("refined") && truth.x.is_some();
+    let known = about.solution.starts_with("refined") && truth.regular;
     if converged.count() > 0 && !about.solution.contains("singular") && !known {
         verdict.fault("not said to be singular", results.about.solution.clone());
     }

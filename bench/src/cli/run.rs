@@ -54,7 +54,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// Columns of `--out`, and `columns` of `--json`: NAME.QUANTITY of a body (x y z vx vy vz speed wx wy wz, and
-    /// of the force of its contacts the norm, contact, and contact_x contact_y contact_z), of a joint (tension fx fy fz force bending twist drive gap, and of the torque of what holds an angle the norm, moment, and mx my mz), of a massless cable or of its part `NAME-2`, `NAME-3` … beyond a sheave with friction (tension drive gap length, and slip of a part over the sheave that it begins at);
+    /// of the force of its contacts the norm, contact, and contact_x contact_y contact_z), of a joint (tension fx fy fz force bending twist drive gap, and of the torque of what holds an angle the norm, moment, and mx my mz), of a massless cable or of its part `NAME-2`, `NAME-3` … beyond a sheave with friction (tension drive length, and slip of a part over the sheave that it begins at);
     /// CABLE.tension, CABLE.SEGMENT.tension of a cable of segments, from 0; the name of a control; of the run: time
     /// load_x load_y load_z kinetic gravity elastic max_gap iterations step load_tension events contacts sliding groups error
     /// (mm) asleep

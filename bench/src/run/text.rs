@@ -28,7 +28,7 @@ fn verdict(s: &Summary) -> String {
         }
         None if s.undecided_steps > 0 => format!(
             "stable, but {} steps left undecided which cables are slack, which motors at their limits, or which contacts \
-             carry what",
+             carry what, or had shapes sunk into each other",
             s.undecided_steps
         ),
         None if let Some(opening) = &s.unexplained_gap => format!(

@@ -498,6 +498,19 @@ fn rows_of_balls_gain_no_energy_whichever_of_them_touch() {
     }
 }
 
+/// A surface yields by 10⁻¹⁰ m/N.
+#[test]
+fn a_body_too_heavy_for_what_its_surface_yields_is_told() {
+    for (mass, told) in [(1e5, false), (1e8, false), (1e9, true), (1e12, true)] {
+        let mut scene = ground(0.0, rough(0.5));
+        scene.gravity.x = 2.0;
+        add_box(&mut scene, Vector3::z() * 0.5, mass, rough(0.5));
+        let mut stepper = stepper(scene);
+        let undecided: usize = (0..120).map(|_| stepper.step().unwrap().undecided).sum();
+        assert_eq!(undecided > 0, told, "{mass}: {undecided}");
+    }
+}
+
 #[test]
 fn what_regularisation_alone_holds_is_told() {
     for (mass, told) in [(1e5, false), (1e12, true)] {

@@ -6,7 +6,7 @@
 //! [`PARTS`] steps of the same scheme. The condition is a row, rigid in its eyes, that is caught,
 //! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
 //! in a step. Softer rows have a bounce of their own. Cables that slip over sheaves with friction
-//! are left out: their parts share one length.
+//! divide no step: their parts share one length.
 //!
 //! A staggered scheme keeps velocities half a step before the positions. Before the first part they
 //! go forward by half of the Δv that the whole step has with all rows as they were and without
@@ -78,19 +78,27 @@ impl Stepper {
     /// True if a row with bounds was hit so fast in the step just taken that the step has to be
     /// divided.
     pub(super) fn catches(&self) -> bool {
-        if self.bounded.is_empty() || self.division.parts > 1 || !self.slip.is_empty() {
-            return false;
-        }
-        // A divided step goes on from the motion before. The blow of a row that an event has just
-        // made does not belong to that motion.
-        if self.closing.made().iter().any(|row| row.age == 0) {
+        if self.bounded.is_empty() || self.division.parts > 1 {
             return false;
         }
         let (dt, before) = (self.substep(), &self.history.rate);
         let closing = &self.closing;
         let driven = [&*self.division.phi_t, &*self.history.phi_t];
-        let rate = closing.fastest_blow(&self.pieces, &self.bounded, (before, driven), dt);
+        let left_out = |k| self.slip.holds(k) || self.is_beside_made(k);
+        let rates = (&before[..], driven);
+        let rate = closing.fastest_blow(&self.pieces, &self.bounded, rates, dt, left_out);
         rate > LEAST * slowest(&self.scene, dt)
+    }
+
+    /// Returns true if bounded row `k` holds a body that a row which an event has just made holds too. A divided step goes on
+    /// from the motion before, and the blow of the new row does not belong to that motion.
+    fn is_beside_made(&self, k: usize) -> bool {
+        let rows = &self.pieces.rows;
+        let slots = |constraint| &rows.slots[rows.slot_range(constraint)];
+        let own = slots(rows.bounds[k].constraint);
+        let just = self.closing.made().iter().filter(|row| row.age == 0);
+        just.flat_map(|row| slots(row.constraint))
+            .any(|made| own.iter().any(|slot| slot.body == made.body))
     }
 
     /// The step in parts, after it was taken back.
@@ -174,7 +182,11 @@ impl Stepper {
         self.linearize(self.options.stiffness)?;
         let pieces = &mut self.pieces;
         let before = pieces.rows.bounds.iter().zip(&self.division.phi_t);
-        for (bound, phi_t) in before.filter(|_| past) {
+        // The drives of cables that slip hold their slip, which is solved for anew.
+        let drives = before
+            .enumerate()
+            .filter(|(k, _)| past && !self.slip.holds(*k));
+        for (_, (bound, phi_t)) in drives {
             let jump = pieces.rows.phi_t[bound.row] - phi_t;
             pieces.rows.phi_t[bound.row] -= jump;
             pieces.rate[bound.row] += jump;

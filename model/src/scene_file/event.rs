@@ -16,7 +16,7 @@ use crate::scene::{Action, Event, Scene, When};
 pub struct EventEntry {
     /// Its name.
     pub name: String,
-    /// Condition: from this time on \[s].
+    /// Condition: from this time on \[s]. It acts at the end of the step that this time falls in.
     pub at: Option<f64>,
     /// Condition: the tension of a joint or massless cable, or the force of one that has none, exceeds `above` \[N]:
     /// `{ joint = "…", above = … }`.

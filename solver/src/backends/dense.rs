@@ -141,6 +141,13 @@ impl<T: Scalar + Default> Dense<T> {
         norm_inf(&self.scale) / self.largest
     }
 
+    /// Unit roundoff of the factors: growth of the entries takes digits away, down to those of a double, whose solutions are
+    /// tested for it.
+    pub(crate) fn roundoff_left(&self) -> f64 {
+        let grown = T::ROUNDOFF * self.growth().max(1.0);
+        grown.min(f64::ROUNDOFF)
+    }
+
     /// x = C U⁻¹ L⁻¹ P R b, or R Pᵀ L⁻ᵀ U⁻ᵀ C b.
     pub(crate) fn solve_rows(&mut self, b: &[f64], x: &mut [f64], transposed: bool) {
         let n = b.len();
@@ -232,7 +239,7 @@ impl<T: Scalar + Default + Send> Direct for Dense<T> {
     }
 
     fn roundoff(&self) -> f64 {
-        T::ROUNDOFF
+        self.roundoff_left()
     }
 
     fn substitute(

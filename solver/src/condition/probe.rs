@@ -95,8 +95,9 @@ impl Rule {
         for (r, c, a) in entries.clone() {
             left[r] -= Scales::at(&self.scales, r, c, a) * y[c];
         }
+        self.inverse = largest(y);
         Ok(Probe {
-            growth: largest(y),
+            growth: self.inverse,
             left: largest(left),
         })
     }

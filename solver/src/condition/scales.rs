@@ -53,6 +53,15 @@ impl Scales {
         !even
     }
 
+    /// Largest over smallest scale, of rows or of columns.
+    pub(super) fn spread(&self) -> f64 {
+        let of = |scales: &[f64]| {
+            let least = scales.iter().copied().fold(f64::INFINITY, f64::min);
+            norm_inf(scales) / least
+        };
+        of(&self.rows).max(of(&self.columns))
+    }
+
     /// x ← (R A C)⁻¹ x, or (R A C)⁻ᵀ x, by what solves with A.
     pub(super) fn solve(
         &self,

@@ -80,6 +80,8 @@ pub enum Scaling {
     Both,
     /// Falling from the first row and column to the last.
     Graded,
+    /// Each entry of a matrix of full rank by 10⁻⁵⁷ … 10⁵⁷ of its own, which is no scaling of rows and columns.
+    Scattered,
 }
 
 /// The system of a seed.
@@ -124,8 +126,13 @@ impl Drawn {
             Scaling::Columns,
             Scaling::Both,
             Scaling::Graded,
-        ][random.below(7)];
-        scale(&mut made, scaling, random);
+            Scaling::Scattered,
+        ][random.below(8)];
+        if scaling == Scaling::Scattered {
+            scatter(&mut made, rank, random);
+        } else {
+            scale(&mut made, scaling, random);
+        }
         let market = written(&mut made, random);
         let signs = (0..made.a.len())
             .map(|_| random.uniform().signum())
@@ -185,7 +192,8 @@ impl Drawn {
     /// Positive definite beyond doubt.
     #[must_use]
     pub fn is_definite(&self) -> bool {
-        self.kind == Kind::Definite && self.rank == Rank::Full && self.market.symmetric
+        let is_kept = self.scaling != Scaling::Scattered;
+        self.kind == Kind::Definite && self.rank == Rank::Full && self.market.symmetric && is_kept
     }
 }
 
@@ -438,6 +446,22 @@ fn reduce(made: &mut Made, rank: Rank, random: &mut Random) {
     }
 }
 
+/// Entries by powers of two of their own; of a matrix that is to be singular nothing.
+fn scatter(made: &mut Made, rank: Rank, random: &mut Random) {
+    if rank != Rank::Full {
+        return;
+    }
+    for r in 0..made.a.len() {
+        for c in 0..made.a.len() {
+            if made.symmetric && c < r {
+                made.a[r][c] = made.a[c][r];
+            } else {
+                made.a[r][c] *= 2.0_f64.powi((190.0 * random.uniform()).round() as i32);
+            }
+        }
+    }
+}
+
 fn scale(made: &mut Made, scaling: Scaling, random: &mut Random) {
     let n = made.a.len();
     // 10^±12 is 2^±40.
@@ -449,7 +473,7 @@ fn scale(made: &mut Made, scaling: Scaling, random: &mut Random) {
             .collect()
     };
     let (mut rows, mut columns) = match scaling {
-        Scaling::None => return,
+        Scaling::None | Scaling::Scattered => return,
         Scaling::Whole => (vec![power(300.0, random); n], vec![1.0; n]),
         Scaling::Rows => (of(true, 40.0, random), of(false, 0.0, random)),
         Scaling::Columns => (of(false, 0.0, random), of(true, 40.0, random)),

@@ -17,7 +17,7 @@ pub struct Truth {
     pub condition: f64,
     /// Condition of R A C in the ∞-norm: rows and columns are scaled to a largest entry of about 1.
     pub scaled: f64,
-    /// Condition of S⁻¹ A S⁻¹ in the ∞-norm, with sᵢ² the largest entry of row i.
+    /// Condition of S⁻¹ A S⁻¹ in the ∞-norm, with largest entries of about 1 in all rows.
     pub symmetrically_scaled: f64,
     /// A right-hand side.
     pub b: Vec<f64>,
@@ -167,6 +167,22 @@ impl Factor {
     }
 }
 
+/// S with rows of S⁻¹ A S⁻¹ whose largest entry is about 1.
+fn symmetric_scales(a: &[Vec<f64>]) -> Vec<f64> {
+    let mut s = vec![1.0; a.len()];
+    for _ in 0..16 {
+        let largest = a.iter().zip(&s).map(|(row, r)| {
+            let entries = row.iter().zip(&s).map(|(v, c)| (v / r / c).abs());
+            entries.fold(0.0, f64::max)
+        });
+        let largest: Vec<f64> = largest.collect();
+        for (s, largest) in s.iter_mut().zip(largest).filter(|(_, l)| *l > 0.0) {
+            *s *= largest.sqrt();
+        }
+    }
+    s
+}
+
 /// True if the pivots of S⁻¹ A S⁻¹, taken in order, are positive.
 fn is_definite(a: &[Vec<f64>], s: &[f64]) -> bool {
     let n = a.len();
@@ -230,10 +246,7 @@ impl Truth {
         // Entries of B⁻¹, then of A⁻¹ = C B⁻¹ R.
         let of_scaled = |r: usize, c: usize| inverse[c][r].to_f64();
         let of_matrix = |r: usize, c: usize| columns[r] * of_scaled(r, c) * rows[c];
-        let s: Vec<f64> = a
-            .iter()
-            .map(|row| row.iter().fold(0.0, |m: f64, v| m.max(v.abs())).sqrt())
-            .collect();
+        let s = symmetric_scales(&a);
         let wide: Vec<DoubleDouble> = b.iter().zip(&rows).map(|(b, r)| (b * r).into()).collect();
         let mut y = factor.solve(&wide);
         for _ in 0..2 {

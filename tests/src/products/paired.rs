@@ -5,6 +5,7 @@ use super::run::{Case, Moment, Run, options, sleep, steps};
 use super::{Choices, G, Other, RATE, Rope, TIME, scene};
 use nalgebra::Vector3;
 use taut_integrator::{StepOptions, Stepper};
+use taut_model::SceneSource;
 
 /// Contacts beyond which a scene is not run with shorter steps.
 const MANY: usize = 8;
@@ -47,6 +48,52 @@ pub(super) fn estimated(case: &Case) -> Fault {
         ..own
     };
     differs(&case.run, &again(case, other, steps())?, 0)
+}
+
+/// A load that hangs far away over a sheave with friction, and another that an event ties where it hangs.
+const FAR: &str = r#"
+[[body]]
+name = "far"
+mass = 10.0
+position = [50.2, 0.0, 0.0]
+[[massless_cable]]
+name = "far-rope"
+through = [
+    { body = "world", point = [46.0, 0.0, 5.0] },
+    { body = "world", point = [50.0, 0.0, 5.0], sheave = { radius = 0.2, axis = [0, 1, 0], friction = 0.1 } },
+    { body = "far" },
+]
+stretch = 1e-9
+[[event]]
+name = "far-tie"
+at = 0.5
+attach = [{ name = "far-link", a = { body = "world", point = [52.0, 0.0, 0.0] }, b = { body = "far" } }]
+"#;
+
+/// Machines that nothing connects do not know of each other: up to rounding, until shapes touch, which amplifies it.
+pub(super) fn beside(case: &Case) -> Fault {
+    let own = options(&case.choices);
+    if own.sleep.is_some() || !case.choices.gravity || case.choices.load.mass > 1e12 {
+        return None;
+    }
+    let text = scene::toml(&case.choices).ok()? + FAR;
+    let scene = SceneSource::parse(&text, &[]).ok()?.build().ok()?;
+    let (load, own_load) = (scene.load?, case.load());
+    let mut stepper = Stepper::new(scene, own).ok()?;
+    for (n, m) in case.run.steps.iter().enumerate() {
+        stepper.step().ok()?;
+        if m.report.contacts.touching > 0 {
+            return None;
+        }
+        let off = stepper.scene().bodies.position[load] - m.bodies.position[own_load];
+        if off.norm() > 1e-6 {
+            return Some((
+                n,
+                format!("{:.3e} m off beside another machine", off.norm()),
+            ));
+        }
+    }
+    None
 }
 
 /// A swing may be off by the distance, and a creep goes on by it in each period. Left out: unstable

@@ -182,10 +182,16 @@ fn is_old(part: &fs::Metadata) -> bool {
     written.is_ok_and(|age| age > OLD)
 }
 
-/// True if `/proc` lists the process `program`. A running process that has just made its part may
-/// not hold the lock yet.
+/// True if `/proc` lists the process `program`, and not as a zombie. A running process that has just
+/// made its part may not hold the lock yet.
 fn is_running(program: u32) -> bool {
-    Path::new("/proc").join(program.to_string()).exists()
+    let path = Path::new("/proc").join(program.to_string()).join("stat");
+    // The state follows the name in parentheses, which may hold others.
+    let Ok(stat) = fs::read_to_string(path) else {
+        return false;
+    };
+    let state = stat.rsplit(')').next().map(str::trim_start);
+    !state.is_some_and(|state| state.starts_with(['Z', 'X']))
 }
 
 #[cfg(test)]

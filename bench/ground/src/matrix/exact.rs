@@ -20,6 +20,9 @@ const SOLVERS: [&str; 5] = ["faer:ldlt", "banded", "umfpack", "faer:lu", "dense"
 /// Rows beyond which the dense solver is not asked.
 const DENSE_ROWS: usize = 2000;
 
+/// Sweeps of the symmetric scaling: each takes the root of how far a row's largest entry is from 1.
+const BALANCES: usize = 16;
+
 /// Relative correction in the ∞-norm at which refinement stops.
 const TARGET: f64 = 1e-24;
 
@@ -100,7 +103,7 @@ pub struct Condition {
     /// ‖A‖∞ ‖A⁻¹‖∞ of A as it is.
     pub of_matrix: f64,
     /// Condition number with rows and columns scaled, so that units do not count: elimination meets this number. Of a
-    /// symmetric matrix S⁻¹ A S⁻¹ in the ∞-norm, sᵢ² being the largest entry of row i; of others
+    /// symmetric matrix S⁻¹ A S⁻¹ in the ∞-norm with largest entries of about 1 in all rows; of others
     /// ‖R A C‖₁ ‖(R A C)⁻¹‖₁ with largest entries of 1 to 2 in all rows and columns.
     pub scaled: f64,
 }
@@ -177,15 +180,28 @@ fn measured(
     let scaled = match (report.reciprocal_condition, transposed) {
         (Some(reciprocal), Some(_)) => Some(1.0 / reciprocal),
         _ => {
-            let mut scale = vec![0.0_f64; n];
-            let entries = |r: usize, _, a: f64| scale[r] = scale[r].max(a.abs());
-            problem.matrix.for_each(entries);
-            scale.iter_mut().for_each(|s| *s = s.sqrt());
+            let scale = symmetric_scale(problem.matrix);
             estimate(problem.matrix, &mut solvers, &scale)?
         }
     };
     let both = of_matrix.zip(scaled);
     Ok(both.map(|(of_matrix, scaled)| Condition { of_matrix, scaled }))
+}
+
+/// S with largest entries of about 1 in all rows of S⁻¹ A S⁻¹ (Ruiz, *A scaling algorithm to equilibrate both rows and columns
+/// norms in matrices*, 2001).
+fn symmetric_scale(a: &Matrix) -> Vec<f64> {
+    let mut scale = vec![1.0_f64; a.dim()];
+    for _ in 0..BALANCES {
+        let mut largest = vec![0.0_f64; scale.len()];
+        a.for_each(|r, c, a| largest[r] = largest[r].max(a.abs() / scale[r] / scale[c]));
+        for (s, largest) in scale.iter_mut().zip(largest) {
+            if largest > 0.0 && largest.is_finite() {
+                *s *= largest.sqrt();
+            }
+        }
+    }
+    scale
 }
 
 /// The condition number of S⁻¹ A S⁻¹ by solvers of A and, where that is another, of Aᵀ.

@@ -454,11 +454,18 @@ impl<R: BufRead> Reader<'_, R> {
             .parse()
             .or_else(|_| word.replace(['d', 'D'], "e").parse());
         match parsed {
+            Ok(0.0) if has_digits(word) => Err(bad("it is too small for a double")),
             Ok(value) if f64::is_finite(value) => Ok(value),
             Ok(_) => Err(bad("it has to be finite and fit a double")),
             Err(_) => Err(bad("it has to be a number")),
         }
     }
+}
+
+/// True if the digits before an exponent are not all 0.
+fn has_digits(word: &str) -> bool {
+    let digits = word.split(['e', 'E', 'd', 'D']).next().unwrap_or(word);
+    digits.contains(|c: char| ('1'..='9').contains(&c))
 }
 
 /// Appends the words where all of them make sense.

@@ -199,12 +199,20 @@ pub fn run(system: &System, config: &Config) -> Results {
     let problem = Problem::new(&system.matrix);
     let regularity = regularity(&problem);
     let singular = (regularity == Regularity::Singular).then(|| singular(&system.matrix));
-    let (exact, told) = match &singular {
-        Some(_) => (
-            None,
-            "one of many, the matrix is singular: errors mean nothing".to_owned(),
+    let (exact, told) = match (&singular, &system.x) {
+        (Some(_), Some((x, path))) => (
+            Some(x.clone()),
+            format!(
+                "{}; the matrix is singular to rounding: others may solve it too",
+                path.display()
+            ),
         ),
-        None => exact_solution(system, &problem),
+        (Some(_), None) => (
+            None,
+            "not determined in doubles, the matrix is singular to rounding: errors mean nothing"
+                .to_owned(),
+        ),
+        (None, _) => exact_solution(system, &problem),
     };
     let mut about = about(system, &problem, regularity, told);
     about.singular = singular;
@@ -298,6 +306,9 @@ fn refusal(
         (SolveError::Singular { .. }, Regularity::Regular(_)) => format!(
             "a pivot of {place} vanishes in this order though the matrix is regular: choose a backend that exchanges rows \
              (umfpack, faer:lu, dense)"
+        ),
+        (SolveError::Singular { .. }, Regularity::Unknown) if !exchanges_rows(backend) => format!(
+            "a pivot of {place} vanishes in this order: choose a backend that exchanges rows (umfpack, faer:lu, dense)"
         ),
         (SolveError::Singular { .. }, Regularity::Singular) => {
             format!("the matrix is singular to rounding at {place}")

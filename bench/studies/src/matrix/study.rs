@@ -107,9 +107,18 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     };
     options.iterations.replace(&mut config.iterations)?;
     // All are read before any is measured.
-    let read = |path: &PathBuf| System::read(path, None, None);
-    let systems = options.matrices.iter().map(read);
-    let systems: Vec<System> = systems.collect::<Result<_, _>>()?;
+    let (mut systems, mut unread) = (Vec::new(), Vec::new());
+    for path in &options.matrices {
+        match System::read(path, None, None) {
+            Ok(system) => systems.push(system),
+            Err(e) => unread.push(e),
+        }
+    }
+    if systems.is_empty()
+        && let Some(first) = unread.drain(..).next()
+    {
+        return Err(first.into());
+    }
     let places = systems.iter().enumerate();
     let places: Vec<(usize, &str)> = places
         .map(|(k, system)| (k, system.name.as_str()))
@@ -127,10 +136,19 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let tables: String = results.iter().map(compared).collect();
     Ok(Found {
         settings: settings(&config),
-        text: format!("{LEGEND}\n{MARK}\n{tables}"),
+        text: format!("{LEGEND}\n{MARK}\n{tables}{}", not_read(&unread)),
         rows: data(&results)?,
         ..Found::default()
     })
+}
+
+/// The files without a table, with the reason.
+fn not_read(unread: &[impl std::fmt::Display]) -> String {
+    if unread.is_empty() {
+        return String::new();
+    }
+    let lines: String = unread.iter().map(|e| format!("{e}\n")).collect();
+    format!("\nFiles left out\n{lines}")
 }
 
 fn settings(config: &Config) -> Vec<Setting> {

@@ -139,7 +139,7 @@ fn heading(about: &About) -> String {
 /// All rows of a system, in their order.
 #[must_use]
 pub fn solved(results: &Results) -> String {
-    whole(results, &SOLVED.of(&results.records))
+    whole(results, &marked(SOLVED, results).of(&results.records))
 }
 
 /// All rows of a system from the fastest on.
@@ -147,7 +147,19 @@ pub fn solved(results: &Results) -> String {
 pub fn compared(results: &Results) -> String {
     let mut records: Vec<&Record> = results.records.iter().collect();
     records.sort_by(|a, b| a.total_ns().total_cmp(&b.total_ns()));
-    whole(results, &SHEETS[0].of(&json!({ "records": records })))
+    let sheet = marked(SHEETS[0], results);
+    whole(results, &sheet.of(&json!({ "records": records })))
+}
+
+/// Without marks of the best where the matrix is singular: no row is better than another.
+fn marked(sheet: Sheet, results: &Results) -> Sheet {
+    match results.about.singular {
+        Some(_) => Sheet {
+            counts: |_| false,
+            ..sheet
+        },
+        None => sheet,
+    }
 }
 
 /// The table of a system below its heading, with what was left out.

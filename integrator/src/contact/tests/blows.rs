@@ -82,6 +82,51 @@ fn pairs_of_any_masses_part_with_their_restitution() {
     }
 }
 
+/// A rod that is made in the step of a bounce stops the motion along it before the ground throws the ball back: no more
+/// energy is left than that of the motion across the rod.
+#[test]
+fn a_rod_made_in_the_step_of_a_bounce_throws_nothing_up() {
+    for e in [0.3, 0.8, 1.0] {
+        for (mass, rate) in [(1.0, 60.0), (1e4, 240.0)] {
+            for lean in [0.3_f64, 0.7, 1.2] {
+                let mut scene = ground(0.0, bouncing(e));
+                scene.gravity.z = 0.0;
+                let speed = Vector3::new(1.0, 0.0, -3.0);
+                // One step is left for the rod after the first.
+                let above = RADIUS - 1.5 * speed.z / rate;
+                let i = ball(&mut scene, Vector3::z() * above, mass, bouncing(e));
+                scene.bodies.velocity[i] = speed;
+                let mut stepper = Stepper::new(scene, options(rate)).expect("a sound scene");
+                stepper.step().expect("a step");
+                let along = Vector3::new(-lean.sin(), 0.0, lean.cos());
+                let at = stepper.scene().bodies.position[i];
+                let rod = Distance {
+                    frames: [
+                        Frame::world(at + 2.0 * along),
+                        Frame::body(i, Vector3::zeros()),
+                    ],
+                    length: 2.0,
+                    law: RowLaw::RIGID,
+                    transverse: false,
+                };
+                let add = Constraint::Distance(rod);
+                let made = stepper.change(|edit| Ok(edit.add_constraint("rod", add, 0)));
+                made.expect("a sound rod");
+                let across = speed - along * along.dot(&speed);
+                for n in 0..4 {
+                    stepper.step().expect("a step");
+                    let left = stepper.scene().bodies.velocity[i].norm();
+                    let most = 1.01 * across.norm();
+                    assert!(
+                        left <= most,
+                        "{e} {mass} {lean}, step {n}: {left} of {most}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// A ball on a rod of 2 m that falls against a wall below its end, from 0.5 rad.
 fn pendulum(mass: f64) -> Scene {
     let (length, angle, surface) = (2.0, 0.5_f64, bouncing(1.0));
