@@ -4,7 +4,9 @@ use super::tests::{DT, G, ball, options, scene};
 use crate::Stepper;
 use nalgebra::Vector3;
 use taut_model::collide::{Collider, Shape};
-use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Sheave, Winch};
+use taut_model::{
+    Action, Body, Constraint, Event, Frame, MasslessCable, RowLaw, Scene, Sheave, When, Winch,
+};
 
 const MASS: f64 = 100.0;
 
@@ -141,7 +143,11 @@ fn a_winch_that_takes_up_slack_lifts_a_load_where_the_rope_is_taut() {
 /// A cabin and a lighter weight on a rigid rope over two points. The cabin lands; the weight goes on, falls back into the rope and
 /// lifts the cabin: with the share k = m/(m + M) of the weight it lands at v² = 2 g (1 − 2k) h and rises by (k v)²/(2 g (1 − 2k)).
 fn lift(share: f64, height: f64, parts: usize, damping: f64) -> f64 {
-    let mut scene = scene("pulley");
+    lift_in(scene("pulley"), share, height, parts, damping)
+}
+
+/// The lift in a scene that holds other machines.
+fn lift_in(mut scene: Scene, share: f64, height: f64, parts: usize, damping: f64) -> f64 {
     scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
     let size = Vector3::repeat(1.0);
     let at = Vector3::new(-1.0, 0.0, height + 0.5);
@@ -184,6 +190,52 @@ fn a_landing_and_a_catch_within_a_step_keep_the_lift_of_a_pulley() {
                 "{share}, {height} m, {parts}, {damping}: {off}"
             );
         }
+    }
+}
+
+/// A load far away that hangs over a sheave with friction, and is tied where it hangs at `time`.
+fn elsewhere(time: f64) -> Scene {
+    let mut scene = scene("pulley");
+    let far = ball(&mut scene, 10.0, Vector3::new(50.2, 0.0, 0.0));
+    let frames = vec![
+        Frame::world(Vector3::new(46.0, 0.0, 5.0)),
+        Frame::world(Vector3::new(50.0, 0.0, 5.0)).along(&Vector3::y()),
+        far,
+    ];
+    let sheave = Sheave {
+        friction: 0.1,
+        ..Sheave::new(0.2)
+    };
+    let cable = MasslessCable {
+        sheaves: vec![None, Some(sheave), None],
+        ..MasslessCable::new(frames, 1.0, RowLaw::new(1e-6, 0.0))
+    };
+    let length = crate::slip::tests::cable_length(&scene, &cable);
+    let cable = MasslessCable { length, ..cable };
+    scene.reeve("far", &cable, 0).unwrap();
+    scene.events.push(Event {
+        name: "tie".to_owned(),
+        when: When::Time(time),
+        then: vec![Action::Attach {
+            name: "link".to_owned(),
+            between: Box::new([Frame::world(Vector3::new(50.2, 0.0, -3.0)), far]),
+        }],
+    });
+    scene
+}
+
+#[test]
+fn machines_far_away_leave_the_lift_of_a_pulley_as_it_is() {
+    let (share, height) = (0.35, 1.3);
+    let down = 1.0 - 2.0 * share;
+    // The cabin lands, and its weight falls back into the rope.
+    let caught = (2.0 * height / (down * G)).sqrt() + 2.0 * (2.0 * down * height / G).sqrt();
+    let exact = share * share * height;
+    for step in [-1.5, -0.5, 0.5, 1.5, 60.0] {
+        let scene = elsewhere(caught + step * DT);
+        let found = lift_in(scene, share, height, 1, 0.0);
+        let off = found / exact - 1.0;
+        assert!(off.abs() < 0.02, "tied {step} steps from the catch: {off}");
     }
 }
 
