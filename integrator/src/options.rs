@@ -16,7 +16,7 @@ use taut_solver::coulomb::ConeMethod;
 /// ε λ = −(φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) + τ r_{n+1})
 /// ```
 ///
-/// The velocity v_n belongs to the time t_n − Δt/2 in the two second-order schemes. Rows with bounds, such as ropes that go
+/// with the [`weights`](Self::weights) p, q, s. The velocity v_n belongs to the time t_n − Δt/2 in the two second-order schemes. Rows with bounds, such as ropes that go
 /// slack, mix in the weights of the first scheme while they close.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -41,12 +41,15 @@ pub enum Scheme {
 /// row; far larger ones overflow.
 const MOST_WEIGHT: f64 = 100.0;
 
-/// The (p, q, s) of [`Scheme`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Weights {
-    pub(crate) next: f64,
-    pub(crate) now: f64,
-    pub(crate) before: f64,
+/// Weights of the rates with which a row is taken at φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}), without unit: see [`Scheme`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Weights {
+    /// p, of the rate after the step.
+    pub next: f64,
+    /// q, of the rate before it.
+    pub now: f64,
+    /// s, of the rate a step earlier.
+    pub before: f64,
 }
 
 impl Weights {
@@ -96,13 +99,26 @@ impl Scheme {
     /// One of each kind, with default weights.
     pub const KINDS: [Self; 3] = [Self::LinearlyImplicit, Self::Spook, Self::THIRD_DIFFERENCE];
 
-    pub(crate) fn weights(self) -> Weights {
+    /// Weights (p, q, s) of its rows.
+    #[must_use]
+    pub fn weights(self) -> Weights {
         let (next, now, before) = match self {
             Self::LinearlyImplicit => (1.0, 0.0, 0.0),
             Self::Spook => (0.25, 0.25, 0.0),
             Self::ThirdDifference { a, gamma } => (a + gamma, a + 2.0 * gamma, gamma),
         };
         Weights { next, now, before }
+    }
+
+    /// Weights of the geometric stiffness as inertia with α: α δ²x with the scheme's own filter, (α, α (1 + s/p), α s/p).
+    #[must_use]
+    pub fn tension_weights(self, alpha: f64) -> Weights {
+        let history = self.weights().history();
+        Weights {
+            next: alpha,
+            now: alpha * (1.0 + history),
+            before: alpha * history,
+        }
     }
 
     /// True if the velocities belong to half a step before the positions.
@@ -485,13 +501,9 @@ impl StepOptions {
     /// its weight α with the scheme's filter.
     pub(crate) fn row_weights(&self, stiffness: GeometricStiffness) -> [Weights; 4] {
         let scheme = self.scheme.weights();
-        let (alpha, history) = (stiffness.alpha(), scheme.history());
+        let alpha = stiffness.alpha();
         let transverse = if alpha > 0.0 {
-            Weights {
-                next: alpha,
-                now: alpha * (1.0 + history),
-                before: alpha * history,
-            }
+            self.scheme.tension_weights(alpha)
         } else {
             // Soft rows do nothing with any weight but 0.
             Scheme::LinearlyImplicit.weights()
