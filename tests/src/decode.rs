@@ -153,14 +153,17 @@ impl<'a> Bytes<'a> {
                 distance: g.tolerance,
                 ..Sleep::default()
             }),
-            angular_scheme: (self.byte().is_multiple_of(5)).then_some(Scheme::LinearlyImplicit),
             scheme,
             stiffness,
             guard,
-            form: if self.byte().is_multiple_of(3) {
-                Form::Kkt
-            } else {
-                Form::Schur
+            form: {
+                // Stood for an option that is no more: the seeds keep their meaning.
+                self.byte();
+                if self.byte().is_multiple_of(3) {
+                    Form::Kkt
+                } else {
+                    Form::Schur
+                }
             },
             elimination: Elimination::ALL[self.below(4)],
             refinements: self.below(3),

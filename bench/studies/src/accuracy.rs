@@ -134,14 +134,6 @@ pub fn settings() -> Vec<Setting> {
             damping: 0.5,
             ..of("spook K .5 τ Δt/2", spook, inertia(0.5))
         },
-        Setting {
-            damping: 0.5,
-            options: StepOptions {
-                angular_scheme: Some(implicit),
-                ..of("", spook, relative(0.5)).options
-            },
-            ..of("spook+implicit rel.", spook, off)
-        },
         of("spook", spook, off),
         of("implicit K .3", implicit, inertia(0.3)),
         of("implicit K .5", implicit, inertia(0.5)),

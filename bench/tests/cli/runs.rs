@@ -349,9 +349,7 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
         (&Value::from("off"), &Value::Null)
     );
     assert_eq!(paper["steps"], 60);
-    let relative = run(
-        "--scheme spook --stiffness relative:0.5 --angular-scheme linearly-implicit --substeps 2",
-    );
+    let relative = run("--scheme spook --stiffness relative:0.5 --substeps 2");
     assert_eq!(relative["stiffness"], "relative:0.5");
     assert_eq!(relative["substeps"], 2);
     assert_eq!(default["elimination"], "scene");

@@ -121,8 +121,7 @@ fn predicted(
         GeometricStiffness::Inertia { alpha } => options.scheme.tension_weights(alpha),
         _ => return None,
     };
-    let more = options.angular_scheme.is_some()
-        || rows.damping.iter().any(|damping| *damping != 0.0)
+    let more = rows.damping.iter().any(|damping| *damping != 0.0)
         || !rows.transverse.is_empty()
         || !rows.bounds.iter().all(|b| b.lower == 0.0 || b.upper == 0.0)
         || !scene.capstans.is_empty()
