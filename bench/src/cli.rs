@@ -123,8 +123,7 @@ struct StepArgs {
     /// Integration scheme: linearly-implicit (the paper's), spook, `third-difference[:a=A][:gamma=G]`
     #[arg(long, value_name = "NAME", default_value_t = Scheme::default())]
     scheme: Scheme,
-    /// Geometric stiffness as inertia: off, its weight α, or relative:α (default: 0.4; a + γ of a third difference, else
-    /// 0.5)
+    /// Geometric stiffness as inertia: off, or its weight α (default: 0.4; a + γ of a third difference, else 0.5)
     #[arg(long, value_name = "WEIGHT", allow_hyphen_values = true)]
     stiffness: Option<GeometricStiffness>,
     /// Redo steps whose linearisation does not hold: off, or the tolerance (of lever arms)

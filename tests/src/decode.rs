@@ -119,10 +119,7 @@ impl<'a> Bytes<'a> {
         };
         let stiffness = match self.byte() % 6 {
             0 => GeometricStiffness::Off,
-            1 => GeometricStiffness::Relative {
-                alpha: self.number(),
-            },
-            2 => GeometricStiffness::Inertia {
+            1 | 2 => GeometricStiffness::Inertia {
                 alpha: self.number(),
             },
             _ => GeometricStiffness::Inertia { alpha: 0.4 },
