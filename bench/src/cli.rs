@@ -123,11 +123,7 @@ struct StepArgs {
     /// Integration scheme: linearly-implicit (the paper's), spook, `third-difference[:a=A][:gamma=G]`
     #[arg(long, value_name = "NAME", default_value_t = Scheme::default())]
     scheme: Scheme,
-    /// Another scheme for the rows that measure angles
-    #[arg(long, value_name = "NAME")]
-    angular_scheme: Option<Scheme>,
-    /// Geometric stiffness as inertia: off, its weight α, or relative:α (default: 0.4; a + γ of a third difference, else
-    /// 0.5)
+    /// Geometric stiffness as inertia: off, or its weight α (default: 0.4; a + γ of a third difference, else 0.5)
     #[arg(long, value_name = "WEIGHT", allow_hyphen_values = true)]
     stiffness: Option<GeometricStiffness>,
     /// Redo steps whose linearisation does not hold: off, or the tolerance (of lever arms)
@@ -299,7 +295,6 @@ fn step_options(args: &StepArgs) -> Result<StepOptions, Failure> {
     options.dt = args.dt;
     options.substeps = args.substeps;
     options.scheme = args.scheme;
-    options.angular_scheme = args.angular_scheme;
     options.stiffness = args
         .stiffness
         .unwrap_or(GeometricStiffness::inertia(args.scheme.default_alpha()));

@@ -9,6 +9,7 @@
 
 use crate::run::Yardstick;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,9 @@ pub struct RunFile {
     /// Names of the controls that a table of inputs has driven.
     pub driven: Vec<String>,
     checksum: u32,
+    /// Checksum of the content as read, with the keys that only earlier versions wrote.
+    #[serde(skip)]
+    read: Option<u32>,
 }
 
 /// Reason why a saved run cannot be taken up again.
@@ -79,6 +83,12 @@ impl io::Write for Sum {
     }
 }
 
+fn sum(content: &impl Serialize) -> Result<u32, serde_json::Error> {
+    let mut sum = Sum::default();
+    serde_json::to_writer(&mut sum, content)?;
+    Ok(sum.finalize())
+}
+
 impl RunFile {
     /// File of a run that a table of inputs drives by the controls `driven`. Writing computes the
     /// checksum.
@@ -89,19 +99,14 @@ impl RunFile {
             yardstick,
             driven,
             checksum: 0,
+            read: None,
         }
     }
 
-    fn sum(&self) -> Result<u32, serde_json::Error> {
-        let mut sum = Sum::default();
-        serde_json::to_writer(&mut sum, &(&self.run, &self.yardstick, &self.driven))?;
-        Ok(sum.finalize())
-    }
-
-    /// True if the checksum is that of the content.
+    /// True if it was read, and its checksum is that of the content.
     #[must_use]
     pub fn is_whole(&self) -> bool {
-        self.sum().is_ok_and(|sum| sum == self.checksum)
+        self.read == Some(self.checksum)
     }
 
     /// Reads a text, damaged or not ([`is_whole`](Self::is_whole)).
@@ -109,7 +114,11 @@ impl RunFile {
     /// # Errors
     /// The reader's, with line and column.
     pub fn parse(text: &str) -> Result<Self, serde_json::Error> {
-        serde_json::from_str(text)
+        let mut file: Self = serde_json::from_str(text)?;
+        let content: Value = serde_json::from_str(text)?;
+        let [run, yardstick, driven] = ["run", "yardstick", "driven"].map(|key| &content[key]);
+        file.read = Some(sum(&(run, yardstick, driven))?);
+        Ok(file)
     }
 
     /// Reads a file, and makes the stepper; the names are those of the controls that were driven.
@@ -146,7 +155,7 @@ impl RunFile {
     }
 
     fn put(&mut self, out: &mut dyn io::Write) -> io::Result<()> {
-        self.checksum = self.sum()?;
+        self.checksum = sum(&(&self.run, &self.yardstick, &self.driven))?;
         serde_json::to_writer(&mut *out, self)?;
         out.write_all(b"\n")
     }

@@ -139,7 +139,7 @@ impl Closing {
     }
 
     /// The weights of the rows that events made; they are like all others when they are no longer young.
-    fn weigh_made(&mut self, pieces: &mut Pieces, of: &[Weights; 4], dt: f64) {
+    fn weigh_made(&mut self, pieces: &mut Pieces, of: &[Weights; 2], dt: f64) {
         self.made.retain(|row| {
             let young = row.age < YOUNG;
             let implicit = if young {
@@ -158,7 +158,7 @@ impl Closing {
     pub(crate) fn weigh(
         &mut self,
         pieces: &mut Pieces,
-        of: &[Weights; 4],
+        of: &[Weights; 2],
         (jv, phi_t): (&[f64], &[f64]),
         jerk: f64,
         dt: f64,

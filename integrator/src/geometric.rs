@@ -41,47 +41,21 @@ use taut_lanes::{Lanes, Level, WideKernel, dispatch_wide};
 use taut_model::BodyVectors;
 use taut_model::body_vectors::{packed, unpacked};
 use taut_model::lanes::{Numbers, PACK, in_packs, part};
-use taut_model::{Constraint, Linearized, RowKind, Scene, Side, Wrench};
+use taut_model::{Constraint, Linearized, RowKind, Scene, Wrench};
 
-/// K of all bodies, and the angular velocities that the relative form refers to.
+/// K of all bodies.
 #[derive(Debug, Clone)]
 pub(crate) struct Geometric {
     /// K of each body, in the world frame \[N m]: xx, yx, zx, yy, zy, zz.
     stiffness: BodyVectors,
-    /// Group of each body: that of its first constraint; `None` for a body without one.
-    group: Vec<Option<usize>>,
-    /// Each group's first and last constraint: the chord's ends.
-    chords: Vec<(usize, usize)>,
-    /// Angular velocity of each chord \[rad/s].
-    turning: Vec<Vector3<f64>>,
-    /// Velocity of each body as a part of its chord; the angular part alone has a meaning.
-    reference: BodyVectors,
     /// Bending stiffness of the joints of each pack \[N m].
     bending: Vec<Numbers>,
 }
 
 impl Geometric {
     pub(crate) fn new(scene: &Scene, rows: &Linearized) -> Self {
-        let mut names: Vec<u32> = scene.groups.clone();
-        names.sort_unstable();
-        names.dedup();
-        let index = |c: usize| names.binary_search(&scene.groups[c]).unwrap_or(0);
-        let mut group = vec![None; scene.bodies.len()];
-        for slot in &rows.slots {
-            group[slot.body].get_or_insert(index(slot.constraint));
-        }
-        let mut chords = vec![(usize::MAX, 0); names.len()];
-        for c in 0..scene.constraints.len() {
-            let (first, last) = &mut chords[index(c)];
-            *first = (*first).min(c);
-            *last = c;
-        }
         Self {
             stiffness: BodyVectors::new(scene.bodies.len()),
-            reference: BodyVectors::new(scene.bodies.len()),
-            group,
-            turning: vec![Vector3::zeros(); chords.len()],
-            chords,
             bending: in_packs(
                 rows.joints()
                     .iter()
@@ -156,63 +130,26 @@ impl Geometric {
             self.stiffness.add(body, packed(&eigen.recompose()));
         }
     }
+}
 
-    /// Angular velocity of the chord of each group, from the first constraint's first side to the last one's last.
-    pub(crate) fn update_chords(&mut self, scene: &Scene, t: f64, dt: f64) {
-        let bodies = &scene.bodies;
-        for (turning, &(first, last)) in self.turning.iter_mut().zip(&self.chords) {
-            let a = scene.constraints[first].frames().first();
-            let b = scene.constraints[last].frames().last();
-            let (Some(a), Some(b)) = (a, b) else {
-                continue;
-            };
-            let end = |frame: &taut_model::Frame| match frame.side {
-                Side::Body(i) => (bodies.position[i], bodies.velocity[i]),
-                Side::World(motion) => (
-                    frame.point + motion.displacement(t),
-                    (motion.displacement(t) - motion.displacement(t - dt)) / dt,
-                ),
-            };
-            let ((xa, va), (xb, vb)) = (end(a), end(b));
-            let chord = xb - xa;
-            let square = chord.norm_squared();
-            *turning = if square > 0.0 {
-                chord.cross(&(vb - va)) / square
-            } else {
-                Vector3::zeros()
-            };
-        }
-        for (i, group) in self.group.iter().enumerate() {
-            let turning = group.map_or_else(Vector3::zeros, |g| self.turning[g]);
-            let reference = [0.0, 0.0, 0.0, turning.x, turning.y, turning.z];
-            self.reference.set(i, reference);
-        }
-    }
-
-    /// The angular velocities g of the term Δt² K g on the right-hand side of the velocity change: `now` and `before` are
-    /// the bodies' velocities, `gamma` the scheme's weight of the third difference over that of K. Only the angular
-    /// numbers of g are set.
-    pub(crate) fn drive(
-        &self,
-        form: GeometricStiffness,
-        gamma: f64,
-        now: &BodyVectors,
-        before: &BodyVectors,
-        g: &mut BodyVectors,
-    ) {
-        match form {
-            GeometricStiffness::Off => g.clear(),
-            GeometricStiffness::Inertia { alpha } => {
-                g.combine_last((gamma * alpha, now), (-gamma * alpha, before));
-            }
-            GeometricStiffness::Relative { alpha } => {
-                g.combine_last((alpha, &self.reference), (-alpha, now));
-            }
+/// The angular velocities g of the term Δt² K g on the right-hand side of the velocity change: `now` and `before` are
+/// the bodies' velocities, `gamma` the scheme's weight of the third difference over that of K. Only the angular numbers of
+/// g are set.
+pub(crate) fn drive(
+    form: GeometricStiffness,
+    gamma: f64,
+    now: &BodyVectors,
+    before: &BodyVectors,
+    g: &mut BodyVectors,
+) {
+    match form {
+        GeometricStiffness::Off => g.clear(),
+        GeometricStiffness::Inertia { alpha } => {
+            g.combine_last((gamma * alpha, now), (-gamma * alpha, before));
         }
     }
 }
 
-/// Square root of the largest number whose square is finite: bending stiffness of rigid joints \[N m].
 /// Bending stiffness of a rigid joint \[N m]; its square is finite.
 const RIGID: f64 = 1e150;
 
@@ -510,19 +447,6 @@ mod tests {
         assert_eq!(geometric.stiffness, BodyVectors::new(25));
     }
 
-    #[test]
-    fn the_chord_turns_with_a_rigid_swing() {
-        let mut scene = HoistParams::default().hanging_equilibrium().unwrap();
-        let omega = Vector3::new(0.2, -0.3, 0.0);
-        for i in 0..scene.bodies.len() {
-            scene.bodies.velocity[i] = omega.cross(&scene.bodies.position[i]);
-        }
-        let rows = Linearized::new(&scene);
-        let mut geometric = Geometric::new(&scene, &rows);
-        geometric.update_chords(&scene, 0.0, 0.1);
-        assert!((angular(&geometric.reference, 3) - omega).norm() < 1e-12);
-    }
-
     /// The scheme takes the angle at θ_n + a δ²θ + γ δ³θ, with backward differences that end at t_{n+1}; what Δω does not
     /// multiply is the drive.
     #[test]
@@ -530,7 +454,6 @@ mod tests {
         let (a, gamma, dt) = (0.7, -0.15, 0.1);
         let scheme = crate::Scheme::ThirdDifference { a, gamma };
         let scene = HoistParams::default().build().unwrap();
-        let geometric = Geometric::new(&scene, &Linearized::new(&scene));
         // θ of one body at t_{n−2} … t_{n+1}, about each axis.
         let angles = [
             [0.3, -0.1, 0.2],
@@ -538,7 +461,7 @@ mod tests {
             [0.25, 0.2, 0.9],
             [-0.4, 0.7, 0.1],
         ];
-        let bodies = geometric.reference.clone();
+        let bodies = BodyVectors::new(scene.bodies.len());
         let omega = |k: usize| {
             let [x, y, z] = std::array::from_fn(|i| (angles[k + 1][i] - angles[k][i]) / dt);
             let mut all = bodies.clone();
@@ -549,7 +472,7 @@ mod tests {
         let mut g = bodies.clone();
         let alpha = scheme.default_alpha();
         let form = GeometricStiffness::Inertia { alpha };
-        geometric.drive(form, scheme.weights().history(), &now, &before, &mut g);
+        drive(form, scheme.weights().history(), &now, &before, &mut g);
         for i in [0, 1, 2] {
             let [t0, t1, t2, t3] = std::array::from_fn(|k| angles[k][i]);
             let taken = a * (t3 - 2.0 * t2 + t1) + gamma * (t3 - 3.0 * t2 + 3.0 * t1 - t0);

@@ -144,7 +144,7 @@ pub use equilibrium::static_equilibrium;
 pub use error::StepError;
 pub use identity::{BodyId, ConstraintId, ControlId};
 pub use observe::{Energy, RowForces};
-pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
+pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName, Weights};
 pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
 pub(crate) use saved::beginning::Beginning;

@@ -23,8 +23,8 @@ use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
 pub(crate) struct Pieces {
     pub(crate) rows: Linearized,
-    /// Kind of weights of each row.
-    weighting: Vec<Weighting>,
+    /// Kind of each row.
+    kinds: Vec<Kind>,
     /// Rows that hold a speed.
     speed_rows: Vec<usize>,
     /// Scales of the joints' gaps, as [`Gap`] has them, pack by pack.
@@ -64,11 +64,11 @@ impl Pieces {
         let rows = Linearized::new(scene);
         let (count, bodies) = (rows.rows(), scene.bodies.len());
         let parts = scene.constraints.iter().flat_map(Constraint::parts);
-        let weighting: Vec<_> = parts
-            .flat_map(|(kind, rows, _)| std::iter::repeat_n(Weighting::of(kind), rows))
+        let kinds: Vec<_> = parts
+            .flat_map(|(kind, rows, _)| std::iter::repeat_n(Kind::of(kind), rows))
             .collect();
-        let speed = |r: &usize| weighting[*r] == Weighting::Speed;
-        let gap = |c: usize| Gap::of(c, &scene.constraints[c], &rows, &weighting);
+        let speed = |r: &usize| kinds[*r] == Kind::Speed;
+        let gap = |c: usize| Gap::of(c, &scene.constraints[c], &rows, &kinds);
         let scale = |joint: &Joint| gap(joint.constraint).map_or(0.0, |gap| gap.scale);
         let joint_gaps = in_packs(rows.joints().iter().map(scale), 0.0);
         let gaps = rows.others().iter().filter_map(|c| gap(*c)).collect();
@@ -76,7 +76,7 @@ impl Pieces {
             speed_rows: (0..count).filter(speed).collect(),
             gaps,
             joint_gaps,
-            weighting,
+            kinds,
             idle: vec![
                 false;
                 if rows.bounds.is_empty() {
@@ -125,21 +125,21 @@ impl Pieces {
 
     /// True if the row belongs to the geometric stiffness of a link.
     pub(crate) fn is_transverse(&self, row: usize) -> bool {
-        self.weighting[row] == Weighting::Transverse
+        self.kinds[row] == Kind::Transverse
     }
 
     /// True if the row prescribes a speed.
     pub(crate) fn is_speed(&self, row: usize) -> bool {
-        self.weighting[row] == Weighting::Speed
+        self.kinds[row] == Kind::Speed
     }
 
     /// True if the row's force follows from its length or angle: ε λ + φ = 0 at rest.
     pub(crate) fn has_law(&self, row: usize) -> bool {
-        matches!(self.weighting[row], Weighting::Length | Weighting::Angle)
+        matches!(self.kinds[row], Kind::Length | Kind::Angle)
     }
 
     pub(crate) fn is_angular(&self, row: usize) -> bool {
-        self.weighting[row] == Weighting::Angle
+        self.kinds[row] == Kind::Angle
     }
 
     /// Copies the velocities into `v`.
@@ -148,15 +148,15 @@ impl Pieces {
     }
 
     /// The rows take the weights of their kinds.
-    pub(crate) fn weigh(&mut self, weights: &[Weights; 4]) {
-        let weighting = &self.weighting;
+    pub(crate) fn weigh(&mut self, weights: &[Weights; 2]) {
+        let kinds = &self.kinds;
         self.regularization
-            .weigh(weights, |r| weighting[r] as usize);
+            .weigh(weights, |r| kinds[r] == Kind::Transverse);
     }
 
     /// Row `r` takes the share `implicit` of the linearly implicit weights, the rest of its kind's.
-    pub(crate) fn mix_weights(&mut self, r: usize, of: &[Weights; 4], implicit: f64) {
-        let weights = of[self.weighting[r] as usize];
+    pub(crate) fn mix_weights(&mut self, r: usize, of: &[Weights; 2], implicit: f64) {
+        let weights = of[usize::from(self.is_transverse(r))];
         self.regularization.mix(r, weights, implicit);
     }
 
@@ -380,18 +380,13 @@ impl Gap {
     }
 
     /// The gap of constraint `c`, if it turns.
-    fn of(
-        c: usize,
-        constraint: &Constraint,
-        rows: &Linearized,
-        weighting: &[Weighting],
-    ) -> Option<Self> {
+    fn of(c: usize, constraint: &Constraint, rows: &Linearized, kinds: &[Kind]) -> Option<Self> {
         let length = turning_length(constraint);
         let range = rows.row_range(c);
         let lengths = range
             .clone()
             .take(3)
-            .take_while(|r| weighting[*r] == Weighting::Length);
+            .take_while(|r| kinds[*r] == Kind::Length);
         (length > 0.0).then(|| Self {
             constraint: c,
             first: range.start,
@@ -411,16 +406,16 @@ fn scale_of(constraint: &Constraint) -> f64 {
     }
 }
 
-/// Kind of weights that a row takes.
+/// Kind of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Weighting {
+enum Kind {
     Length,
     Angle,
     Transverse,
     Speed,
 }
 
-impl Weighting {
+impl Kind {
     fn of(kind: RowKind) -> Self {
         match kind {
             RowKind::Transverse => Self::Transverse,

@@ -31,8 +31,8 @@ struct RowWeights {
     next: Aligned,
     now: Aligned,
     before: Aligned,
-    /// The kinds' weights that these were made of.
-    of: Option<[Weights; 4]>,
+    /// Weights that these were made of.
+    of: Option<[Weights; 2]>,
 }
 
 impl Regularization {
@@ -51,14 +51,14 @@ impl Regularization {
         }
     }
 
-    /// Takes the weights of the rows: those of each row's kind.
-    pub(crate) fn weigh(&mut self, of: &[Weights; 4], kind: impl Fn(usize) -> usize) {
+    /// Takes the weights of the rows, `of` all and of the transverse ones.
+    pub(crate) fn weigh(&mut self, of: &[Weights; 2], is_transverse: impl Fn(usize) -> bool) {
         let weights = &mut self.weights;
         if weights.of.as_ref() == Some(of) {
             return;
         }
         for r in 0..weights.next.len() {
-            let w = of[kind(r)];
+            let w = of[usize::from(is_transverse(r))];
             (weights.next[r], weights.now[r], weights.before[r]) = (w.next, w.now, w.before);
         }
         weights.of = Some(*of);
@@ -256,7 +256,7 @@ mod tests {
         };
         for scheme in [Scheme::LinearlyImplicit, Scheme::Spook, scheme] {
             let mut regularization = Regularization::new(count);
-            regularization.weigh(&[scheme.weights(); 4], |_| 0);
+            regularization.weigh(&[scheme.weights(); 2], |_| false);
             let [mut at, mut rest] = [of(0), of(0)];
             let past = Known::Past {
                 phi_t: &driven,

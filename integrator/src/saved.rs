@@ -34,6 +34,10 @@ pub struct SavedRun {
         serde(deserialize_with = "crate::serde_forms::known_version")
     )]
     version: u32,
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::serde_forms::options")
+    )]
     options: StepOptions,
     scene: Scene,
     time: f64,

@@ -1,7 +1,9 @@
 //! How options are written with `serde`: by the names that they have on the command line, which read back to the last
 //! bit; times of phases in seconds.
 
-use crate::{Elimination, Form, GeometricStiffness, Phase, PhaseTimes, SavedRun, Scheme};
+use crate::{
+    Elimination, Form, GeometricStiffness, Phase, PhaseTimes, SavedRun, Scheme, StepOptions,
+};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 use std::fmt::Display;
@@ -54,6 +56,27 @@ pub(crate) fn known_version<'de, D: Deserializer<'de>>(deserializer: D) -> Resul
             SavedRun::VERSION
         ))),
     }
+}
+
+/// Options of a run. Earlier versions had a scheme for the rows that measure angles besides, which was `null` as a rule.
+pub(crate) fn options<'de, D: Deserializer<'de>>(deserializer: D) -> Result<StepOptions, D::Error> {
+    #[derive(serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Written {
+        #[serde(default)]
+        angular_scheme: Option<String>,
+        #[serde(flatten)]
+        options: StepOptions,
+    }
+    let Written {
+        angular_scheme,
+        options,
+    } = Written::deserialize(deserializer)?;
+    angular_scheme.map_or(Ok(options), |scheme| {
+        Err(D::Error::custom(format!(
+            "`angular_scheme` is `{scheme}`, where all rows take `scheme`: run the scene again with that alone"
+        )))
+    })
 }
 
 /// The time of each phase \[s].

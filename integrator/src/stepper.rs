@@ -29,7 +29,9 @@ use crate::plan::Plan;
 use crate::regularization::Known;
 use crate::report::{Fired, Tally};
 use crate::slip::Slip;
-use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
+use crate::{
+    GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, geometric, motion,
+};
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
 use taut_model::{Constraint, Scene};
@@ -521,7 +523,7 @@ impl Stepper {
         match stiffness {
             GeometricStiffness::Off => pieces.geometric.clear(),
             _ => {
-                let excess = Excess::of(&self.options.row_weights(stiffness), stiffness);
+                let excess = Excess::of(&self.options.row_weights(stiffness));
                 let tension = &self.tension;
                 pieces.geometric.update(&pieces.rows, tension, Some(excess));
             }
@@ -529,13 +531,8 @@ impl Stepper {
         if stiffness != GeometricStiffness::Off {
             self.contacts.stiffen(&self.scene, &mut pieces.geometric);
         }
-        if matches!(stiffness, GeometricStiffness::Relative { .. }) {
-            pieces.geometric.update_chords(&self.scene, self.time, dt);
-        }
         let (now, before) = (&pieces.v, &history.v);
-        pieces
-            .geometric
-            .drive(stiffness, gamma, now, before, &mut pieces.drive);
+        geometric::drive(stiffness, gamma, now, before, &mut pieces.drive);
         self.update_inertia(dt, stiffness.alpha())?;
         self.regularize(stiffness, dt);
         self.tally.end(Phase::Linearize);

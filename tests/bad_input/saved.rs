@@ -33,6 +33,25 @@ fn refusal(at: &str, value: Value) -> String {
 }
 
 #[test]
+fn a_scheme_of_angular_rows_is_refused_unless_it_was_none() {
+    let with = |key: &str, value: Value| {
+        let mut run = good();
+        run["options"][key] = value;
+        let read = serde_json::from_value::<SavedRun>(run);
+        read.map(|run| run.options().clone())
+            .map_err(|e| e.to_string())
+    };
+    assert_eq!(
+        with("angular_scheme", Value::Null),
+        Ok(StepOptions::default())
+    );
+    let text = with("angular_scheme", json!("spook")).expect_err("a scheme");
+    assert!(text.contains("`angular_scheme` is `spook`, where all rows take `scheme`"));
+    let text = with("lateral_scheme", Value::Null).expect_err("no key");
+    assert!(text.contains("unknown field `lateral_scheme`"), "{text}");
+}
+
+#[test]
 fn a_damaged_run_says_what_does_not_fit() {
     let run = good();
     assert!(

@@ -80,7 +80,6 @@ fn the_static_shape_depends_on_nothing_dynamic() {
         for stiffness in [
             GeometricStiffness::Off,
             GeometricStiffness::Inertia { alpha: 0.5 },
-            GeometricStiffness::Relative { alpha: 1.0 },
         ] {
             let options = StepOptions {
                 scheme,

@@ -149,13 +149,10 @@ pub(crate) fn velocities(bodies: &Bodies) -> DVector<f64> {
     DVector::from_iterator(6 * bodies.len(), numbers.copied())
 }
 
-/// Weights of the rates after, before and the step before that, of the schemes that are tested here.
+/// Weights of the rates after, before and the step before that.
 fn weights(scheme: Scheme) -> [f64; 3] {
-    match scheme {
-        Scheme::LinearlyImplicit => [1.0, 0.0, 0.0],
-        Scheme::ThirdDifference { a, gamma } => [a + gamma, a + 2.0 * gamma, gamma],
-        other => panic!("{other} is not tested here"),
-    }
+    let weights = scheme.weights();
+    [weights.next, weights.now, weights.before]
 }
 
 /// Weights and φ of a row of compliance ε that can be open, for φ and Δt r of its present state, `soft` = ε/(Δt² J M̃⁻¹ Jᵀ)

@@ -144,7 +144,7 @@ fn every_scheme_goes_on_with_the_same_bits() {
                         tolerance: f64::INFINITY,
                         ..Guard::default()
                     }),
-                    GeometricStiffness::Relative { alpha: 0.9 },
+                    GeometricStiffness::Inertia { alpha: 0.9 },
                 ),
             ] {
                 let options = StepOptions {

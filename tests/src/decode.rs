@@ -119,10 +119,7 @@ impl<'a> Bytes<'a> {
         };
         let stiffness = match self.byte() % 6 {
             0 => GeometricStiffness::Off,
-            1 => GeometricStiffness::Relative {
-                alpha: self.number(),
-            },
-            2 => GeometricStiffness::Inertia {
+            1 | 2 => GeometricStiffness::Inertia {
                 alpha: self.number(),
             },
             _ => GeometricStiffness::Inertia { alpha: 0.4 },
@@ -153,14 +150,17 @@ impl<'a> Bytes<'a> {
                 distance: g.tolerance,
                 ..Sleep::default()
             }),
-            angular_scheme: (self.byte().is_multiple_of(5)).then_some(Scheme::LinearlyImplicit),
             scheme,
             stiffness,
             guard,
-            form: if self.byte().is_multiple_of(3) {
-                Form::Kkt
-            } else {
-                Form::Schur
+            form: {
+                // Stood for an option that is no more: the seeds keep their meaning.
+                self.byte();
+                if self.byte().is_multiple_of(3) {
+                    Form::Kkt
+                } else {
+                    Form::Schur
+                }
             },
             elimination: Elimination::ALL[self.below(4)],
             refinements: self.below(3),

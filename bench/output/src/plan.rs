@@ -323,8 +323,7 @@ impl Quantity {
     }
 
     fn text(&self, row: &Row) -> Option<String> {
-        // The longest of all, which would not stand side by side.
-        Some(shown(row, self.columns.first()?)?.replace("relative:", "rel. "))
+        shown(row, self.columns.first()?)
     }
 
     /// The place of a row, among the texts where it has one.
@@ -457,12 +456,12 @@ mod tests {
         };
         let rows = [
             row("cg", "off", 10.0),
-            row("cg", "relative:1", 100.0),
-            row("banded", "relative:1", 1e3),
+            row("cg", "0.4", 100.0),
+            row("banded", "0.4", 1e3),
         ];
         let plot = plan.plot(&Value::from(rows.to_vec()));
         let chart = &plot.charts[0];
-        assert_eq!(chart.x.names, ["off", "rel. 1"]);
+        assert_eq!(chart.x.names, ["off", "0.4"]);
         let points: Vec<_> = chart.series.iter().map(|s| s.points.clone()).collect();
         assert_eq!(points[0], [[-0.05, 10.0], [0.95, 100.0]]);
         assert_eq!(points[1], [[1.05, 1e3]]);

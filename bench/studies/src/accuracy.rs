@@ -105,7 +105,6 @@ pub fn settings() -> Vec<Setting> {
     };
     let third = |a, gamma| Scheme::ThirdDifference { a, gamma };
     let inertia = |alpha| GeometricStiffness::Inertia { alpha };
-    let relative = |alpha| GeometricStiffness::Relative { alpha };
     let (implicit, spook) = (Scheme::LinearlyImplicit, Scheme::Spook);
     let off = GeometricStiffness::Off;
     let default = Scheme::THIRD_DIFFERENCE;
@@ -121,31 +120,20 @@ pub fn settings() -> Vec<Setting> {
             ..of("2 sub-steps", default, off)
         },
         of("K α 1", default, inertia(1.0)),
-        of("K relative", default, relative(1.0)),
         of("no K", default, off),
         of("3rd .26 -.005", third(0.26, -0.005), inertia(0.255)),
         of("3rd .3 -.02", third(0.3, -0.02), inertia(0.28)),
         of("3rd .6 -.15", third(0.6, -0.15), inertia(0.45)),
         of("3rd .75 -.2", third(0.75, -0.2), inertia(0.55)),
-        of("3rd .75 -.2 rel.", third(0.75, -0.2), relative(1.0)),
         of("spook K .25", spook, inertia(0.25)),
         of("spook K .5", spook, inertia(0.5)),
         Setting {
             damping: 0.5,
             ..of("spook K .5 τ Δt/2", spook, inertia(0.5))
         },
-        Setting {
-            damping: 0.5,
-            options: StepOptions {
-                angular_scheme: Some(implicit),
-                ..of("", spook, relative(0.5)).options
-            },
-            ..of("spook+implicit rel.", spook, off)
-        },
         of("spook", spook, off),
         of("implicit K .3", implicit, inertia(0.3)),
         of("implicit K .5", implicit, inertia(0.5)),
-        of("implicit rel. .5", implicit, relative(0.5)),
         Setting {
             options: StepOptions::paper(),
             ..of("paper", implicit, off)

@@ -13,47 +13,29 @@
 //! as well.
 
 use nalgebra::{DMatrix, DVector};
-use taut_integrator::Scheme;
-
-/// The weights (p, q, s), from the schemes' definitions; NaN of a scheme without.
-pub(crate) fn weights(scheme: Scheme) -> [f64; 3] {
-    match scheme {
-        Scheme::LinearlyImplicit => [1.0, 0.0, 0.0],
-        Scheme::Spook => [0.25, 0.25, 0.0],
-        // φ + a (φ_{n+1} − 2φ_n + φ_{n−1}) + γ (φ_{n+1} − 3φ_n + 3φ_{n−1} − φ_{n−2}).
-        Scheme::ThirdDifference { a, gamma } => [a + gamma, a + 2.0 * gamma, gamma],
-        _ => [f64::NAN; 3],
-    }
-}
-
-/// The weights that a geometric stiffness taken as inertia with α gives the tension: α δ²x with the scheme's own filter.
-pub(crate) fn tension_weights(scheme: Scheme, alpha: f64) -> [f64; 3] {
-    let [next, _, before] = weights(scheme);
-    let history = before / next;
-    [alpha, alpha * (1.0 + history), alpha * history]
-}
+use taut_integrator::{Scheme, Weights};
 
 /// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from \[Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
 /// difference.
 pub(crate) fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) -> Vec<f64> {
     mixed(&[
-        (elastic, weights(scheme), theta),
-        (geometric, [0.0; 3], 0.0),
+        (elastic, scheme.weights(), theta),
+        (geometric, Weights::default(), 0.0),
     ])
 }
 
 /// [`recurrence`] of a mode whose Ω² has several parts, each with its weights and its θ.
-pub(crate) fn mixed(parts: &[(f64, [f64; 3], f64)]) -> Vec<f64> {
-    let sum = |of: &dyn Fn([f64; 3], f64) -> f64| -> f64 {
+pub(crate) fn mixed(parts: &[(f64, Weights, f64)]) -> Vec<f64> {
+    let sum = |of: &dyn Fn(Weights, f64) -> f64| -> f64 {
         parts
             .iter()
             .map(|(square, w, theta)| square * of(*w, *theta))
             .sum()
     };
-    let lead = 1.0 + sum(&|[p, ..], theta| p + theta);
-    let now = -2.0 + sum(&|[p, q, _], theta| 1.0 - p - q - theta);
-    let before = 1.0 + sum(&|[_, q, s], _| q + s);
-    let first = -sum(&|[_, _, s], _| s);
+    let lead = 1.0 + sum(&|w, theta| w.next + theta);
+    let now = -2.0 + sum(&|w, theta| 1.0 - w.next - w.now - theta);
+    let before = 1.0 + sum(&|w, _| w.now + w.before);
+    let first = -sum(&|w, _| w.before);
     let all = [first, before, now].map(|c| -c / lead);
     all[usize::from(first == 0.0)..].to_vec()
 }

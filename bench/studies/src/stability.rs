@@ -141,11 +141,8 @@ impl Default for Config {
         let cables: Vec<Cable> = [Cable::Hoist].into_iter().chain(cables).collect();
         let stiffness: Vec<_> = ALPHAS.map(GeometricStiffness::inertia).to_vec();
         let mut cases = product(&cables, &[6, 24], &JOINTS, &stiffness);
-        let relative = [0.5, 1.0].map(|alpha| GeometricStiffness::Relative { alpha });
-        cases.extend(product(&[Cable::Hoist], &[6, 24], &JOINTS, &relative));
         let cosserat = [JointKind::Cosserat];
-        let all: Vec<_> = stiffness.into_iter().chain(relative).collect();
-        cases.extend(product(&[Cable::Hoist], &[100], &cosserat, &all));
+        cases.extend(product(&[Cable::Hoist], &[100], &cosserat, &stiffness));
         for segments in [6, 24] {
             cases.extend(JOINTS.map(|joint| guarded(segments, joint)));
             cases.extend(cables.iter().map(|&cable| planar(cable, segments)));
@@ -248,7 +245,7 @@ pub struct Record {
     /// `spherical`, `cosserat`, `paper`.
     pub joint: String,
     pub scheme: String,
-    /// The geometric stiffness: `off`, α, `relative:α`.
+    /// The geometric stiffness: `off`, α.
     pub stiffness: String,
     /// The guard was on.
     pub guarded: bool,

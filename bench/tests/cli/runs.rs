@@ -349,11 +349,9 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
         (&Value::from("off"), &Value::Null)
     );
     assert_eq!(paper["steps"], 60);
-    let relative = run(
-        "--scheme spook --stiffness relative:0.5 --angular-scheme linearly-implicit --substeps 2",
-    );
-    assert_eq!(relative["stiffness"], "relative:0.5");
-    assert_eq!(relative["substeps"], 2);
+    let divided = run("--scheme spook --stiffness 0.5 --substeps 2");
+    assert_eq!(divided["stiffness"], "0.5");
+    assert_eq!(divided["substeps"], 2);
     assert_eq!(default["elimination"], "scene");
     let ordered = run("--elimination minimum-degree");
     assert_eq!(ordered["elimination"], "minimum-degree");
@@ -371,6 +369,7 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
         ("--stiffness=-1", "alpha"),
         ("--stiffness nan", "alpha"),
         ("--stiffness soft", "stiffness"),
+        ("--stiffness relative:0.5", "off, a weight such as 0.4"),
         ("--guard=-1", "guard.tolerance"),
         ("--guard never", "--guard"),
         ("--substeps 0", "substeps"),

@@ -24,7 +24,7 @@ impl Stepper {
     /// As [`Stepper::new`] for these options, and as [`save`](Self::save). On error the stepper is unchanged.
     pub fn set_options(&mut self, options: StepOptions) -> Result<(), StepError> {
         let mut run = self.save()?;
-        let kept = |o: &StepOptions| (o.scheme, o.angular_scheme, o.dt, o.substeps);
+        let kept = |o: &StepOptions| (o.scheme, o.dt, o.substeps);
         if kept(&options) != kept(&self.options) {
             bring_forward(&mut run)?;
             run.started = false;

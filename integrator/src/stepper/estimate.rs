@@ -25,7 +25,7 @@
 
 use crate::geometric::wrench;
 use crate::stepper::{Stage, Stepper};
-use crate::{Scheme, StepError, StepOptions, StepReport};
+use crate::{StepError, StepOptions, StepReport};
 use nalgebra::Vector3;
 use taut_model::{BodyVectors, CableParts, Scene};
 
@@ -211,8 +211,7 @@ impl Companion {
 }
 
 fn order(options: &StepOptions) -> i32 {
-    let of = |scheme: Scheme| if scheme.is_staggered() { 2 } else { 1 };
-    of(options.scheme).min(options.angular_scheme.map_or(2, of))
+    if options.scheme.is_staggered() { 2 } else { 1 }
 }
 
 /// The companion of a run: a run of steps so many times as long from its present state.

@@ -279,7 +279,7 @@ impl Stepper {
             done.map_err(|i| self.not_finite(i))?;
         }
         self.pieces.soften_transverse_rows(&self.tension, true);
-        self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 4]);
+        self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 2]);
         self.slip.take_out(&mut self.pieces);
         let known = std::mem::take(&mut self.pieces.known);
         let jv = &self.in_rows[0];

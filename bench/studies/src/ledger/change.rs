@@ -207,9 +207,6 @@ pub fn flags(options: &StepOptions) -> String {
         options.scheme != default.scheme,
         format!("--scheme {}", options.scheme),
     );
-    if let Some(scheme) = options.angular_scheme {
-        flag(true, format!("--angular-scheme {scheme}"));
-    }
     let usual = GeometricStiffness::inertia(options.scheme.default_alpha());
     flag(
         options.stiffness != usual,

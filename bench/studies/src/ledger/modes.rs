@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use taut_ground::modes::{Natural, natural};
 use taut_ground::pace;
-use taut_integrator::{GeometricStiffness, Stepper};
+use taut_integrator::{GeometricStiffness, Stepper, Weights};
 use taut_model::{Constraint, Motion, Scene, Side};
 
 /// Most bodies of a scene whose modes are found: the matrices are dense.
@@ -117,12 +117,11 @@ fn predicted(
 ) -> Option<Vec<f64>> {
     let (options, scene, rows) = (&setup.options, resting.scene(), resting.linearized());
     let tension = match options.stiffness {
-        GeometricStiffness::Off => [0.0; 3],
-        GeometricStiffness::Inertia { alpha } => law::tension_weights(options.scheme, alpha),
+        GeometricStiffness::Off => Weights::default(),
+        GeometricStiffness::Inertia { alpha } => options.scheme.tension_weights(alpha),
         _ => return None,
     };
-    let more = options.angular_scheme.is_some()
-        || rows.damping.iter().any(|damping| *damping != 0.0)
+    let more = rows.damping.iter().any(|damping| *damping != 0.0)
         || !rows.transverse.is_empty()
         || !rows.bounds.iter().all(|b| b.lower == 0.0 || b.upper == 0.0)
         || !scene.capstans.is_empty()
@@ -131,9 +130,9 @@ fn predicted(
         return None;
     }
     Some(law::mixed(&[
-        (elastic, law::weights(options.scheme), 0.0),
+        (elastic, options.scheme.weights(), 0.0),
         (turning, tension, 0.0),
-        (all - elastic - turning, [0.0; 3], 0.0),
+        (all - elastic - turning, Weights::default(), 0.0),
     ]))
 }
 

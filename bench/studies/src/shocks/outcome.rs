@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_ground::pace;
 use taut_ground::trajectory::{Failure, Timing, gaps, load_position, steps_in};
-use taut_integrator::{Scheme, StepError, StepOptions, StepReport, Stepper};
+use taut_integrator::{StepError, StepOptions, StepReport, Stepper};
 use taut_model::{Bodies, Linearized, Scene};
 
 /// Largest gain of energy, over the largest kinetic energy of the reference, that counts as none.
@@ -79,7 +79,7 @@ pub fn initial_energy(scene: &Scene) -> f64 {
 /// Reads energies whose parts belong to one instant.
 ///
 /// A staggered step evaluates its rows not at the positions x_n but at x̃ = x_n + Δt (p v_{n+1} − q v_n + s v_{n−1}), see
-/// [`Scheme`]. The tension of a bouncing load belongs to x̃, and so must its height: λ is large, and what the elastic
+/// [`Scheme`](taut_integrator::Scheme). The tension of a bouncing load belongs to x̃, and so must its height: λ is large, and what the elastic
 /// energy gains through it over a small difference of positions would be taken for a gain of energy. The tension of an
 /// implicit step belongs to its end. Either way the kinetic energy is that of the mean of the velocities before and
 /// after, so that an implicit step is read together with the next; the first step of all is not read, for what it starts
@@ -118,10 +118,11 @@ impl Meter {
         };
         let read;
         if scheme.is_staggered() && !report.redone && report.implicit_substeps == 0 {
-            let (p, q, s) = weights(scheme);
+            let weights = scheme.weights();
             read = now.map(|now| {
                 // x̃ − x_{n+1}, seen along gravity.
-                let back = (p - 1.0) * power - q * now + s * before.unwrap_or(now);
+                let back = (weights.next - 1.0) * power - weights.now * now
+                    + weights.before * before.unwrap_or(now);
                 reading(stepper.energy().kinetic, potential + dt * back)
             });
             self.power = [Some(power), now];
@@ -147,15 +148,6 @@ impl Meter {
             0.5 * (bodies.mass[i] * v.norm_squared() + w.dot(&(bodies.inertia_world(i) * w)))
         };
         (0..bodies.len()).map(of).sum()
-    }
-}
-
-/// (p, q, s) of a scheme's rows.
-fn weights(scheme: Scheme) -> (f64, f64, f64) {
-    match scheme {
-        Scheme::Spook => (0.25, 0.25, 0.0),
-        Scheme::ThirdDifference { a, gamma } => (a + gamma, a + 2.0 * gamma, gamma),
-        _ => (1.0, 0.0, 0.0),
     }
 }
 

@@ -29,16 +29,6 @@ fn third(a: f64, gamma: f64) -> StepOptions {
     scheme(Scheme::ThirdDifference { a, gamma })
 }
 
-fn relative(scheme: Scheme) -> StepOptions {
-    StepOptions {
-        scheme,
-        stiffness: GeometricStiffness::Relative {
-            alpha: scheme.default_alpha(),
-        },
-        ..StepOptions::default()
-    }
-}
-
 fn unguarded(options: StepOptions) -> StepOptions {
     StepOptions {
         guard: None,
@@ -80,13 +70,10 @@ impl Setting {
         settings.extend([
             setting("weights 0.75, -0.2", third(0.75, -0.2)),
             setting("weights 0.3, -0.02", third(0.3, -0.02)),
-            setting("relative", relative(Scheme::default())),
             setting("spook", scheme(Scheme::Spook)),
             setting("spook, no guard", unguarded(scheme(Scheme::Spook))),
             setting("implicit", scheme(euler)),
             setting("implicit, no guard", unguarded(scheme(euler))),
-            setting("implicit, relative", relative(euler)),
-            setting("implicit, relative, no guard", unguarded(relative(euler))),
             setting("guard tolerance 0.001", guard(|g| g.tolerance = 0.001)),
             setting("guard tolerance 0.02", guard(|g| g.tolerance = 0.02)),
             setting("guard substeps 4", guard(|g| g.substeps = 4)),

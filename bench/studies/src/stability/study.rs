@@ -64,7 +64,7 @@ const PLOTS: &[Plan] = &[
         id: "largest",
         title: "Largest stable mass ratio",
         text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of \
-                       the geometric stiffness (rel.: relative), a panel for each cable, number of segments and \
+                       the geometric stiffness, a panel for each cable, number of segments and \
                        joint; without the guard. Where a point is missing not even the smallest ratio is stable; the \
                        highest points are where the grid ends. Those of the schemes stand beside each other.",
         panels: &["cable", "segments", "joint"],

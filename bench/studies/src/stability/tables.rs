@@ -69,7 +69,7 @@ fn readable(row: &Row) -> bool {
 fn stiffness(row: &Row) -> String {
     match text_of(row, "stiffness") {
         "off" => "no K".to_owned(),
-        weight => weight.replace("relative:", "rel. "),
+        weight => weight.to_owned(),
     }
 }
 

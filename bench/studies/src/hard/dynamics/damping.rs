@@ -234,7 +234,8 @@ pub(super) fn gaps(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, Exp
 
 /// Largest error of a gap beside its recurrence, over the initial gap.
 fn closing(options: StepOptions, theta: f64) -> Result<f64, ExperimentError> {
-    let [p, q, s] = law::weights(options.scheme);
+    let weights = options.scheme.weights();
+    let (p, q, s) = (weights.next, weights.now, weights.before);
     let scene = ball(RowLaw::new(0.0, theta * options.dt));
     let x = samples(scene, options, 40, |s| s.bodies.position[0].x)?;
     let d = p + theta;
