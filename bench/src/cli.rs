@@ -137,7 +137,7 @@ struct StepArgs {
     /// Sub-steps that each step is made of
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = count, allow_negative_numbers = true)]
     substeps: usize,
-    /// Order in which the constraints are eliminated: auto, scene, border, minimum-degree
+    /// Order in which the constraints are eliminated: auto, scene, minimum-degree
     #[arg(long, value_name = "ORDER", default_value_t = Elimination::default())]
     elimination: Elimination,
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)

@@ -15,11 +15,10 @@ use taut_ground::openings::Opening;
 use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
-    ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun, StepError,
-    StepOptions, Stepper,
+    Chosen, ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun,
+    StepError, StepOptions, Stepper,
 };
 use taut_model::{Note, Scene, SceneSource};
-use taut_solver::Chosen;
 
 /// Expectations that only the parameters of a scene tell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -206,24 +205,15 @@ pub struct Summary {
 pub struct ChosenSolver {
     /// Backend with its options.
     pub backend: String,
-    /// Predicted time of its factorisation and two solves \[ns of the machine that the prediction is from].
-    pub predicted_ns: Option<f64>,
-    /// The next best solver, and the same of it.
-    pub next: Option<(String, f64)>,
     /// Why it was chosen.
     pub reason: String,
-    /// Time that choosing took \[ns].
-    pub analysis_ns: f64,
 }
 
 impl ChosenSolver {
     fn of(chosen: &Chosen) -> Self {
         Self {
             backend: chosen.backend.to_string(),
-            predicted_ns: chosen.cost,
-            next: (chosen.next.as_ref()).map(|(next, time)| (next.to_string(), *time)),
             reason: chosen.to_string(),
-            analysis_ns: chosen.analysis.as_nanos() as f64,
         }
     }
 }

@@ -1,14 +1,15 @@
 //! In which order the constraints are eliminated.
 //!
 //! The order of a scene's constraints is good for one cable, which is listed from end to end. Branches, loops and nets
-//! want another: the trees from their leaves on and the rows that close loops last (a border), or the order of minimum
-//! degree. Which is the cheapest is counted on S = J M⁻¹ Jᵀ + Σ before anything is factorised, not guessed from the
-//! topology: constraints that share two bodies close loops and yet may cost nothing.
+//! want another: that of minimum degree, which takes trees from their leaves on. Which is the cheaper is counted on
+//! S = J M⁻¹ Jᵀ + Σ before anything is factorised, not guessed from the topology: constraints that share two bodies close
+//! loops and yet may cost nothing. An order of the trees from their leaves on with the rows that close loops last was no
+//! cheaper than minimum degree in any scene.
 
 use crate::{Form, UnknownName};
 use std::fmt;
 use std::str::FromStr;
-use taut_model::{Linearized, Scene, SceneError, Slot, Topology};
+use taut_model::{Linearized, Scene, SceneError, Slot};
 use taut_solver::{
     Backend, BlockPattern, EliminationCost, SolveError, elimination_cost, minimum_degree,
 };
@@ -19,24 +20,20 @@ use taut_solver::{
 #[non_exhaustive]
 pub enum Elimination {
     /// [`Elimination::Scene`] where that fills nothing of what the backend factorises (all of S, its groups, or single
-    /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
-    /// where some are equal. Of those that take at most twice as many, one in which the backend is faster goes before,
-    /// the one with the fewest rows in the border ([`Backend::border_rows`]); of equal borders the scene's order, whose
-    /// vectors need no permutation. With a border the scene's order may take up to eight times as many, since leaves and
-    /// border are then eliminated first and last wherever they stand.
+    /// blocks). Else the one that leaves fewer rows in the border of a chain ([`Backend::border_rows`]), the scene's where
+    /// both leave as many, whose vectors need no permutation. Where neither is such a chain, the one of fewer
+    /// floating-point operations. The scene's order is out where it takes more than eight times as many.
     #[default]
     Auto,
     /// The scene's own order.
     Scene,
-    /// Trees from their leaves on, then the constraints that close loops: [`Topology::order`].
-    Border,
     /// The order of minimum degree.
     MinimumDegree,
 }
 
 impl Elimination {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Auto, Self::Scene, Self::Border, Self::MinimumDegree];
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Scene, Self::MinimumDegree];
 }
 
 impl fmt::Display for Elimination {
@@ -44,7 +41,6 @@ impl fmt::Display for Elimination {
         f.write_str(match self {
             Self::Auto => "auto",
             Self::Scene => "scene",
-            Self::Border => "border",
             Self::MinimumDegree => "minimum-degree",
         })
     }
@@ -137,27 +133,12 @@ pub(crate) fn order_of(
     backend: &Backend,
 ) -> Result<EliminationOrder, SolveError> {
     let pattern = factorized(scene, rows, backend)?;
-    let mut orders = orders(wanted, scene, &pattern)?;
-    let taken = match orders.len() {
-        1 => 0,
-        _ => taken_by(backend, &orders, &pattern)?.0,
-    };
-    Ok(orders.swap_remove(taken))
-}
-
-/// The orders that a backend takes one of, the cheapest first.
-pub(crate) fn orders(
-    wanted: Elimination,
-    scene: &Scene,
-    pattern: &BlockPattern,
-) -> Result<Vec<EliminationOrder>, SolveError> {
     let counted = |taken, most| {
         let constraints = match taken {
-            Elimination::Border => Topology::of(scene).order,
-            Elimination::MinimumDegree => minimum_degree(pattern),
+            Elimination::MinimumDegree => minimum_degree(&pattern),
             Elimination::Auto | Elimination::Scene => (0..pattern.blocks()).collect(),
         };
-        let cost = elimination_cost(pattern, &constraints, most)?;
+        let cost = elimination_cost(&pattern, &constraints, most)?;
         Ok(EliminationOrder {
             taken,
             constraints,
@@ -165,60 +146,32 @@ pub(crate) fn orders(
         })
     };
     if wanted != Elimination::Auto {
-        return Ok(vec![counted(wanted, MOST)?]);
+        return counted(wanted, MOST);
     }
-    let unfilled = counted(Elimination::Scene, EliminationCost::without_fill(pattern))?;
+    let unfilled = counted(Elimination::Scene, EliminationCost::without_fill(&pattern))?;
     if unfilled.cost.is_some() {
-        return Ok(vec![unfilled]);
+        return Ok(unfilled);
     }
-    // Minimum degree is counted first: it is seldom far from the cheapest, and so bounds what counting the others takes.
-    let mut found = vec![counted(Elimination::MinimumDegree, MOST)?];
+    let least = counted(Elimination::MinimumDegree, MOST)?;
+    // It bounds what counting the other takes. Operations in the scene's order count leaves behind a chain as if they were
+    // carried along it, which `banded` avoids.
     let flops = |order: &EliminationOrder| order.cost.unwrap_or(MOST).flops;
-    // Operations in the scene's order count leaves behind a chain as if they were carried along it, which `banded` avoids.
-    let own: Vec<usize> = (0..pattern.blocks()).collect();
-    let has_border = Backend::Banded.border_rows(pattern, &own)?.is_some();
-    let most = |taken, least: u64| match taken {
-        Elimination::Scene if has_border => EliminationCost {
-            flops: least.saturating_mul(8).min(EliminationCost::LARGEST.flops),
-            ..EliminationCost::LARGEST
-        },
-        _ => EliminationCost {
-            flops: least.saturating_mul(2).min(MOST.flops),
-            ..MOST
-        },
+    let largest = EliminationCost::LARGEST;
+    let most = EliminationCost {
+        flops: flops(&least).saturating_mul(8).min(largest.flops),
+        ..largest
     };
-    let least = flops(&found[0]);
-    for other in [Elimination::Border, Elimination::Scene] {
-        let order = counted(other, most(other, least))?;
-        found.extend(Some(order).filter(|order| order.cost.is_some()));
+    let own = counted(Elimination::Scene, most)?;
+    if own.cost.is_none() {
+        return Ok(least);
     }
-    // The cheapest first, of equal ones the last that was counted.
-    found.reverse();
-    found.sort_by_key(flops);
-    let least = flops(&found[0]);
-    found.retain(|order| flops(order) <= most(order.taken, least).flops.max(least));
-    Ok(found)
-}
-
-/// Number of the order that a backend takes among the [`orders`] of a pattern, and the rows of its
-/// border.
-pub(crate) fn taken_by(
-    backend: &Backend,
-    orders: &[EliminationOrder],
-    pattern: &BlockPattern,
-) -> Result<(usize, Option<usize>), SolveError> {
-    let mut taken = (0, None);
-    for (at, order) in orders.iter().enumerate() {
-        let Some(rows) = backend.border_rows(pattern, &order.constraints)? else {
-            continue;
-        };
-        let in_scene_order = order.taken == Elimination::Scene;
-        let before = |fewest| rows < fewest || rows == fewest && in_scene_order;
-        if taken.1.is_none_or(before) {
-            taken = (at, Some(rows));
-        }
-    }
-    Ok(taken)
+    let border = |order: &EliminationOrder| backend.border_rows(&pattern, &order.constraints);
+    let is_own = match (border(&own)?, border(&least)?) {
+        (Some(own), least) => least.is_none_or(|least| own <= least),
+        (None, Some(_)) => false,
+        (None, None) => flops(&own) <= flops(&least),
+    };
+    Ok(if is_own { own } else { least })
 }
 
 /// The pattern of what the backend factorises, constraint by constraint in the scene's order: S, its groups' diagonal
@@ -324,7 +277,7 @@ mod tests {
         backend.border_rows(&pattern, &order.constraints).unwrap()
     }
 
-    /// Whatever the order in which it is listed, one joint of a ring is enough.
+    /// One joint of a ring is enough.
     #[test]
     #[cfg(feature = "banded")]
     fn loops_get_no_more_border_rows_than_close_them() {
@@ -345,20 +298,11 @@ mod tests {
                     joint,
                     ..NetworkParams::new(Network::Ring)
                 };
-                let mut ring = params.build().unwrap();
+                let ring = params.build().unwrap();
                 let name = format!("{joint:?} {segments} {points}");
                 assert_eq!(border_rows(&ring), Some(rows), "{name}");
                 let taken = auto(&ring, &Backend::Banded).taken;
                 assert_eq!(taken, Elimination::Scene, "{name}");
-                // Two cables side by side, and a joint across both their ends.
-                let along = Topology::of(&ring).order;
-                let (one, other) = along.split_at(along.len() / 2);
-                let listed: Vec<usize> = one.iter().chain(other.iter().rev()).copied().collect();
-                let take = |&c: &usize| ring.constraints[c].clone();
-                ring.constraints = listed.iter().map(take).collect();
-                let group = |&c: &usize| ring.groups.get(c).copied();
-                ring.groups = listed.iter().filter_map(group).collect();
-                assert_eq!(border_rows(&ring), Some(rows), "{name}, listed otherwise");
             }
         }
         // A cable from point to point with its load in the middle is a chain; of three that meet one joint is too many.
@@ -391,7 +335,7 @@ mod tests {
             }
             auto(&scene, &Backend::Banded).taken
         };
-        assert_eq!(with_hooks(500), Elimination::Border);
+        assert_eq!(with_hooks(500), Elimination::MinimumDegree);
     }
 
     /// A hoist listed with every second joint first: S fills, and so does each of two groups that take turns, but not
@@ -406,7 +350,7 @@ mod tests {
             .map(|&c| scene.constraints[c].clone())
             .collect();
         let banded = auto(&scene, &Backend::Banded);
-        assert_eq!(banded.taken, Elimination::Border);
+        assert_eq!(banded.taken, Elimination::MinimumDegree);
         assert!(banded.constraints.iter().map(|&k| listed[k]).eq(0..n));
         let named = |name: &str| name.parse::<Backend>().unwrap();
         for name in ["cg:none", "cg:jacobi", "gauss-seidel:joints"] {
@@ -417,7 +361,7 @@ mod tests {
             );
         }
         for (groups, taken) in [
-            (vec![0; n], Elimination::Border),
+            (vec![0; n], Elimination::MinimumDegree),
             // Joints that share no body.
             (
                 (0..n).map(|k| u32::from(2 * k > n)).collect(),

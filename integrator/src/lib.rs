@@ -150,6 +150,7 @@ pub use saved::SavedRun;
 pub(crate) use saved::beginning::Beginning;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
+pub use stepper::choice::Chosen;
 pub use stepper::estimate::{ErrorEstimate, ErrorPart};
 pub use stepper::resolution::Resolved;
 pub use stepper::sleep::Sleep;

@@ -6,12 +6,14 @@ use crate::pieces::Pieces;
 use crate::plan::Plan;
 use crate::slip::Slip;
 use crate::stepper::{Stage, Stepper};
-use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
+use crate::{
+    Chosen, Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic,
+};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Deref;
 use taut_model::body_vectors::unpacked;
 use taut_model::{Linearized, Loads, MAX_ROWS, Scene, Wrench};
-use taut_solver::{SolveError, SymBlockMatrix};
+use taut_solver::{Backend, SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
 #[non_exhaustive]
@@ -172,6 +174,27 @@ impl Stepper {
     #[must_use]
     pub fn elimination(&self) -> &EliminationOrder {
         &self.elimination
+    }
+
+    /// The solver that was chosen, and why, where [`StepOptions::backend`] is [`Backend::Auto`].
+    #[must_use]
+    pub fn chosen(&self) -> Option<&Chosen> {
+        self.chosen.as_ref()
+    }
+
+    /// The backend at work: that of the options, or the one chosen.
+    #[must_use]
+    pub fn backend(&self) -> &Backend {
+        let chosen = self.chosen.as_ref();
+        chosen.map_or(&self.options.backend, |chosen| &chosen.backend)
+    }
+
+    /// Refinements of a solve: one chosen that iterates to its own tolerance has none.
+    pub(crate) fn refinements(&self) -> usize {
+        match &self.chosen {
+            Some(chosen) if chosen.backend.is_iterative() => 0,
+            _ => self.options.refinements,
+        }
     }
 
     /// The geometric stiffness K that the last solve gave a body as inertia, of which α Δt² joins its own, world \[N m]:
@@ -405,10 +428,8 @@ impl Stepper {
 
     /// μ of the KKT system of the present pieces, or with this part of the rows alone on the right, in extended precision.
     fn solve_extended(&mut self, column: Option<&[f64]>) -> Result<Vec<f64>, StepError> {
-        // The order of `banded`, whatever the backend of the run: the reference eliminates all
-        // blocks.
-        // takes.
-        let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
+        // The order of `banded`, whatever the backend of the run: the reference eliminates all blocks.
+        let (auto, all) = (Elimination::Auto, &Backend::Banded);
         let order = elimination::order_of(auto, &self.scene, &self.pieces.rows, all)
             .map_err(|e| self.at_state(e))?;
         let mut plan = Plan::new(

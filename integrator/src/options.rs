@@ -590,8 +590,7 @@ mod tests {
             assert_eq!(elimination.to_string().parse(), Ok(elimination));
         }
         let error = "band".parse::<Elimination>().unwrap_err().to_string();
-        let expected =
-            "unknown elimination `band`: choose one of auto, scene, border, minimum-degree";
+        let expected = "unknown elimination `band`: choose one of auto, scene, minimum-degree";
         assert_eq!(error, expected);
     }
 

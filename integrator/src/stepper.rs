@@ -36,7 +36,7 @@ use nalgebra::Vector3;
 use taut_lanes::Aligned;
 use taut_model::{Constraint, Scene};
 use taut_solver::{
-    Backend, Capabilities, Chosen, DenseOptions, Foreign, LinearSolver, RefineScratch, SolveError,
+    Backend, Capabilities, DenseOptions, Foreign, LinearSolver, RefineScratch, SolveError,
     SymBlockMatrix,
 };
 
@@ -57,7 +57,7 @@ pub struct Stepper {
     pub(crate) solver: Box<dyn LinearSolver>,
     pub(crate) elimination: EliminationOrder,
     /// The solver that [`Backend::Auto`] stands for.
-    pub(crate) chosen: Option<Chosen>,
+    pub(crate) chosen: Option<choice::Chosen>,
     pub(crate) plan: Plan,
     pub(crate) matrix: SymBlockMatrix,
     /// Right-hand side and solution of the linear system, length `matrix.dim()`.

@@ -1,19 +1,16 @@
-//! The graph of a scene: which bodies hang together, which constraints close loops, in which order to eliminate.
+//! The graph of a scene: which bodies hang together, which constraints close loops.
 //!
 //! Bodies are vertices and constraints hyperedges between them. The world and static and driven bodies are no vertices:
 //! forces do not move them, and two constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes
 //! no loop forms a tree in each connected component, and S of a tree, eliminated from the leaves to a root, fills
 //! nothing: what is left to eliminate next to a constraint shares its one body towards the root. Constraints that close
-//! loops come last, where they fill their own rows only, \[SL §VI-A]; as there, they make one more group, which need not be
-//! a forest itself.
-//!
-//! Constraints that share two bodies close a loop in this sense too, as links and the bend rows between them do. Whether
-//! it is good to put them last is a question of cost, not of topology.
+//! loops make one more group, \[SL §VI-A], which need not be a forest itself. Constraints that share two bodies close a loop
+//! in this sense too, as links and the bend rows between them do.
 
 use crate::constraint::Constraint;
 use crate::scene::Scene;
 
-/// Components, loops, groups and a leaf-to-root order of a scene.
+/// Components, loops and groups of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Topology {
@@ -29,9 +26,6 @@ pub struct Topology {
     /// Group of each constraint, for [`Scene::groups`]: one for each component, numbered by their first constraints, and
     /// after them one for all that close loops.
     pub groups: Vec<u32>,
-    /// An elimination order of the constraints (position → constraint): the trees, leaves first, each up to its root,
-    /// then the closing ones. The root is an end of a longest path of the tree, its last body where that is one.
-    pub order: Vec<usize>,
 }
 
 impl Topology {
@@ -77,19 +71,16 @@ impl Topology {
                     .and_then(|&b| component_of_body[b])
             })
             .collect();
-        let mut order = edges.leaves_first(bodies, &closes);
-        order.extend(&closing);
         Self {
             components,
             groups: groups(&component_of_constraint, components, &closes),
             component_of_body,
             component_of_constraint,
             closing,
-            order,
         }
     }
 
-    /// True if no constraint closes a loop: S of a forest fills nothing in [`Topology::order`].
+    /// True if no constraint closes a loop: S of a forest fills nothing in an order from the leaves on.
     #[must_use]
     pub fn is_forest(&self) -> bool {
         self.closing.is_empty()
@@ -163,77 +154,6 @@ impl Edges {
 
     fn vertices(&self, constraint: usize) -> &[usize] {
         &self.vertices[self.start[constraint]..self.start[constraint + 1]]
-    }
-
-    /// The constraints that do not close a loop, children before parents, each subtree in one piece.
-    fn leaves_first(&self, bodies: usize, closes: &[bool]) -> Vec<usize> {
-        let mut at_body = vec![Vec::new(); bodies];
-        let tree = (0..self.len()).filter(|&c| !closes[c]);
-        for c in tree.clone() {
-            for &body in self.vertices(c) {
-                at_body[body].push(c);
-            }
-        }
-        // Parents first, children from the last to the first, then all turned round.
-        let mut order = Vec::with_capacity(self.len());
-        let mut seen = vec![false; self.len()];
-        let mut stack = Vec::new();
-        for last in (0..bodies).rev() {
-            // Empty where a tree before has reached the body.
-            if at_body[last].is_empty() {
-                continue;
-            }
-            let root = self.root(last, &at_body);
-            stack.append(&mut at_body[root]);
-            // A constraint on one vertex alone ends the path: first here, last when the order is
-            // turned round.
-            stack.sort_by_key(|&c| self.vertices(c).len() == 1);
-            while let Some(c) = stack.pop() {
-                if std::mem::replace(&mut seen[c], true) {
-                    continue;
-                }
-                order.push(c);
-                for &body in self.vertices(c) {
-                    // The list of the body towards the root is empty by now.
-                    stack.append(&mut at_body[body]);
-                }
-            }
-        }
-        order.extend(tree.filter(|&c| !seen[c]));
-        order.reverse();
-        order
-    }
-
-    /// The root of the tree whose last body is given: an end of a longest path, for from anywhere else that path is cut
-    /// into two branches, and a ring or a cable between two points is no chain. The last body where it is such an end:
-    /// a cable that is listed from its anchor on keeps its order.
-    fn root(&self, last: usize, at_body: &[Vec<usize>]) -> usize {
-        let (end, distance) = self.farthest(last, at_body);
-        let (other, longest) = self.farthest(end, at_body);
-        if distance == longest {
-            last
-        } else {
-            end.max(other)
-        }
-    }
-
-    /// A body that is as far as any from one of its tree, and how many constraints are between them.
-    fn farthest(&self, from: usize, at_body: &[Vec<usize>]) -> (usize, usize) {
-        let (mut level, mut distance) = (vec![(from, None)], 0);
-        loop {
-            let beyond = level.iter().flat_map(|&(body, towards)| {
-                let onwards = at_body[body].iter().filter(move |&&c| Some(c) != towards);
-                onwards.flat_map(move |&c| {
-                    let others = self.vertices(c).iter().filter(move |&&b| b != body);
-                    others.map(move |&b| (b, Some(c)))
-                })
-            });
-            let next: Vec<_> = beyond.collect();
-            if next.is_empty() {
-                return (level.last().map_or(from, |&(body, _)| body), distance);
-            }
-            (level, distance) = (next, distance + 1);
-        }
     }
 }
 
@@ -322,18 +242,8 @@ mod tests {
         scene
     }
 
-    /// True if each constraint shares at most one body with all constraints after it.
-    fn fills_nothing(scene: &Scene, order: &[usize]) -> bool {
-        let edges = Edges::of(scene);
-        (0..order.len()).all(|at| {
-            let later = order[at + 1..].iter().flat_map(|&c| edges.vertices(c));
-            let own = edges.vertices(order[at]).iter();
-            own.filter(|&b| later.clone().any(|l| l == b)).count() <= 1
-        })
-    }
-
     #[test]
-    fn a_y_is_one_tree_and_ends_at_its_last_body() {
+    fn a_y_is_one_tree() {
         // Two arms meet in body 2, the third hangs from it; both arms are anchored to the world.
         let (w, b) = (None, Some);
         let sides: [&[_]; 6] = [
@@ -347,8 +257,6 @@ mod tests {
         let mut y = scene(5, &sides);
         let t = Topology::of(&y);
         assert_eq!((t.components, t.is_forest()), (1, true));
-        assert_eq!(t.order, [0, 1, 2, 3, 4, 5]);
-        assert!(fills_nothing(&y, &t.order));
         y.group_by_topology();
         assert_eq!(y.groups, [0; 6]);
         assert_eq!(y.validate(), Ok(()));
@@ -377,42 +285,12 @@ mod tests {
         let t = Topology::of(&scene(7, &sides));
         assert_eq!((t.components, t.closing.as_slice()), (2, &[3, 6][..]));
         assert_eq!(t.groups, [0, 0, 0, 2, 1, 1, 2]);
-        assert_eq!(t.order[5..], [3, 6]);
         // Both ends held by the world: no loop.
         let t = Topology::of(&scene(
             2,
             &[&[None, Some(0)], &[Some(0), Some(1)], &[Some(1), None]],
         ));
         assert!(t.is_forest());
-    }
-
-    /// The load at the middle of a ring, or of a cable between two points of the world, is no root: a path would have two
-    /// branches there.
-    #[test]
-    fn paths_are_ordered_from_end_to_end() {
-        let (w, b) = (None, Some);
-        // A ring of five bodies, listed in pieces, with a load at body 2.
-        let sides: [&[_]; 6] = [
-            &[b(0), b(1)],
-            &[b(3), b(4)],
-            &[b(1), b(2)],
-            &[b(2), b(3)],
-            &[b(4), b(0)],
-            &[b(2), b(5)],
-        ];
-        let t = Topology::of(&scene(6, &sides));
-        assert_eq!(t.closing, [4]);
-        assert_eq!(t.order, [0, 2, 5, 3, 1, 4]);
-        // Two cables of two bodies from the world to body 4.
-        let sides: [&[_]; 6] = [
-            &[w, b(0)],
-            &[b(0), b(1)],
-            &[w, b(2)],
-            &[b(2), b(3)],
-            &[b(1), b(4)],
-            &[b(3), b(4)],
-        ];
-        assert_eq!(Topology::of(&scene(5, &sides)).order, [0, 1, 4, 5, 3, 2]);
     }
 
     #[test]
@@ -430,9 +308,6 @@ mod tests {
         assert_eq!((t.components, t.is_forest()), (1, true));
         assert_eq!(t.component_of_body, [Some(0), None, Some(0)]);
         assert_eq!(t.component_of_constraint, [Some(0), Some(0), Some(0), None]);
-        let mut order = t.order;
-        order.sort_unstable();
-        assert_eq!(order, [0, 1, 2, 3]);
         scene.bodies.mobility[0] = Mobility::Static;
         assert!(Topology::of(&scene).is_forest());
     }
@@ -455,47 +330,13 @@ mod tests {
         assert!(Topology::of(&named("hoist").expect("builds")).is_forest());
     }
 
-    /// Random forests in any numbering: the order fills nothing and names every constraint once.
-    #[test]
-    fn trees_are_ordered_without_fill() {
-        let mut state = 9_u64;
-        let mut below = |bound: usize| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 33) as usize % bound
-        };
-        for bodies in [2, 10, 40] {
-            let mut sides = vec![vec![None, Some(below(bodies))]];
-            let mut label: Vec<usize> = (0..bodies).collect();
-            for i in (1..bodies).rev() {
-                label.swap(i, below(i + 1));
-            }
-            let mut free = 1;
-            while free < bodies {
-                // To one or two new bodies.
-                let mut new = vec![Some(label[below(free)])];
-                new.extend(label[free..].iter().take(1 + below(2)).map(|&b| Some(b)));
-                free += new.len() - 1;
-                sides.push(new);
-            }
-            let sides: Vec<&[_]> = sides.iter().map(Vec::as_slice).collect();
-            let scene = scene(bodies, &sides);
-            let t = Topology::of(&scene);
-            assert!(t.is_forest() && fills_nothing(&scene, &t.order), "{bodies}");
-            let mut sorted = t.order.clone();
-            sorted.sort_unstable();
-            assert!(sorted.into_iter().eq(0..sides.len()));
-        }
-    }
-
     /// Neither recursion nor quadratic time.
     #[test]
-    fn a_chain_of_100_000_bodies_keeps_its_order() {
+    fn a_chain_of_100_000_bodies_is_one_tree() {
         let n = 100_000;
         let sides: Vec<_> = (1..n).map(|i| [Some(i - 1), Some(i)]).collect();
         let sides: Vec<&[_]> = sides.iter().map(<[_; 2]>::as_slice).collect();
         let t = Topology::of(&scene(n, &sides));
-        assert!(t.order.into_iter().eq(0..n - 1));
+        assert_eq!((t.components, t.is_forest()), (1, true));
     }
 }

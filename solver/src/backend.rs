@@ -35,8 +35,8 @@ pub enum Backend {
     NalgebraSparse,
     /// Dense LU with partial pivoting, for small systems.
     Dense(DenseOptions),
-    /// The solver that takes the least time by what is counted of a system: [`Chosen`](crate::Chosen). Whoever makes the
-    /// system lets it be chosen with the order; [`create`](Self::create) leaves it to the analysis of a pattern.
+    /// The first that is compiled in and takes indefinite matrices ([`first_for`](Self::first_for)). Who knows more of a
+    /// system, as a stepper does, may choose another one.
     Auto,
     /// A solver from another crate.
     Foreign {
@@ -89,6 +89,23 @@ impl Backend {
             feature: "banded",
         };
         Self::all().into_iter().find(Self::is_compiled).ok_or(none)
+    }
+
+    /// The first backend of this crate that is compiled in and takes the systems asked for, `indefinite` ones such as the KKT
+    /// matrix or not: a direct one, else one that iterates, else the dense one. UMFPACK does not refine by itself then, since
+    /// a caller that leaves the choice refines.
+    #[must_use]
+    pub fn first_for(indefinite: bool) -> Option<Self> {
+        let compiled = Self::built_in().into_iter().filter(Self::is_compiled);
+        Self::first_of(compiled, indefinite)
+    }
+
+    fn first_of(mut all: impl Iterator<Item = Self>, indefinite: bool) -> Option<Self> {
+        let mut first = all.find(|b| !indefinite || b.accepts_indefinite())?;
+        if let Self::Umfpack(options) = &mut first {
+            options.refinement_steps = 0;
+        }
+        Some(first)
     }
 
     /// How it is listed.
@@ -293,7 +310,13 @@ impl Backend {
                 backends::nalgebra_sparse::NalgebraSparse::default(),
             )),
             Self::Dense(o) => Ok(backends::dense::create(*o)),
-            Self::Auto => Ok(Box::new(crate::auto::Auto::default())),
+            Self::Auto => {
+                let none = SolveError::NotCompiled {
+                    backend: self.name(),
+                    feature: "banded",
+                };
+                Self::first_for(true).ok_or(none)?.create()
+            }
             Self::Foreign { solver, options } => Ok(Box::new(solver.make(options)?)),
             #[allow(unreachable_patterns)] // those compiled in
             Self::Banded

@@ -46,8 +46,7 @@
 //!    where the compiler asks for the rest, and to `Backend::built_in`. Every table, default and page reads these; the tests
 //!    of this crate hold it to [`agreement::check`].
 //! 3. Add its measured errors to `tests/agreement/systems.rs`, its refusals to `tests/bad_input/backends.rs`, a tracked case
-//!    to `bench/src/track/cases.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README. A direct one
-//!    that [`Backend::Auto`] may choose has its times in `src/cost.rs` (`taut study auto --fit`).
+//!    to `bench/src/track/cases.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README.
 //!
 //! # Map
 //! | module | holds |
@@ -55,7 +54,6 @@
 //! | `pattern`, `matrix` | what a system is |
 //! | `general`, `convert` | square matrices that are not symmetric, and who solves them; matrices of other libraries |
 //! | `backend`, `options`, `backends/` | the choice of a backend; its options; one file for each |
-//! | `auto`, `cost` | the solver that takes the least time; what each takes, from counts |
 //! | `entry`, `foreign`, `checked` | how a solver is listed; solvers of other crates; a guard around them |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
 //! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
@@ -89,7 +87,6 @@
 
 mod accuracy;
 pub mod agreement;
-mod auto;
 mod backend;
 mod backends;
 mod block_ldlt;
@@ -99,7 +96,6 @@ mod claim;
 pub mod clock;
 mod condition;
 mod convert;
-mod cost;
 pub mod coulomb;
 mod double_double;
 mod entry;
@@ -126,12 +122,10 @@ mod slices;
 pub use accuracy::{
     BackwardError, backward_error, backward_error_general, forward_error, norm_inf, residual,
 };
-pub use auto::Chosen;
 pub use backend::{Backend, ParseBackendError};
 pub use checked::{Checked, Fault};
 pub use condition::inverse_norm;
 pub use convert::ConvertError;
-pub use cost::{Counts, TERMS};
 pub use double_double::DoubleDouble;
 pub use entry::Entry;
 pub use error::SolveError;

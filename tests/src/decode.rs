@@ -162,7 +162,7 @@ impl<'a> Bytes<'a> {
                     Form::Schur
                 }
             },
-            elimination: Elimination::ALL[self.below(4)],
+            elimination: Elimination::ALL[self.below(3)],
             refinements: self.below(3),
             warm_start: self.byte().is_multiple_of(2),
             contacts: Default::default(),

@@ -101,11 +101,10 @@ fn solver(s: &Summary) -> String {
     }
 }
 
-/// Why it was chosen, and in which time.
+/// Why it was chosen.
 fn chosen(s: &Summary) -> Option<(&'static str, String)> {
     let chosen = s.chosen.as_ref()?;
-    let time = taut_output::table::nanoseconds(chosen.analysis_ns);
-    Some(("chosen", format!("in {time}: {}", chosen.reason)))
+    Some(("chosen", format!("for {}", chosen.reason)))
 }
 
 /// Line on the rules of cables; `None` without ruled segments.

@@ -21,7 +21,6 @@
 //! | `iterative` | time to a given error of the iterative solvers, against the direct one |
 //! | `scenes` | branches and loops: every solver on the networks, cost against size |
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
-//! | `auto` | the solver that `auto` chooses, against every other one |
 //! | `shocks` | kicks, jerks and drops: what survives them, how well, at what cost |
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
@@ -44,7 +43,6 @@
 #![allow(missing_docs)]
 
 pub mod accuracy;
-pub mod auto;
 pub mod cases;
 pub mod checks;
 pub mod energy;

@@ -13,7 +13,6 @@ mod measure;
 mod study;
 mod table;
 
-pub(crate) use measure::swing;
 pub use measure::swinging;
 pub(crate) use study::STUDY;
 pub use study::{Options, run as run_study};
@@ -310,13 +309,9 @@ fn tasks(config: &Config, case: &measure::Case) -> (Vec<Task>, Vec<Omission>) {
             elimination: Elimination::Auto,
             rung,
         }));
-        // Loops by border rows against the order of minimum degree, where the order is the backend's to take.
+        // The scene's order against that of minimum degree, where the order is the backend's to take.
         if choice.backend == Backend::Banded && case.network == Network::Ring {
-            let orders = [
-                Elimination::Scene,
-                Elimination::Border,
-                Elimination::MinimumDegree,
-            ];
+            let orders = [Elimination::Scene, Elimination::MinimumDegree];
             tasks.extend(orders.map(|elimination| Task {
                 choice: choice.clone(),
                 elimination,

@@ -5,8 +5,8 @@
 use crate::options::Refused;
 use crate::study::Study;
 use crate::{
-    accuracy, auto, energy, engines, estimate, hard, iterative, kernels, ladder, linear, matrix,
-    paper, resolution, scenes, sequence, shocks, stability, statics,
+    accuracy, energy, engines, estimate, hard, iterative, kernels, ladder, linear, matrix, paper,
+    resolution, scenes, sequence, shocks, stability, statics,
 };
 use clap::ArgMatches;
 use serde_json::Value;
@@ -20,7 +20,7 @@ pub const SCENES: &Study = &scenes::STUDY;
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
 
 /// Studies of `taut study`, in the order of its list.
-pub const STUDIES: [&Study; 14] = [
+pub const STUDIES: [&Study; 13] = [
     &accuracy::STUDY,
     &linear::STUDY,
     &kernels::STUDY,
@@ -28,7 +28,6 @@ pub const STUDIES: [&Study; 14] = [
     SCENES,
     &matrix::STUDY,
     &sequence::STUDY,
-    &auto::STUDY,
     &shocks::STUDY,
     &stability::STUDY,
     &energy::STUDY,

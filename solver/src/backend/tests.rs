@@ -1,4 +1,5 @@
 use super::*;
+use crate::agreement::{Claims, check};
 use crate::options::{MOST_ITERATIONS, check_iteration};
 
 #[test]
@@ -102,4 +103,26 @@ fn iterations_take_a_guess_and_eliminations_do_not() {
         let solver = backend.create().unwrap();
         assert_eq!(solver.takes_guess(), backend.is_iterative(), "{backend}");
     }
+}
+
+#[test]
+fn the_first_that_takes_the_systems_is_taken() {
+    let cg = Backend::ConjugateGradient(CgOptions::default());
+    let umfpack = Backend::Umfpack(UmfpackOptions::default());
+    let of = |all: &[&Backend], indefinite| {
+        let first = Backend::first_of(all.iter().copied().cloned(), indefinite);
+        first.map_or("none".to_owned(), |b| b.to_string())
+    };
+    assert_eq!(of(&[&Backend::Banded, &cg], false), "banded");
+    assert_eq!(of(&[&Backend::NalgebraSparse, &cg], true), "none");
+    assert_eq!(of(&[&cg, &umfpack], true), "umfpack:refinement=0");
+    // The dense solver is always there.
+    assert!(Backend::first_for(true).is_some_and(|b| b.is_compiled() && b.accepts_indefinite()));
+}
+
+#[test]
+fn auto_solves_as_a_direct_solver() {
+    let claims = Claims::of(&Backend::Auto);
+    let agreement = check(&mut *Backend::Auto.create().unwrap(), &claims);
+    assert!(agreement.unwrap_or_else(|e| panic!("{e}")).systems >= 24);
 }

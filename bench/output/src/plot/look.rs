@@ -122,9 +122,7 @@ impl Look {
             .filter(|row| !row.ends_with("/kkt"))
             .position(|row| *row == schur);
         let variant = |word: &str| match word {
-            "ldlt" | "jacobi" | "groups" | "refine" | "upper" | "border" | "extended" => {
-                Some(Shape::Triangle)
-            }
+            "ldlt" | "jacobi" | "groups" | "refine" | "upper" | "extended" => Some(Shape::Triangle),
             "lu" | "group" | "minimum-degree" => Some(Shape::Square),
             "refinement=0" => Some(Shape::Diamond),
             "lblt" | "none" | "scene" | "many" => Some(Shape::Cross),

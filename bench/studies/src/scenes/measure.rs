@@ -63,7 +63,7 @@ pub fn swinging(params: &NetworkParams, dt: f64) -> Result<Scene, StepError> {
 }
 
 /// Sets all bodies swinging about the x axis as a rigid whole.
-pub(crate) fn swing(scene: &mut Scene) {
+fn swing(scene: &mut Scene) {
     let spin = Vector3::x() * SWING;
     let bodies = &mut scene.bodies;
     for i in 0..bodies.len() {
