@@ -56,6 +56,7 @@ use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
+use taut_model::collide::Surface;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -71,7 +72,7 @@ pub(crate) const FLOOR: f64 = 1e-9;
 const SUNK: f64 = 1e-3;
 
 /// Depth, over the size of both shapes, at which surfaces that yield carry nothing that may be trusted.
-const CRUSHED: f64 = 0.1;
+const CRUSHED: f64 = 0.5;
 
 /// Most bodies of a contact.
 pub(crate) const CARRIERS: usize = 4;
@@ -548,12 +549,13 @@ impl Contacts {
 
     /// True if the regularisation of a contact admits a depth above [`SUNK`] of the size of its
     /// shapes: the bodies differ too much in mass, or the contact was softened for want of a solution.
-    /// Or if one that presses is deeper than [`CRUSHED`] of that: the bodies are too heavy for what
-    /// their surfaces yield.
+    /// Or if one that presses is deeper than [`CRUSHED`] of that, on surfaces that are not meant to be
+    /// soft: the bodies are too heavy for what they yield.
     pub(crate) fn sink(&self, dt: f64) -> bool {
         let sinks = |(i, touch): (usize, &Touch)| {
             let (pressed, size) = (touch.impulse[0], touch.found.size());
-            let crushed = pressed > 0.0 && -touch.found.gap > CRUSHED * size;
+            let soft = touch.found.surface.compliance > 2.0 * Surface::default().compliance;
+            let crushed = pressed > 0.0 && !soft && -touch.found.gap > CRUSHED * size;
             self.operator.floor(i) * pressed * dt > SUNK * size || crushed
         };
         self.touches.iter().enumerate().any(sinks)

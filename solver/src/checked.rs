@@ -287,8 +287,14 @@ impl LinearSolver for Checked {
         self.call("claims", |inner| inner.claims(a, evidence))
     }
 
-    fn error_bound(&mut self, a: &SymBlockMatrix, x: &[f64], r: &[f64]) -> Result<f64, SolveError> {
-        self.call("error_bound", |inner| inner.error_bound(a, x, r))
+    fn error_bound(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &[f64],
+        r: &[f64],
+    ) -> Result<f64, SolveError> {
+        self.call("error_bound", |inner| inner.error_bound(a, b, x, r))
     }
 
     fn solve_many(

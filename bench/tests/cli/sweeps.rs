@@ -239,8 +239,8 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
         "bench --scene ring,net --segments 8,9 --ratios 10 --backends banded,cg:group --iterations 50 --json -",
     );
     let records = rows["records"].as_array().expect("a list");
-    // The ring has three more orders of elimination.
-    assert_eq!(records.len(), 2 * (1 + 3 + 1) + 2 * 2);
+    // The ring has two more orders of elimination.
+    assert_eq!(records.len(), 2 * (1 + 2 + 1) + 2 * 2);
     for record in records {
         for field in [
             "rows",

@@ -362,11 +362,24 @@ impl<D: Direct> LinearSolver for D {
         })
     }
 
-    fn error_bound(&mut self, a: &SymBlockMatrix, x: &[f64], r: &[f64]) -> Result<f64, SolveError> {
+    fn error_bound(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &[f64],
+        r: &[f64],
+    ) -> Result<f64, SolveError> {
         if self.common().factors != Factors::Graded {
             return Ok(0.0);
         }
         let mut common = std::mem::take(self.common());
+        let [left, zero] = &mut common.buffers;
+        let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
+        let rule = &mut common.rule;
+        if rule.solves_exactly(&a.entries(), x, [left, zero], residual) {
+            *self.common() = common;
+            return Ok(0.0);
+        }
         let solve = |x: &mut [f64], _| {
             common.buffers[0].copy_from_slice(x);
             self.substitute(a, &common.buffers[0], x)

@@ -11,7 +11,7 @@ const CORRECTIONS: usize = 3;
 impl Rule {
     /// Returns true if b − A x is zero in double-double arithmetic. `residual` writes b − A x in doubles, which may be
     /// zero by rounding. Allocates nothing.
-    pub(super) fn solves_exactly(
+    pub(crate) fn solves_exactly(
         &mut self,
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         x: &[f64],
