@@ -103,7 +103,16 @@ fn componentwise(
         rows[r] += (a * x[c]).abs();
     }
     let parts = r.iter().zip(rows).filter(|(r, _)| **r != 0.0);
-    parts.map(|(r, size)| r.abs() / *size).fold(0.0, f64::max)
+    // A NaN, which no comparison admits, stays.
+    parts
+        .map(|(r, size)| r.abs() / *size)
+        .fold(0.0, |most: f64, part| {
+            if most.is_nan() || part <= most {
+                most
+            } else {
+                part
+            }
+        })
 }
 
 impl Rule {
