@@ -4,7 +4,7 @@ use super::draw::Drawn;
 use super::size;
 use taut_solver::{DoubleDouble, norm_inf};
 
-/// Pivots below this part of the first are zero: what double-doubles make of it.
+/// Numbers below this part of the sizes that they are left of by cancellation are zero: what double-doubles make of it.
 const ZERO: f64 = 1e-27;
 
 /// A prime. Doubles are whole numbers times powers of two, so that determinants by it are exact but for their multiples of it.
@@ -118,27 +118,41 @@ impl Factor {
         let n = b.len();
         let wide = |row: &Vec<f64>| row.iter().map(|&v| v.into()).collect();
         let mut lu: Vec<Vec<DoubleDouble>> = b.iter().map(wide).collect();
+        // Bounds of the roundoff in each entry, over the roundoff of a double-double: a small pivot that nothing was
+        // subtracted from is as right as a large one.
+        let mut bound: Vec<Vec<f64>> = b
+            .iter()
+            .map(|row| row.iter().map(|v| v.abs()).collect())
+            .collect();
         let mut order = [(); 2].map(|()| (0..n).collect::<Vec<_>>());
-        let mut first = 0.0;
         for k in 0..n {
             let places = (k..n).flat_map(|r| (k..n).map(move |c| (r, c)));
             let size = |&(r, c): &(usize, usize)| lu[r][c].to_f64().abs();
             let (r, c) = places.max_by(|p, q| size(p).total_cmp(&size(q)))?;
             let pivot = size(&(r, c));
-            first = if k == 0 { pivot } else { first };
-            if pivot <= ZERO * first {
+            if pivot == 0.0 {
                 return None;
             }
             lu.swap(k, r);
+            bound.swap(k, r);
             order[0].swap(k, r);
             lu.iter_mut().for_each(|row| row.swap(k, c));
+            bound.iter_mut().for_each(|row| row.swap(k, c));
             order[1].swap(k, c);
             let (done, rest) = lu.split_at_mut(k + 1);
-            for row in rest {
+            let (bound, of_rest) = bound.split_at_mut(k + 1);
+            for (row, of_row) in rest.iter_mut().zip(of_rest) {
                 let factor = row[k] / done[k][k];
                 row[k] = factor;
-                for (a, &u) in row[k + 1..].iter_mut().zip(&done[k][k + 1..]) {
-                    *a = *a - factor * u;
+                let size = factor.to_f64().abs();
+                let of_factor = (of_row[k] + size * bound[k][k]) / pivot;
+                for c in k + 1..n {
+                    let u = done[k][c];
+                    row[c] = row[c] - factor * u;
+                    of_row[c] += size * bound[k][c] + of_factor * u.to_f64().abs();
+                    if row[c].to_f64().abs() <= ZERO * of_row[c] {
+                        row[c] = 0.0.into();
+                    }
                 }
             }
         }
