@@ -374,6 +374,9 @@ impl Rule {
         let by = (judge, factors);
         let buffers = [&mut *r, &mut *d];
         let status = self.settle_by_bounds(by, entries, x, buffers, &mut residual, solve)?;
+        if status == Status::Direct && !self.is_told(entries, r, x) {
+            return Ok(Status::Stalled);
+        }
         let exact = status == Status::Stalled && self.solves_exactly(entries, x, [r, d], residual);
         let unique = factors != Factors::Useless || x.iter().all(|x| *x == 0.0);
         Ok(if exact && unique {
@@ -446,6 +449,27 @@ impl Rule {
         let near = self.inverse * scales.by(r, true) <= BOUND * scales.by(x, false);
         let even = scales.spread() * f64::ROUNDOFF <= 1.0;
         near && (even || componentwise(entries, &mut self.sums, r, x) <= COMPONENTWISE)
+    }
+
+    /// True if the residual `r` of x tells the error in spite of what products lose that are no normal numbers: each up to
+    /// the least number of all.
+    fn is_told(
+        &mut self,
+        entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
+        r: &[f64],
+        x: &[f64],
+    ) -> bool {
+        let least = f64::from_bits(1);
+        let is_lost = |a: f64, x: f64| a != 0.0 && x != 0.0 && (a * x).abs() < f64::MIN_POSITIVE;
+        let mut lost = entries.clone().filter(|&(_, c, a)| is_lost(a, x[c]));
+        let Some((first, ..)) = lost.next() else {
+            return true;
+        };
+        let rows = &mut self.sums;
+        rows.iter_mut().zip(r).for_each(|(row, r)| *row = r.abs());
+        rows[first] += least;
+        lost.for_each(|(r, ..)| rows[r] += least);
+        self.inverse * self.scales.by(rows, true) <= BOUND * self.scales.by(x, false)
     }
 
     /// A bound of the error of x, with residual r, over x, both over the scales of their columns: |A⁻¹| (|r| + 2 (k + 2) u |A|

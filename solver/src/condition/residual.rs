@@ -5,6 +5,9 @@
 use super::Rule;
 use crate::{DoubleDouble, SolveError};
 
+/// Least product whose two halves are normal numbers: 2⁻¹⁰²² over 2⁻¹⁰⁶.
+const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON;
+
 /// Corrections that add up to an error.
 const CORRECTIONS: usize = 3;
 
@@ -19,7 +22,12 @@ impl Rule {
         mut residual: impl FnMut(&[f64], &mut [f64]),
     ) -> bool {
         residual(x, r);
-        if r.iter().any(|r| *r != 0.0) {
+        // Products near the subnormal numbers lose digits, or all of them.
+        let lost = |(_, c, a): (usize, usize, f64)| {
+            let product = (a * x[c]).abs();
+            a != 0.0 && x[c] != 0.0 && product < LEAST
+        };
+        if r.iter().any(|r| *r != 0.0) || entries.clone().any(lost) {
             return false;
         }
         self.estimate.columns[..x.len()].fill(0.0);
@@ -77,6 +85,26 @@ impl Rule {
             let sum = DoubleDouble::from(high[r]) + low[r].into() - product;
             let rounded = sum.to_f64();
             (high[r], low[r]) = (rounded, (sum - rounded.into()).to_f64());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{GeneralMatrix, Status, solve_general};
+
+    /// [a 2a; 3a a] of a subnormal a, whose products with thirds are rounded to multiples of it.
+    #[test]
+    fn residuals_that_vanish_below_the_normal_numbers_prove_nothing() {
+        for (a, claimed) in [(5e-324, false), (1e-322, false), (1e-200, true)] {
+            let entries = vec![(0, 0, a), (0, 1, 2.0 * a), (1, 0, 3.0 * a), (1, 1, a)];
+            let matrix = GeneralMatrix::from_entries(2, entries).expect("sound");
+            for backend in ["dense:double", "dense:extended"] {
+                let backend = backend.parse().expect("a backend");
+                let solved = solve_general(&backend, &matrix, &[a, a]);
+                let is_direct = solved.is_ok_and(|(_, report)| report.status == Status::Direct);
+                assert_eq!(is_direct, claimed, "{backend} {a:e}");
+            }
         }
     }
 }

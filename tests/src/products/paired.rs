@@ -1,8 +1,8 @@
 //! Invariants of two runs of the same choices.
 
-use super::invariants::{Fault, order};
+use super::invariants::{Fault, order, ringing};
 use super::run::{Case, Moment, Run, options, sleep, steps};
-use super::{Choices, G, Other, RATE, Rope, TIME, scene};
+use super::{Choices, G, Other, RATE, Rope, scene};
 use nalgebra::Vector3;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::SceneSource;
@@ -130,6 +130,23 @@ pub(super) fn asleep(case: &Case) -> Fault {
         .map(|(n, off)| (n, format!("{off:.3e} m apart")))
 }
 
+/// Sub-steps are steps of their own length, to the rounding of their times. Sleep, what events tie or let go, and sheaves
+/// that a rope leaves are decided at the ends of steps.
+pub(super) fn substepped(case: &Case) -> Fault {
+    let substeps = case.choices.steps.substeps;
+    let at_ends = case.choices.steps.sleep || !case.scene.events.is_empty();
+    let fine = case.fine().filter(|_| substeps > 1 && !at_ends)?;
+    let last = fine.steps.iter().skip(substeps - 1).step_by(substeps);
+    let steps = case.run.steps.iter().zip(last).enumerate();
+    let wheels = case.run.steps.first()?.wheels.len();
+    let mut steps = steps.take_while(|(_, (m, _))| m.wheels.len() == wheels);
+    steps.find_map(|(n, (a, b))| {
+        let places = a.bodies.position.iter().zip(&b.bodies.position);
+        let off = places.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        (off > 1e-9).then(|| (n, format!("{off:.3e} m off the run of {substeps} steps")))
+    })
+}
+
 /// Where the load ends with steps so many times as short, and from a place moved by so much.
 fn end(choices: &Choices, finer: usize, moved: f64) -> Option<Vector3<f64>> {
     let mut scene = scene::build(choices).ok()?;
@@ -149,12 +166,24 @@ fn end(choices: &Choices, finer: usize, moved: f64) -> Option<Vector3<f64>> {
     Some(stepper.scene().bodies.position[load])
 }
 
-/// Distances of the ends of runs with Δt, Δt/2 and Δt/4 \[m], where no small change of the start becomes a large one.
-fn refinements(choices: &Choices) -> Option<[f64; 2]> {
-    let [coarse, middle, fine] = [1, 2, 4].map(|finer| end(choices, finer, 0.0));
+/// Ω Δt of a ringing that a step follows.
+pub(super) const RESOLVED: f64 = 0.125;
+
+/// Times that the steps of the first of the halvings are shorter than the case's: a power of two, so that they follow the
+/// ringing of its ropes, if 32 suffices.
+pub(super) fn coarsest(case: &Case) -> usize {
+    let shorter = |finer: &usize| (RESOLVED * *finer as f64).powi(2) >= ringing(case);
+    [1, 2, 4, 8, 16, 32].into_iter().find(shorter).unwrap_or(1)
+}
+
+/// Distances of the ends of runs with Δt, Δt/2 and Δt/4 \[m], Δt that of [`coarsest`], where no small change of the start
+/// becomes a large one.
+fn refinements(case: &Case) -> Option<[f64; 2]> {
+    let (choices, coarsest) = (&case.choices, coarsest(case));
+    let [coarse, middle, fine] = [1, 2, 4].map(|finer| end(choices, coarsest * finer, 0.0));
     let (coarse, middle, fine) = (coarse?, middle?, fine?);
     let apart = 1e-7;
-    let chaos = (end(choices, 4, apart)? - fine).norm() / apart;
+    let chaos = (end(choices, 4 * coarsest, apart)? - fine).norm() / apart;
     (chaos < 10.0).then(|| [(coarse - middle).norm(), (middle - fine).norm()])
 }
 
@@ -175,7 +204,7 @@ const SHIFT: f64 = 5e-3;
 /// Returns true if the halvings of a case say nothing of its order: a third one moves the end less, for a smooth motion as
 /// of order 0.9 from the first on, or a start that is moved by as much as a bounce is late leads elsewhere.
 fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
-    let end = |finer, moved| end(&case.choices, finer, moved);
+    let end = |finer, moved| end(&case.choices, coarsest(case) * finer, moved);
     let [fine, finest, shifted] = [end(4, 0.0), end(8, 0.0), end(4, SHIFT)];
     let (Some(fine), Some(finest), Some(shifted)) = (fine, finest, shifted) else {
         return false;
@@ -190,7 +219,7 @@ fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
 
 /// Convergence of motions that do not amplify a change. Halving the steps once more changes the end
 /// by at most as much as the first halving. Where shapes meet or part and ropes close or open within
-/// a step, half a step of the fastest motion and of its fall are allowed besides.
+/// a step, half a step of the fastest motion, and of one as fast the other way, are allowed besides.
 pub(super) fn refined(case: &Case) -> Fault {
     // Times of bounces are known to a step. A rope at its breaking force breaks or not. A rope that
     // rings is let go in any phase. Friction wedges what a link holds or does not. Ten runs more of
@@ -205,7 +234,7 @@ pub(super) fn refined(case: &Case) -> Fault {
     if bounces || breaks || wedges || case.run.steps.iter().any(|m| m.report.contacts.near > MANY) {
         return None;
     }
-    let [first, second] = (*case.halvings.get_or_init(|| refinements(&case.choices)))?;
+    let [first, second] = (*case.halvings.get_or_init(|| refinements(case)))?;
     let load = case.load();
     let speeds = case
         .run
@@ -234,7 +263,7 @@ pub(super) fn refined(case: &Case) -> Fault {
     let slack = usize::from(rope.is_some_and(|r| r.slack > 0.0));
     let sudden = changes(&presses) + changes(&pulls) + divided.count() + slack;
     let sudden = sudden.min(2) as f64;
-    let allowed = first + 1e-5 + rings + slid + sudden * half * (fastest + G * TIME);
+    let allowed = first + 1e-5 + rings + slid + sudden * half * 2.0 * fastest;
     // Where nothing is sudden the order is 1 or more.
     let allowed = match order(case) {
         Some(_) => 0.5 * first + 1e-6,

@@ -70,6 +70,8 @@ pub struct Case {
     pub(crate) run: Run,
     /// Distances of the load's ends \[m] with Δt, Δt/2 and Δt/4, once they are known.
     pub(crate) halvings: OnceCell<Option<[f64; 2]>>,
+    /// Its run with a step for each sub-step, once it is known.
+    fine: OnceCell<Option<Run>>,
 }
 
 /// Options of a run of the choices.
@@ -218,10 +220,35 @@ impl Case {
         Ok(Self {
             stretched,
             halvings: OnceCell::new(),
+            fine: OnceCell::new(),
             choices: choices.clone(),
             run: Run::of(stepper, steps()),
             scene,
         })
+    }
+
+    /// The run with a step for each sub-step: the case's own, where a step has one.
+    pub(crate) fn fine(&self) -> Option<&Run> {
+        let own = options(&self.choices);
+        let substeps = own.substeps;
+        if substeps == 1 {
+            return Some(&self.run);
+        }
+        let run = || {
+            let options = StepOptions {
+                dt: own.dt / substeps as f64,
+                substeps: 1,
+                ..own
+            };
+            let stepper = Stepper::new(self.scene.clone(), options).ok()?;
+            Some(Run::of(stepper, self.run.steps.len() * substeps))
+        };
+        self.fine.get_or_init(run).as_ref()
+    }
+
+    /// Steps a second of the run with a step for each sub-step.
+    pub(crate) fn rate(&self) -> f64 {
+        RATE * self.choices.steps.substeps as f64
     }
 
     /// Number of the load's body.
