@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 use std::fmt;
 use std::io;
 use taut_ground::errors::worse;
+use taut_ground::quantities::{OF_RUN, OfRun};
 use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{BodyId, ConstraintId, Stepper};
 use taut_model::nalgebra::Vector3;
@@ -17,30 +18,8 @@ use taut_model::{Constraint, Loads, MasslessCable, Scene, SceneError, Wrench};
 /// A quantity: name, unit, and how it is read.
 type Quantity<Read> = (&'static str, &'static str, Read);
 
-type OfRun = fn(&Sample) -> Option<f64>;
 type OfBody = fn(&Stepper, usize) -> f64;
 type OfConstraint = fn(&Stepper, usize) -> Option<f64>;
-
-const OF_RUN: [Quantity<OfRun>; 18] = [
-    ("time", "s", |s| Some(s.time)),
-    ("load_x", "m", |s| Some(s.load.x)),
-    ("load_y", "m", |s| Some(s.load.y)),
-    ("load_z", "m", |s| Some(s.load.z)),
-    ("kinetic", "J", |s| Some(s.energy.kinetic)),
-    ("gravity", "J", |s| Some(s.energy.gravity)),
-    ("elastic", "J", |s| Some(s.energy.elastic)),
-    ("max_gap", "m", |s| Some(s.violation)),
-    ("iterations", "", |s| Some(s.iterations as f64)),
-    ("step", "ns", |s| Some(s.phases.total().as_nanos() as f64)),
-    ("load_tension", "N", |s| s.load_tension),
-    ("events", "", |s| Some(s.events as f64)),
-    ("contacts", "", |s| Some(s.contacts.touching as f64)),
-    ("sliding", "", |s| Some(s.contacts.sliding as f64)),
-    ("groups", "", |s| Some(s.contacts.groups as f64)),
-    ("error", "mm", |s| s.error.map(|e| 1e3 * e.total())),
-    ("segments", "", |s| Some(s.resolved.segments as f64)),
-    ("asleep", "", |s| Some(f64::from(u8::from(s.asleep)))),
-];
 
 const OF_BODY: [Quantity<OfBody>; 14] = [
     ("x", "m", |s, i| s.scene().bodies.position[i].x),
@@ -65,7 +44,7 @@ fn contact(stepper: &Stepper, body: usize) -> Vector3<f64> {
 }
 
 /// Quantities of a joint, link or cable; `None` where it has no such quantity.
-const OF_CONSTRAINT: [Quantity<OfConstraint>; 15] = [
+const OF_CONSTRAINT: [Quantity<OfConstraint>; 16] = [
     (TENSION, "N", |s, c| loads(s, c).tension),
     ("fx", "N", |s, c| Some(force(s, c)?.force.x)),
     ("fy", "N", |s, c| Some(force(s, c)?.force.y)),
@@ -78,6 +57,7 @@ const OF_CONSTRAINT: [Quantity<OfConstraint>; 15] = [
         force(s, c).and_then(|_| trajectory::gap(s, c))
     }),
     ("length", "m", length),
+    ("path", "m", path),
     ("slip", "m/s", slip),
     ("moment", "N m", |s, c| Some(moment(s, c)?.norm())),
     ("mx", "N m", |s, c| Some(moment(s, c)?.x)),
@@ -110,6 +90,11 @@ fn length(stepper: &Stepper, c: usize) -> Option<f64> {
         Constraint::Fairlead(lead) => Some(lead.length_at(time)),
         _ => None,
     }
+}
+
+/// Length of the path of a cable without mass, with what lies on its sheaves.
+fn path(stepper: &Stepper, c: usize) -> Option<f64> {
+    Some(cable(stepper, c)?.path(&stepper.scene().bodies, stepper.time()))
 }
 
 /// Rate at which a part of a cable slips over the sheave that it begins at.

@@ -36,6 +36,7 @@
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix |
 //! | `files`, `cache` | JSON and CSV files, texts for people; references kept in files |
+//! | `quantities` | those of a run, by name and with units, for tables and recordings |
 //! | `pace` | how fast simulations go, for progress bars |
 //! | `allocations` | an allocator that counts its calls |
 
@@ -55,6 +56,7 @@ pub mod modes;
 pub mod openings;
 pub mod pace;
 pub mod poses;
+pub mod quantities;
 pub mod random;
 pub mod reference;
 pub mod source;

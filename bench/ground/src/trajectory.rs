@@ -6,6 +6,7 @@ use crate::openings::Openings;
 use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::time::Duration;
 use taut_integrator::{
     ContactReport, Energy, EnergyBalance, ErrorEstimate, PhaseTimes, Resolved, StepError, Stepper,
@@ -72,6 +73,17 @@ pub struct Failure {
     pub time: f64,
     /// Cause in words.
     pub reason: String,
+}
+
+impl fmt::Display for Failure {
+    /// With the time once: most reasons begin with it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.reason.starts_with("at t = ") {
+            write!(f, "unstable {}", self.reason)
+        } else {
+            write!(f, "unstable at t = {:.4} s: {}", self.time, self.reason)
+        }
+    }
 }
 
 impl Trajectory {

@@ -2,6 +2,7 @@
 
 use crate::layout::{Body, Cable, Channel, Layout, Line, Point, Shape, Sheave, Solid};
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_ground::quantities::{OF_RUN, OfRun};
 use taut_ground::trajectory::Sample;
 use taut_integrator::Stepper;
 use taut_model::collide::{self, Collider};
@@ -10,24 +11,8 @@ use taut_model::{Constraint, Lay, Loads, Motion, Scene, Side, axes_along};
 /// Value of one count of a quaternion component.
 const TURN: f32 = 1.0 / 32767.0;
 
-type OfRun = fn(&Sample) -> Option<f64>;
-
-/// The quantities of a run, with their units.
-const OF_RUN: [(&str, &str, OfRun); 13] = [
-    ("kinetic", "J", |s| Some(s.energy.kinetic)),
-    ("gravity", "J", |s| Some(s.energy.gravity)),
-    ("elastic", "J", |s| Some(s.energy.elastic)),
-    ("max_gap", "m", |s| Some(s.violation)),
-    ("iterations", "", |s| Some(s.iterations as f64)),
-    ("step", "ns", |s| Some(s.phases.total().as_nanos() as f64)),
-    ("load_tension", "N", |s| s.load_tension),
-    ("contacts", "", |s| Some(s.contacts.touching as f64)),
-    ("sliding", "", |s| Some(s.contacts.sliding as f64)),
-    ("groups", "", |s| Some(s.contacts.groups as f64)),
-    ("error", "mm", |s| s.error.map(|e| 1e3 * e.total())),
-    ("segments", "", |s| Some(s.resolved.segments as f64)),
-    ("asleep", "", |s| Some(f64::from(u8::from(s.asleep)))),
-];
+/// Quantities of a run that frames hold elsewhere, or that a frame has no number for.
+const NOT_RECORDED: [&str; 5] = ["time", "load_x", "load_y", "load_z", "events"];
 
 type OfLoads = fn(&Loads) -> Option<f64>;
 
@@ -77,7 +62,8 @@ impl Observer {
             colliders: scene.colliders.len(),
             ..Self::default()
         };
-        for (name, unit, of) in OF_RUN {
+        let recorded = |name: &&str| !NOT_RECORDED.contains(name);
+        for (name, unit, of) in OF_RUN.into_iter().filter(|(name, ..)| recorded(name)) {
             new.channel(name, unit);
             new.sources.push(Source::Run(of));
         }

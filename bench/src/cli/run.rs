@@ -54,7 +54,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// Columns of `--out`, and `columns` of `--json`: NAME.QUANTITY of a body (x y z vx vy vz speed wx wy wz, and
-    /// of the force of its contacts the norm, contact, and contact_x contact_y contact_z), of a joint (tension fx fy fz force bending twist drive gap, and of the torque of what holds an angle the norm, moment, and mx my mz), of a massless cable or of its part `NAME-2`, `NAME-3` … beyond a sheave with friction (tension drive length, and slip of a part over the sheave that it begins at);
+    /// of the force of its contacts the norm, contact, and contact_x contact_y contact_z), of a joint (tension fx fy fz force bending twist drive gap, and of the torque of what holds an angle the norm, moment, and mx my mz), of a massless cable or of its part `NAME-2`, `NAME-3` … beyond a sheave with friction (tension drive length path, and slip of a part over the sheave that it begins at);
     /// CABLE.tension, CABLE.SEGMENT.tension of a cable of segments, from 0; the name of a control; of the run: time
     /// load_x load_y load_z kinetic gravity elastic max_gap iterations step load_tension events contacts sliding groups error
     /// (mm) asleep
@@ -359,9 +359,8 @@ fn ended(
     unwritten: Vec<FileError>,
 ) -> Result<(), Failure> {
     let mut failures: Vec<Failure> = unwritten.into_iter().map(Failure::from).collect();
-    if let Some(f) = &summary.failure {
-        let message = format!("unstable at t = {:.4} s: {}", f.time, f.reason);
-        failures.push(Failure::Unstable(message));
+    if let Some(failure) = &summary.failure {
+        failures.push(Failure::Unstable(failure.to_string()));
     }
     if let Some(why) = summary.stopped {
         let steps = summary.steps;

@@ -37,7 +37,7 @@ fn verdict(s: &Summary) -> String {
         ),
         None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
         None => "stable".to_owned(),
-        Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
+        Some(failure) => failure.to_string(),
     }
 }
 

@@ -17,7 +17,7 @@ fn table(text: &str) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
 fn a_table_has_the_columns_that_are_asked_for_with_their_units() {
     let at = folder("columns");
     fs::write(at.join("c.csv"), "time,hoist_speed\n0,0\n0.5,0.1\n").expect("writable");
-    let columns = "hook.vz,time,hoist_speed,bottom.tension,bottom.force,rope-1.length,load.speed,rail.drive,load_tension";
+    let columns = "hook.vz,time,hoist_speed,bottom.tension,bottom.force,rope-1.length,load.speed,rail.drive,load_tension,rope-1.path";
     let run = "run gantry --set segments=3 --controls c.csv --time 0.5";
     let (headings, rows) = table(&good(&at, &format!("{run} --columns {columns} --out -")));
     assert_eq!(
@@ -32,6 +32,7 @@ fn a_table_has_the_columns_that_are_asked_for_with_their_units() {
             "load.speed [m/s]",
             "rail.drive [N]",
             "load_tension [N]",
+            "rope-1.path [m]",
         ]
     );
     assert_eq!(rows.len(), 30);
@@ -47,6 +48,9 @@ fn a_table_has_the_columns_that_are_asked_for_with_their_units() {
         assert!(along > 0.99 && along < 1.0 + 1e-12, "{along}");
         assert_eq!(value(row, 3), value(row, 8));
         assert!(value(row, 7).abs() < 1.0, "nothing drives the trolley");
+        // A taut rope is as long as its path, but for its stretch.
+        let stretch = value(row, 9) / value(row, 5) - 1.0;
+        assert!((0.0..1e-3).contains(&stretch), "{stretch}");
     }
     // Two falls a rope: it gets shorter twice as fast as the hook rises.
     let risen: f64 = (1..30).map(|row| value(row, 2) / 60.0).sum();

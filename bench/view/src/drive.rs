@@ -514,7 +514,7 @@ impl Drive {
             controls: scene.controls.iter().map(values).collect(),
             load: scene.load.map(|i| scene.bodies.mass[i]),
             error,
-            failure: failure.map(|f| format!("unstable at t = {:.3} s: {}", f.time, f.reason)),
+            failure: failure.map(ToString::to_string),
             fallback: self.fallback.clone(),
             recording: self.tape.as_ref().map(|(_, bytes)| bytes.len()),
             recorded: self.recorded.as_ref().map(Bytes::len),

@@ -305,8 +305,9 @@ impl MasslessCable {
         rows.phi[0] = total - self.length_at(t);
     }
 
-    /// Λ at time `t` (s) \[m].
-    pub(crate) fn path(&self, bodies: &Bodies, t: f64) -> f64 {
+    /// Length of its path at time `t` (s), with what lies on its sheaves: Λ \[m].
+    #[must_use]
+    pub fn path(&self, bodies: &Bodies, t: f64) -> f64 {
         let mut phi = [0.0];
         self.evaluate(bodies, t, &mut Rows::new(&mut phi, &mut [], &mut []));
         phi[0] + self.length_at(t)
