@@ -105,8 +105,8 @@ impl Stepper {
         self.started = true;
         self.fresh.clear();
         self.holding = 0;
-        self.closing.forget();
-        let rows = &mut self.pieces.rows;
+        self.activation.forget();
+        let rows = &mut self.system_data.rows;
         rows.drive(
             &self.scene,
             time - self.options.dt / self.options.substeps as f64,
@@ -234,7 +234,7 @@ impl Stepper {
         bodies.angular_velocity[body] = angular_velocity;
         // The rows' past rate J v + ∂φ/∂t belongs to the old velocity: ∂φ/∂t takes up the change of
         // J v.
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         let slots = rows.slots.iter().enumerate();
         for (s, slot) in slots.filter(|(_, slot)| slot.body == body) {
             let range = rows.row_range(slot.constraint);
@@ -337,7 +337,7 @@ impl Stepper {
         self.channel(control, value)?;
         self.scene.set_control(control, value, self.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
-        self.pieces.rescale(&self.scene);
+        self.system_data.rescale(&self.scene);
         self.stage.unsolve();
         Ok(())
     }
@@ -384,7 +384,7 @@ impl Stepper {
 
     /// Name of a constraint that gave way at its limit of force in the last solve; slack cables do not count.
     pub(crate) fn at_force_limit(&self) -> Option<String> {
-        let bounds = &self.pieces.rows.bounds;
+        let bounds = &self.system_data.rows.bounds;
         let limit = |mu: f64, bound: f64| bound != 0.0 && mu == bound * self.mu_dt;
         let held = bounds.iter().find(|b| {
             let mu = self.mu[b.row];
@@ -400,8 +400,8 @@ impl Stepper {
             self.outdate_companion();
             self.wake();
         }
-        self.pieces.rows.update(&self.scene, self.time);
-        self.pieces.rescale(&self.scene);
+        self.system_data.rows.update(&self.scene, self.time);
+        self.system_data.rescale(&self.scene);
     }
 }
 

@@ -122,7 +122,7 @@ impl Assembly {
         dispatch_wide(
             Level::best(),
             Columns {
-                plan: &mut *self,
+                assembly_map: &mut *self,
                 rows,
                 inertia,
                 sigma,
@@ -132,7 +132,7 @@ impl Assembly {
         dispatch(
             Level::best(),
             Below {
-                plan: self,
+                assembly_map: self,
                 rows,
                 inertia,
                 values,
@@ -170,7 +170,7 @@ fn copy_block(block: &[f64; BLOCK], rows: usize, columns: usize, to: &mut [f64])
 
 /// Diagonal blocks, and those that couple a joint to the next.
 struct Columns<'a> {
-    plan: &'a mut Assembly,
+    assembly_map: &'a mut Assembly,
     rows: &'a Linearized,
     inertia: &'a Inertia,
     sigma: &'a [f64],
@@ -189,7 +189,7 @@ impl WideKernel for Columns<'_> {
             room,
             scratch,
             ..
-        } = self.plan;
+        } = self.assembly_map;
         let (scratch, _) = scratch.as_chunks_mut::<L>();
         let mut following = self.rows.joint_lanes::<L>();
         following.next();
@@ -367,7 +367,7 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
 
 /// Blocks that couple two joints of which neither follows the other.
 struct Below<'a> {
-    plan: &'a mut Assembly,
+    assembly_map: &'a mut Assembly,
     rows: &'a Linearized,
     inertia: &'a Inertia,
     values: &'a mut [f64],
@@ -394,7 +394,7 @@ impl Below<'_> {
             coupled,
             room,
             ..
-        } = self.plan;
+        } = self.assembly_map;
         let (couplings, _) = couplings.as_chunks::<L>();
         for (k, couplings) in couplings.iter().enumerate() {
             let bodies = BodyPack::new(std::array::from_fn(|l| couplings[l % L].body));

@@ -7,7 +7,7 @@
 
 mod segments;
 
-use crate::closing::Made;
+use crate::activation::Made;
 use crate::contact::rebound::slowest;
 use crate::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::stepper::{Stage, Stepper};
@@ -404,33 +404,33 @@ impl Stepper {
         if let Some(solver) = solver {
             self.solver = solver;
             // It may have analysed the other pattern. Each solve factorises first, and tells what fails here.
-            let _ = self.solver.analyze(&self.plan.pattern);
+            let _ = self.solver.analyze(&self.assembly_map.pattern);
         }
         changed
     }
 
     /// The past of new rows and bodies is like the present.
     fn begin_past(&mut self, moved: &Moved) {
-        let (pieces, history, scene) = (&mut self.pieces, &mut self.history, &self.scene);
+        let (system_data, history, scene) = (&mut self.system_data, &mut self.history, &self.scene);
         let mut v = BodyVectors::new(scene.bodies.len());
         v.load(&scene.bodies.velocity, &scene.bodies.angular_velocity);
         let jv = &mut self.in_rows[0];
-        pieces.rows.times_jacobian(&v, jv);
-        let mut driven = pieces.rows.phi_t.clone();
+        system_data.rows.times_jacobian(&v, jv);
+        let mut driven = system_data.rows.phi_t.clone();
         let dt = self.options.dt / self.options.substeps as f64;
-        pieces.rows.drive(scene, self.time - dt, self.time);
-        std::mem::swap(&mut driven, &mut pieces.rows.phi_t);
+        system_data.rows.drive(scene, self.time - dt, self.time);
+        std::mem::swap(&mut driven, &mut system_data.rows.phi_t);
         for r in moved.without_past() {
-            pieces.rows.phi_t[r] = driven[r];
+            system_data.rows.phi_t[r] = driven[r];
             history.phi_t[r] = driven[r];
             history.rate[r] = jv[r] + driven[r];
         }
         for i in new_ones(&moved.bodies) {
-            pieces.v.set(i, v.get(i));
+            system_data.v.set(i, v.get(i));
             history.v.set(i, v.get(i));
         }
         for k in new_ones(&moved.bounded) {
-            self.bounded.start(k, &self.pieces);
+            self.active_set.start(k, &self.system_data);
         }
         if self.options.energy_tolerance.is_some() {
             self.account.begin(moved.rows.len());
@@ -439,9 +439,9 @@ impl Stepper {
 
     /// New rows without bounds whose bodies part or approach at once are young.
     fn begin_young(&mut self, moved: &Moved) {
-        let (rows, dt) = (&self.pieces.rows, self.substep());
+        let (rows, dt) = (&self.system_data.rows, self.substep());
         let slowest = slowest(&self.scene, dt);
-        let mut made = self.closing.made().to_vec();
+        let mut made = self.activation.made().to_vec();
         for constraint in 0..rows.constraints() {
             let is_bounded = rows.bounds.iter().any(|b| b.constraint == constraint);
             let new = rows.row_range(constraint).filter(|row| {
@@ -453,7 +453,7 @@ impl Stepper {
                 age: 0,
             }));
         }
-        self.closing.make(made);
+        self.activation.make(made);
     }
 }
 
@@ -477,7 +477,7 @@ impl Moved {
         }
         let (mut rows, mut bounded) = (Vec::<Option<usize>>::new(), Vec::new());
         let mut other_paths = Vec::new();
-        let old_bounds = &old.pieces.rows.bounds;
+        let old_bounds = &old.system_data.rows.bounds;
         let mut numbers = Vec::with_capacity(constraints.len());
         for (i, (constraint, before)) in edit.scene.constraints.iter().zip(constraints).enumerate()
         {
@@ -490,7 +490,7 @@ impl Moved {
             if whole.is_some() || before.is_some_and(|c| path(c) != constraint.frames().len()) {
                 other_paths.push(rows.len());
             }
-            let first = before.map(|c| old.pieces.rows.row_range(c).start);
+            let first = before.map(|c| old.system_data.rows.row_range(c).start);
             rows.extend((0..constraint.rows()).map(|k| first.map(|first| first + k)));
             if constraint.bounds(old.time).is_some() {
                 let of = |c: usize| old_bounds.binary_search_by_key(&c, |bound| bound.constraint);

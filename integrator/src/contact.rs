@@ -15,7 +15,7 @@
 //! ```
 //!
 //! one solve with that factor for each row of a body with joints (the dense operator is in [`operator`]). W only steers:
-//! after each solution all rows are solved and refined from the pieces with p as a part of Δt f, u is taken from them, and
+//! after each solution all rows are solved and refined from the system's data with p as a part of Δt f, u is taken from them, and
 //! what it lacks of the conditions goes through W once more.
 //!
 //! **Normal row.** b = φ/Δt of a gap φ: the shapes at most touch at the end of the step. Of a penetration b = Υ φ/Δt with
@@ -52,7 +52,7 @@ mod turning;
 
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;
-use crate::pieces::Pieces;
+use crate::system_data::SystemData;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
@@ -79,7 +79,7 @@ pub(crate) const CARRIERS: usize = 4;
 
 /// A body of a contact.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Carrier {
+pub(crate) struct ContactBody {
     pub(crate) body: usize,
     /// From its centre to its surface there; zero for point masses, which never turn.
     lever: Vector3<f64>,
@@ -99,7 +99,7 @@ pub(crate) struct Touch {
     /// n, and two directions across it.
     pub(crate) axes: [Vector3<f64>; 3],
     /// Its bodies, and how many.
-    carriers: [Carrier; CARRIERS],
+    carriers: [ContactBody; CARRIERS],
     count: usize,
     /// Set while the contact has rows in W; elsewhere p = 0.
     pub(crate) active: bool,
@@ -133,13 +133,13 @@ impl Touch {
     fn new(found: &Contact, scene: &Scene, dt: f64) -> Self {
         let n = found.normal;
         let axes = axes_along(&n).map_or([n; 3], |a| [0, 1, 2].map(|k| a.column(k).into_owned()));
-        let (mut carriers, mut count) = ([Carrier::default(); CARRIERS], 0);
+        let (mut carriers, mut count) = ([ContactBody::default(); CARRIERS], 0);
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
             let both = [found.bodies[side], found.partners[side]];
             for body in both.into_iter().flatten() {
                 let lever = found.points[side] - scene.bodies.position[body];
                 let turns = !scene.bodies.is_point(body);
-                carriers[count] = Carrier {
+                carriers[count] = ContactBody {
                     body,
                     lever: if turns { lever } else { Vector3::zeros() },
                     part: if both[1].is_some() { 0.5 * sign } else { sign },
@@ -190,7 +190,7 @@ impl Touch {
     }
 
     /// Its bodies.
-    pub(crate) fn carriers(&self) -> &[Carrier] {
+    pub(crate) fn carriers(&self) -> &[ContactBody] {
         &self.carriers[..self.count]
     }
 
@@ -219,8 +219,8 @@ impl Touch {
     }
 
     /// The velocity that friction is against, of the last solve, world \[m/s].
-    fn slip(&self, pieces: &Pieces) -> Vector3<f64> {
-        let [_, s, t] = self.rates(|i| pieces.rates_after_solve(i));
+    fn slip(&self, system_data: &SystemData) -> Vector3<f64> {
+        let [_, s, t] = self.rates(|i| system_data.rates_after_solve(i));
         self.axes[1] * (s + self.turn[0]) + self.axes[2] * (t + self.turn[1])
     }
 
@@ -299,9 +299,9 @@ impl Stepper {
     /// The contacts of the last sub-step: those that carry a force, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
         let contacts = &self.contacts;
-        let pieces = &self.pieces;
+        let system_data = &self.system_data;
         contacts.touches.iter().map(|touch| ContactForce {
-            slip: touch.slip(pieces),
+            slip: touch.slip(system_data),
             colliders: touch.found.colliders,
             bodies: touch.found.bodies,
             partners: touch.found.partners,
@@ -360,7 +360,7 @@ pub(crate) struct Contacts {
 }
 
 impl Contacts {
-    pub(crate) fn new(scene: &Scene, pieces: &Pieces) -> Self {
+    pub(crate) fn new(scene: &Scene, system_data: &SystemData) -> Self {
         let collisions = Collisions::new(scene);
         let nothing = collisions.is_empty();
         let bodies = if nothing { 0 } else { scene.bodies.len() };
@@ -368,7 +368,7 @@ impl Contacts {
             operator: if nothing {
                 Operator::default()
             } else {
-                Operator::new(scene, &pieces.rows)
+                Operator::new(scene, &system_data.rows)
             },
             collisions,
             touches: Vec::new(),
@@ -532,11 +532,11 @@ impl Contacts {
         }
     }
 
-    /// u of each contact with the pieces' v + Δv, without its σ p, into `rates`.
-    pub(crate) fn rates(&self, pieces: &Pieces, rates: &mut Vec<f64>) {
+    /// u of each contact with the system's data' v + Δv, without its σ p, into `rates`.
+    pub(crate) fn rates(&self, system_data: &SystemData, rates: &mut Vec<f64>) {
         rates.clear();
         for touch in &self.touches {
-            let [n, s, t] = touch.rates(|i| pieces.rates_after_solve(i));
+            let [n, s, t] = touch.rates(|i| system_data.rates_after_solve(i));
             let [across, over] = touch.turn;
             rates.extend([n + touch.offset + touch.aim, s + across, t + over]);
         }
@@ -586,11 +586,11 @@ impl Contacts {
     }
 
     /// Largest violation of the conditions by the rates u, over the size of all rates.
-    pub(crate) fn violation(&self, rates: &[f64], pieces: &Pieces) -> f64 {
+    pub(crate) fn violation(&self, rates: &[f64], system_data: &SystemData) -> f64 {
         let (mut worst, mut size) = (0.0_f64, 0.0_f64);
         for (n, touch) in self.touches.iter().enumerate() {
             worst = worse(worst, self.residual(n, rates));
-            let before = touch.rates(|i| pieces.v.get(i));
+            let before = touch.rates(|i| system_data.v.get(i));
             for (before, p) in before.iter().zip(touch.impulse) {
                 let inert = self.operator.weight(n) * p;
                 size = size.max(before.abs()).max(inert.abs());

@@ -1,6 +1,6 @@
 //! Static equilibrium by pseudo-transient continuation: implicit steps from rest, each one linear solve, with the
 //! velocity set to zero in between and a time step that grows as the linearisation comes to hold. For long steps a pass
-//! is Newton's method on f + Jᵀ λ = 0, ε λ = −φ; the passes end where these two hold ([`crate::imbalance`]), not where
+//! is Newton's method on f + Jᵀ λ = 0, ε λ = −φ; the passes end where these two hold ([`crate::equilibrium_residual`]), not where
 //! nothing moves: what turns without resistance may drift with rounding, and what is soft moves little though it is far
 //! from rest.
 //!
@@ -10,7 +10,7 @@
 //! [`ACCELERATION`] on top of its own.
 //!
 //! A rope that is stretched at the start gives that way in one pass where it is rigid, however short the pass. Passes shorter
-//! than the first leave the rest of it to later ones ([`crate::closing`]).
+//! than the first leave the rest of it to later ones ([`crate::activation`]).
 //!
 //! A link or cable under tension T that turns with its ends resists them with T/|d| across; without that in its matrix
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
@@ -44,7 +44,7 @@ const BALANCED: f64 = 1e-9;
 const ROUNDING: f64 = 1e-15;
 /// Imbalance from which on a longest step that stalls is taken to be stopped by its rounding, u F Δt² over the inertia.
 const NEAR: f64 = 1e-6;
-/// A pass that leaves more than this part of the imbalance stalls.
+/// A pass that leaves more than this part of the equilibrium_residual stalls.
 const STALLED: f64 = 0.95;
 /// Times that the step is then quartered.
 const QUARTERINGS: usize = 5;
@@ -80,8 +80,8 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
             None => pace.dt *= 0.25,
             Some(way) => {
                 moved = Some(way);
-                let rests = pace.ends_with(stepper.imbalance());
-                if rests || (passes == PASSES && pace.imbalance <= BALANCED) {
+                let rests = pace.ends_with(stepper.equilibrium_residual());
+                if rests || (passes == PASSES && pace.equilibrium_residual <= BALANCED) {
                     let before = overlap(&scene);
                     take_pose(stepper.into_scene(), &mut scene);
                     return keeps_apart(scene, before);
@@ -94,7 +94,7 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
         passes,
         change: change.unwrap_or(f64::INFINITY),
         body: body.and_then(|i: usize| scene.body_names.get(i).cloned()),
-        imbalance: pace.imbalance,
+        equilibrium_residual: pace.equilibrium_residual,
         limited: stepper.at_force_limit(),
     })
 }
@@ -159,7 +159,7 @@ struct Pace {
     /// Length of the next pass \[s].
     dt: f64,
     /// Imbalance after the last pass, relative.
-    imbalance: f64,
+    equilibrium_residual: f64,
     /// Times that the step has been quartered since the longest stalled.
     quartered: usize,
     /// Passes that stalled at this length.
@@ -170,31 +170,32 @@ impl Pace {
     fn start() -> Self {
         Self {
             dt: FIRST,
-            imbalance: f64::INFINITY,
+            equilibrium_residual: f64::INFINITY,
             quartered: 0,
             stalled: 0,
         }
     }
 
-    /// Takes the imbalance after a pass and sets the length of the next; true if the pass was the
+    /// Takes the equilibrium_residual after a pass and sets the length of the next; true if the pass was the
     /// last.
-    fn ends_with(&mut self, imbalance: f64) -> bool {
-        let last = std::mem::replace(&mut self.imbalance, imbalance);
+    fn ends_with(&mut self, equilibrium_residual: f64) -> bool {
+        let last = std::mem::replace(&mut self.equilibrium_residual, equilibrium_residual);
         let shortened = self.quartered > 0;
-        self.stalled += usize::from(imbalance >= STALLED * last && imbalance <= NEAR);
+        self.stalled +=
+            usize::from(equilibrium_residual >= STALLED * last && equilibrium_residual <= NEAR);
         let stalls = self.stalled > if shortened { PATIENCE } else { 0 };
         if stalls && self.quartered < QUARTERINGS && (shortened || self.dt >= LONGEST) {
             self.quartered += 1;
             self.stalled = 0;
             self.dt *= 0.25;
-        } else if !shortened || stalls || imbalance > NEAR {
-            if shortened && imbalance <= BALANCED {
+        } else if !shortened || stalls || equilibrium_residual > NEAR {
+            if shortened && equilibrium_residual <= BALANCED {
                 return true;
             }
             (self.quartered, self.stalled) = (0, 0);
             self.dt = (4.0 * self.dt).min(LONGEST);
         }
-        imbalance <= ROUNDING
+        equilibrium_residual <= ROUNDING
     }
 }
 
@@ -246,20 +247,21 @@ impl Spans {
         if self.cables.is_empty() {
             return;
         }
-        let pieces = &mut stepper.pieces;
-        let constraints = pieces.rows.constraints();
+        let system_data = &mut stepper.system_data;
+        let constraints = system_data.rows.constraints();
         // The guard ignores the links: their φ is no gap.
-        pieces.idle.resize(constraints, false);
-        pieces.idle[self.first..].fill(true);
-        let links = pieces.rows.transverse.len() - self.cables.len();
+        system_data.idle.resize(constraints, false);
+        system_data.idle[self.first..].fill(true);
+        let links = system_data.rows.transverse.len() - self.cables.len();
         for (k, &cable) in self.cables.iter().enumerate() {
-            pieces.rows.transverse[links + k].length_row = pieces.rows.row_range(cable).start;
+            system_data.rows.transverse[links + k].length_row =
+                system_data.rows.row_range(cable).start;
         }
     }
 
     /// J = 0 and φ = 0 in the links' own rows, so that λ = 0: the present linearisation holds them.
     fn leave_out_lengths(&self, stepper: &mut Stepper) {
-        let rows = &mut stepper.pieces.rows;
+        let rows = &mut stepper.system_data.rows;
         for link in self.first..rows.constraints() {
             let (row, slots) = (rows.row_range(link).start, rows.slot_range(link));
             rows.phi[row] = 0.0;
@@ -286,14 +288,17 @@ impl Stepper {
             &self.tension,
             &self.contacts,
         );
-        self.pieces.load_velocities(&self.scene.bodies);
-        self.pieces.dv.clear();
-        self.pieces.rows.drive(&self.scene, self.time, self.time);
+        self.system_data.load_velocities(&self.scene.bodies);
+        self.system_data.dv.clear();
+        self.system_data
+            .rows
+            .drive(&self.scene, self.time, self.time);
         self.slip.forget();
         self.slip.grip(&self.scene);
-        self.closing.begin(&self.pieces.rows);
-        self.closing.take_drift(&self.pieces.rows, &self.tension);
-        self.closing.left = (1.0 - dt / FIRST).max(0.0);
+        self.activation.begin(&self.system_data.rows);
+        self.activation
+            .take_drift(&self.system_data.rows, &self.tension);
+        self.activation.left = (1.0 - dt / FIRST).max(0.0);
         let pass = Pass::FromRest(ACCELERATION);
         let disagreement = match self.newton_pass(pass, dt, self.time) {
             Ok(d) => d,
@@ -303,7 +308,9 @@ impl Stepper {
             Err(e) => return Err(e),
         };
         if disagreement <= ACCEPTED && self.largest_turn(dt) <= LARGEST_TURN {
-            self.pieces.rows.follow_windings(&mut self.scene, self.time);
+            self.system_data
+                .rows
+                .follow_windings(&mut self.scene, self.time);
             return Ok(Some(self.largest_motion(dt)));
         }
         let start = std::mem::take(&mut self.substep_start);
@@ -315,18 +322,18 @@ impl Stepper {
     /// Largest change of an angular row in `dt` \[rad]: |J v| dt of the last iterate.
     fn largest_turn(&mut self, dt: f64) -> f64 {
         let [rates, _] = &mut self.in_rows;
-        self.pieces.rates_after(rates);
+        self.system_data.rates_after(rates);
         let angular = rates
             .iter()
             .enumerate()
-            .filter(|(r, _)| self.pieces.is_angular(*r));
+            .filter(|(r, _)| self.system_data.is_angular(*r));
         angular.map(|(_, rate)| dt * rate.abs()).fold(0.0, f64::max)
     }
 
     /// Largest way of a body's centre or attachment in `dt`, over the scene's extent, and the body. Turning about a lever
     /// arm moves nothing.
     fn largest_motion(&self, dt: f64) -> (f64, usize) {
-        let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
+        let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
         let centres = bodies.velocity.iter().map(Vector3::norm).enumerate();
         let turning = rows.slots.iter().enumerate().map(|(s, slot)| {
             let omega = bodies.angular_velocity[slot.body];

@@ -105,7 +105,7 @@ pub enum StepError {
         /// The body that it was.
         body: Option<String>,
         /// Residual force, over the largest force.
-        imbalance: f64,
+        equilibrium_residual: f64,
         /// A constraint that gave way at its limit of force.
         limited: Option<String>,
     },
@@ -199,7 +199,7 @@ impl fmt::Display for StepError {
                 passes,
                 change,
                 body,
-                imbalance,
+                equilibrium_residual,
                 limited,
             } => {
                 write!(f, "no static equilibrium found in {passes} solves: ")?;
@@ -207,7 +207,7 @@ impl fmt::Display for StepError {
                     write!(
                         f,
                         "the last moved `{body}` the most, by {change:.1e} of the scene's extent, and left \
-                         {imbalance:.1e} of the largest force without balance: "
+                         {equilibrium_residual:.1e} of the largest force without balance: "
                     )?;
                 }
                 match limited {

@@ -77,7 +77,7 @@
 //! | `access` | values set between steps: states, loads, motors, winches, controls |
 //! | `change` | bodies, constraints and controls added and removed between steps |
 //! | `events` | events after a step: ropes that break, hooks that catch |
-//! | `stepper/winding` | cables of segments at their winches |
+//! | `stepper/winch_cuts` | cables of segments at their winches |
 //! | `stepper/resolution` | cables that merge and split their segments by rule |
 //! | `identity` | stable handles of bodies and constraints |
 //! | `observe` | queries: forces, loads, energies, the linear system, exact multipliers |
@@ -89,46 +89,45 @@
 //! | `stepper/estimate` | the error of the load's position, by a companion run of longer steps |
 //! | `stepper/potential` | the incremental potential that these minimise, and the search along their Newton steps |
 //! | `equilibrium` | static equilibrium by solves |
-//! | `imbalance` | residual forces and law violations of a state at rest |
-//! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
+//! | `equilibrium_residual` | residual forces and law violations of a state at rest |
+//! | `active_set` | rows with bounds: cables that cannot push, motors of limited force |
 //! | `slip`, `stepper/slipping` | cables that slip over sheaves with friction |
-//! | `contact`, `contact/operator`, `stepper/touching` | contacts with friction: rows, dense operator, the solve with them |
+//! | `contact`, `contact/operator`, `stepper/contact_solve` | contacts with friction: rows, dense operator, the solve with them |
 //! | `effort` | the work that a step may spend on contacts, and the flag that ends it |
-//! | `closing` | how such rows close and open without energy from nowhere |
-//! | `pieces` | data of the linear system, and its residual |
+//! | `activation` | how such rows close and open without energy from nowhere |
+//! | `system_data` | data of the linear system, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
 //! | `geometric`, `gyroscopic` | K; free rotation |
 //! | `motion` | velocities and positions from velocity changes |
 //! | `regularization` | Σ and c − J v, in one place |
 //! | `history` | state to return to, past rates for multistep schemes |
-//! | `plan` | block patterns and index maps of a topology; fills the matrix |
+//! | `assembly_map` | block patterns and index maps of a topology; fills the matrix |
 //! | `assembly` | the joints' blocks of S, eight or four at a time |
 //! | `serde_forms` | options by their names, times in seconds, for `serde` |
 //! | `report` | report of a step, time of each phase |
 //! | `error` | [`StepError`]: why there is no step, with the names of constraints |
 
 mod access;
+mod activation;
+mod active_set;
 mod assembly;
-mod bounded;
+mod assembly_map;
 mod change;
-mod closing;
 mod contact;
 mod effort;
 mod elimination;
 mod equilibrium;
+mod equilibrium_residual;
 mod error;
 mod events;
 mod geometric;
 mod gyroscopic;
 mod history;
 mod identity;
-mod imbalance;
 mod inertia;
 mod motion;
 mod observe;
 mod options;
-mod pieces;
-mod plan;
 mod regularization;
 mod report;
 mod saved;
@@ -136,6 +135,7 @@ mod saved;
 mod serde_forms;
 mod slip;
 mod stepper;
+mod system_data;
 
 pub use change::Edit;
 pub use contact::{ContactForce, ContactImpulses};

@@ -1,11 +1,11 @@
 //! Queries of a stepper: scene, multipliers, linear system, energies, and the exact solution of the
 //! next step.
 
-use crate::bounded::{Bounded, Verdict};
-use crate::pieces::Pieces;
-use crate::plan::Plan;
+use crate::active_set::{ActiveSet, Outcome};
+use crate::assembly_map::AssemblyMap;
 use crate::slip::Slip;
 use crate::stepper::{Stage, Stepper};
+use crate::system_data::SystemData;
 use crate::{
     Chosen, Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic,
 };
@@ -96,7 +96,7 @@ impl Stepper {
         if constraint >= self.scene.constraints.len() {
             return None;
         }
-        let mu = &self.mu[self.pieces.rows.row_range(constraint)];
+        let mu = &self.mu[self.system_data.rows.row_range(constraint)];
         let mut rows = [0.0; MAX_ROWS];
         for (force, mu) in rows.iter_mut().zip(mu) {
             *force = mu / self.mu_dt;
@@ -151,7 +151,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Scene`] for a cable or a segment that is not there.
     pub fn tension_in(&self, cable: &str, segment: usize) -> Result<f64, StepError> {
-        let (scene, rows) = (&self.scene, &self.pieces.rows);
+        let (scene, rows) = (&self.scene, &self.system_data.rows);
         let body = scene.segment(cable, segment)?;
         let held = rows.slots.iter().filter(|slot| slot.body == body);
         let mut constraints: Vec<usize> = held.map(|slot| slot.constraint).collect();
@@ -201,7 +201,7 @@ impl Stepper {
     /// [`GeometricStiffness`](crate::GeometricStiffness). Zero where that is off; `None` for a body that is not there.
     #[must_use]
     pub fn geometric_stiffness(&self, body: usize) -> Option<Matrix3<f64>> {
-        let stiffness = self.pieces.geometric.stiffness();
+        let stiffness = self.system_data.geometric.stiffness();
         (body < self.scene.bodies.len()).then(|| unpacked(stiffness.get(body)))
     }
 
@@ -221,40 +221,44 @@ impl Stepper {
     /// [`SolveError`](taut_solver::SolveError) in [`StepError::Solve`] where the pattern is too large.
     pub fn assembled(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
         let dt = self.mu_dt;
-        self.bounded.hold(&mut self.pieces, dt);
+        self.active_set.hold(&mut self.system_data, dt);
         // The right-hand side is found by way of Δv, which belongs to the solution until then.
-        let dv = self.pieces.dv.clone();
+        let dv = self.system_data.dv.clone();
         let assembled = self.assemble_as(form);
-        self.pieces.dv = dv;
-        self.bounded.release(&mut self.pieces);
+        self.system_data.dv = dv;
+        self.active_set.release(&mut self.system_data);
         assembled
     }
 
     fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
         let order = &self.elimination.constraints;
-        let plan = Plan::new(form, &self.scene, &self.pieces.rows, order);
-        Ok(self.fill_system(form, &mut plan.map_err(|e| self.at_state(e))?))
+        let assembly_map = AssemblyMap::new(form, &self.scene, &self.system_data.rows, order);
+        Ok(self.fill_system(form, &mut assembly_map.map_err(|e| self.at_state(e))?))
     }
 
     /// Matrix and right-hand side of a plan of the form, from the present pieces.
-    fn fill_system(&mut self, form: Form, plan: &mut Plan) -> (SymBlockMatrix, Vec<f64>) {
-        let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
+    fn fill_system(
+        &mut self,
+        form: Form,
+        assembly_map: &mut AssemblyMap,
+    ) -> (SymBlockMatrix, Vec<f64>) {
+        let mut a = SymBlockMatrix::zeros(assembly_map.pattern.clone());
         let mut b = vec![0.0; a.dim()];
-        let Pieces {
+        let SystemData {
             rows,
             inertia,
             regularization,
             rate,
             ..
-        } = &self.pieces;
-        plan.fill(rows, inertia, regularization, &mut a);
+        } = &self.system_data;
+        assembly_map.fill(rows, inertia, regularization, &mut a);
         match form {
             Form::Schur => {
                 let [residual, _] = &mut self.in_rows;
-                self.pieces.free_residual(residual);
-                plan.gather(&self.pieces.rows, None, residual, 1.0, &mut b);
+                self.system_data.free_residual(residual);
+                assembly_map.gather(&self.system_data.rows, None, residual, 1.0, &mut b);
             }
-            Form::Kkt => plan.gather(rows, Some(&inertia.impulse), rate, 1.0, &mut b),
+            Form::Kkt => assembly_map.gather(rows, Some(&inertia.impulse), rate, 1.0, &mut b),
         }
         (a, b)
     }
@@ -271,7 +275,7 @@ impl Stepper {
     /// The constraints' linearisation at the present state; ∂φ/∂t is that of the last step or solve.
     #[must_use]
     pub fn linearized(&self) -> &Linearized {
-        &self.pieces.rows
+        &self.system_data.rows
     }
 
     /// Kinetic, gravitational and elastic energy \[J] at the beginning of the last sub-step, where position, tension and the
@@ -300,7 +304,7 @@ impl Stepper {
             let orientation =
                 gyroscopic::turned_back(&bodies.inertia[i], &bodies.orientation[i], &omega, dt);
             if dt > 0.0 {
-                let (v, dv) = (self.pieces.v.get(i), self.pieces.dv.get(i));
+                let (v, dv) = (self.system_data.v.get(i), self.system_data.dv.get(i));
                 let mean = |k: usize| v[k] + 0.5 * dv[k];
                 velocity = Vector3::new(mean(0), mean(1), mean(2));
                 omega = Vector3::new(mean(3), mean(4), mean(5));
@@ -320,8 +324,8 @@ impl Stepper {
     pub fn elastic_energy(&self) -> f64 {
         // Transverse rows are a filter, not a spring. Rigid ones store nothing: 0 λ² would be NaN
         // where λ² overflows.
-        let compliance = &self.pieces.rows.compliance;
-        let stores = |r: &usize| compliance[*r] > 0.0 && !self.pieces.is_transverse(*r);
+        let compliance = &self.system_data.rows.compliance;
+        let stores = |r: &usize| compliance[*r] > 0.0 && !self.system_data.is_transverse(*r);
         let energies = (0..self.mu.len()).filter(stores);
         0.5 * energies
             .map(|r| compliance[r] * (self.mu[r] / self.mu_dt).powi(2))
@@ -329,7 +333,7 @@ impl Stepper {
     }
 
     /// The exact impulses of the next sub-step from the present state, one a row \[N s, N m s], to the last digit: the KKT
-    /// system of the pieces M̃, J, Σ, c (as rounded to doubles) in extended precision. The oracle for every form and backend. Those
+    /// system of the system's data M̃, J, Σ, c (as rounded to doubles) in extended precision. The oracle for every form and backend. Those
     /// of the first step come after [`begin`](Self::begin). Allocates.
     ///
     /// # Errors
@@ -339,21 +343,21 @@ impl Stepper {
         self.linearize(self.options.stiffness)?;
         let dt = self.substep();
         // The stepper's own solves start from what they know, not from what is found here.
-        let (mut bounded, mut slip) = (self.bounded.clone(), self.slip.clone());
+        let (mut bounded, mut slip) = (self.active_set.clone(), self.slip.clone());
         bounded.begin();
-        self.contacts.keep(&self.pieces.inertia, false);
+        self.contacts.keep(&self.system_data.inertia, false);
         loop {
-            bounded.hold(&mut self.pieces, dt);
-            self.contacts.keep(&self.pieces.inertia, true);
+            bounded.hold(&mut self.system_data, dt);
+            self.contacts.keep(&self.system_data.inertia, true);
             let solved = self.touch_extended(&mut slip, &bounded, dt);
-            bounded.release(&mut self.pieces);
-            slip.release(&mut self.pieces);
-            self.contacts.apply(&mut self.pieces.inertia, false);
+            bounded.release(&mut self.system_data);
+            slip.release(&mut self.system_data);
+            self.contacts.apply(&mut self.system_data.inertia, false);
             let mut mu = solved?;
-            match bounded.judge(&mut self.pieces, &mut mu, dt) {
-                Verdict::Settled => return Ok(mu),
-                Verdict::Changed => self.contacts.take_out(&mut self.pieces.inertia, false),
-                Verdict::Undecided => return Err(StepError::Undecided { time: self.time }),
+            match bounded.judge(&mut self.system_data, &mut mu, dt) {
+                Outcome::Settled => return Ok(mu),
+                Outcome::Changed => self.contacts.take_out(&mut self.system_data.inertia, false),
+                Outcome::NotConverged => return Err(StepError::Undecided { time: self.time }),
             }
         }
     }
@@ -363,10 +367,10 @@ impl Stepper {
     fn touch_extended(
         &mut self,
         slip: &mut Slip,
-        bounded: &Bounded,
+        bounded: &ActiveSet,
         dt: f64,
     ) -> Result<Vec<f64>, StepError> {
-        self.contacts.apply(&mut self.pieces.inertia, true);
+        self.contacts.apply(&mut self.system_data.inertia, true);
         let stuck = self.solve_extended(None)?;
         let mu = self.slip_extended(slip, bounded, stuck)?;
         if self.contacts.is_empty() {
@@ -378,7 +382,7 @@ impl Stepper {
         factorized.map_err(|e| self.culprit(e))?;
         self.mu.copy_from_slice(&mu);
         let done = self.pass_through(dt, 0.0, |stepper| {
-            slip.take_out(&mut stepper.pieces);
+            slip.take_out(&mut stepper.system_data);
             let stuck = stepper.solve_extended(None)?;
             let mu = stepper.slip_extended(slip, bounded, stuck)?;
             stepper.mu.copy_from_slice(&mu);
@@ -393,17 +397,17 @@ impl Stepper {
     fn slip_extended(
         &mut self,
         slip: &mut Slip,
-        bounded: &Bounded,
+        bounded: &ActiveSet,
         stuck: Vec<f64>,
     ) -> Result<Vec<f64>, StepError> {
         if slip.is_empty() {
             return Ok(stuck);
         }
-        slip.take_out(&mut self.pieces);
+        slip.take_out(&mut self.system_data);
         slip.begin();
         let mut mu = stuck.clone();
         let speed = self
-            .pieces
+            .system_data
             .rate
             .iter()
             .fold(0.0, |m: f64, r| m.max(r.abs()));
@@ -419,7 +423,7 @@ impl Stepper {
             }
         }
         if slip.slips() {
-            slip.apply(&mut self.pieces, bounded);
+            slip.apply(&mut self.system_data, bounded);
             mu = self.solve_extended(None)?;
             slip.correct(&mut mu);
         }
@@ -430,23 +434,23 @@ impl Stepper {
     fn solve_extended(&mut self, column: Option<&[f64]>) -> Result<Vec<f64>, StepError> {
         // The order of `banded`, whatever the backend of the run: the reference eliminates all blocks.
         let (auto, all) = (Elimination::Auto, &Backend::Banded);
-        let order = elimination::order_of(auto, &self.scene, &self.pieces.rows, all)
+        let order = elimination::order_of(auto, &self.scene, &self.system_data.rows, all)
             .map_err(|e| self.at_state(e))?;
-        let mut plan = Plan::new(
+        let mut assembly_map = AssemblyMap::new(
             Form::Kkt,
             &self.scene,
-            &self.pieces.rows,
+            &self.system_data.rows,
             &order.constraints,
         )
         .map_err(|e| self.at_state(e))?;
-        let (a, mut b) = self.fill_system(Form::Kkt, &mut plan);
+        let (a, mut b) = self.fill_system(Form::Kkt, &mut assembly_map);
         if let Some(column) = column {
-            plan.gather(&self.pieces.rows, None, column, 1.0, &mut b);
+            assembly_map.gather(&self.system_data.rows, None, column, 1.0, &mut b);
         }
         let x = taut_solver::reference_solution(&a, &b).map_err(|e| self.at_state(e))?;
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         let mut mu = vec![0.0; rows.rows()];
-        plan.scatter_multipliers(rows, &x, -1.0, &mut mu);
+        assembly_map.scatter_multipliers(rows, &x, -1.0, &mut mu);
         Ok(mu)
     }
 }
@@ -477,10 +481,10 @@ mod tests {
     /// The force above the load against what accelerates the load, m (Δv/h − g), and against φ/ε, both relative.
     fn apart(stepper: &Stepper) -> [f64; 2] {
         let (load, joint) = (6, 6);
-        let dv = stepper.pieces.dv.get(load);
+        let dv = stepper.system_data.dv.get(load);
         let rate = Vector3::new(dv[0], dv[1], dv[2]) / stepper.stage.advanced();
         let carried = (rate - stepper.scene.gravity).norm() * stepper.scene.bodies.mass[load];
-        let rows = &stepper.pieces.rows;
+        let rows = &stepper.system_data.rows;
         let stretched: Vec<_> = rows
             .row_range(joint)
             .map(|r| rows.phi[r] / rows.compliance[r])
@@ -556,7 +560,7 @@ mod tests {
                 }
             }
         }
-        let [x, y, z, ..] = stepper.pieces.dv.get(i);
+        let [x, y, z, ..] = stepper.system_data.dv.get(i);
         let rate = Vector3::new(x, y, z) / stepper.stage.advanced();
         [sum, (rate - scene.gravity) * scene.bodies.mass[i]]
     }

@@ -302,7 +302,7 @@ impl Guard {
 #[non_exhaustive]
 pub enum Form {
     /// The Schur complement S = J M⁻¹ Jᵀ + Σ, symmetric positive definite, [SL (11)]. Forming it loses about
-    /// roundoff × mass ratio of relative accuracy; one refinement from the pieces brings it back.
+    /// roundoff × mass ratio of relative accuracy; one refinement from the system's data brings it back.
     #[default]
     Schur,
     /// The symmetric KKT matrix [M Jᵀ; J −Σ], quasi-definite, [SL (10)].
@@ -423,7 +423,7 @@ pub struct StepOptions {
     /// The solver.
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_forms::text"))]
     pub backend: Backend,
-    /// Refinement sweeps after the solve: from the pieces M, J, Σ for [`Form::Schur`], with b − A x for [`Form::Kkt`].
+    /// Refinement sweeps after the solve: from the system's data M, J, Σ for [`Form::Schur`], with b − A x for [`Form::Kkt`].
     pub refinements: usize,
     /// Starts iterative backends from the last step's multipliers; else from zero.
     pub warm_start: bool,

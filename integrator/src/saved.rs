@@ -9,9 +9,9 @@
 pub(crate) mod beginning;
 mod options;
 
-use crate::bounded::Place;
+use crate::activation::{Made, UNKNOWN};
+use crate::active_set::RowState;
 use crate::change::Moved;
-use crate::closing::{Made, UNKNOWN};
 use crate::contact::Known;
 use crate::history::History;
 use crate::stepper::balance::Account;
@@ -51,7 +51,7 @@ pub struct SavedRun {
     impulses: Vec<f64>,
     impulse_time: f64,
     tension: Option<Vec<f64>>,
-    places: Vec<Place>,
+    places: Vec<RowState>,
     /// Steps since the bounded rows were last at a bound.
     ages: Vec<u8>,
     /// Rows without bounds that an event has just made.
@@ -165,7 +165,7 @@ impl SavedRun {
             fresh: Vec::new(),
             impulses: to.rows(&self.impulses),
             tension: self.tension.map(|tension| to.rows(&tension)),
-            places: to.bounded(&self.places, Place::Inside),
+            places: to.bounded(&self.places, RowState::Inside),
             ages: to.bounded(&self.ages, UNKNOWN),
             made: to.made(&self.made),
             // A changed cable finds its pattern of slip anew.
@@ -352,16 +352,16 @@ impl Stepper {
         run.impulse_time = self.mu_dt;
         let tension = run.tension.get_or_insert_default();
         refill(tension, self.tension.iter().copied());
-        refill(&mut run.places, self.bounded.places());
-        refill(&mut run.ages, self.closing.ages().iter().copied());
-        refill(&mut run.made, self.closing.made().iter().copied());
+        refill(&mut run.places, self.active_set.places());
+        refill(&mut run.ages, self.activation.ages().iter().copied());
+        refill(&mut run.made, self.activation.made().iter().copied());
         refill(&mut run.slips, self.slip.motions());
         let (known, dt) = self.contacts.known();
         refill(&mut run.contacts, known.iter().copied());
         run.contact_time = dt;
-        six(&mut run.velocity, &self.pieces.v);
-        six(&mut run.velocity_change, &self.pieces.dv);
-        refill(&mut run.drive, self.pieces.rows.phi_t.iter().copied());
+        six(&mut run.velocity, &self.system_data.v);
+        six(&mut run.velocity_change, &self.system_data.dv);
+        refill(&mut run.drive, self.system_data.rows.phi_t.iter().copied());
         run.account.copy_from(&self.account);
         let History {
             known,
@@ -401,7 +401,7 @@ impl Stepper {
             scene.lay_cables(0.0);
         }
         let mut stepper = Self::build_valid(scene, saved.options.clone(), given)?;
-        let bounded = stepper.bounded.places().count();
+        let bounded = stepper.active_set.places().count();
         let (bodies, capstans) = (stepper.scene.bodies.len(), stepper.scene.capstans.len());
         let counts = [stepper.mu.len(), bodies, bounded, capstans];
         if let Err(e) = saved.check(counts) {
@@ -424,16 +424,16 @@ impl Stepper {
         if let Some(tension) = saved.tension {
             stepper.tension = tension.into();
         }
-        stepper.bounded.put(&saved.places);
-        stepper.closing.put(&saved.ages);
-        stepper.closing.make(saved.made);
+        stepper.active_set.put(&saved.places);
+        stepper.activation.put(&saved.ages);
+        stepper.activation.make(saved.made);
         stepper.slip.put(&saved.slips);
         stepper.contacts.put(saved.contacts, saved.contact_time);
-        let rows = &mut stepper.pieces.rows;
+        let rows = &mut stepper.system_data.rows;
         rows.update(&stepper.scene, saved.time);
         rows.phi_t = saved.drive.into();
-        put_into(&mut stepper.pieces.v, &saved.velocity);
-        put_into(&mut stepper.pieces.dv, &saved.velocity_change);
+        put_into(&mut stepper.system_data.v, &saved.velocity);
+        put_into(&mut stepper.system_data.dv, &saved.velocity_change);
         stepper.account = saved.account;
         if let (Some(rest), Some(watch)) = (&mut stepper.rest, saved.watch) {
             rest.watch = watch;

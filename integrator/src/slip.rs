@@ -17,8 +17,8 @@
 //! at once, and one at a time where that does not end. Parts of one cable go slack together: where T_in = 0, T_out = 0 is
 //! all that friction allows.
 
-use crate::bounded::Bounded;
-use crate::pieces::Pieces;
+use crate::active_set::ActiveSet;
+use crate::system_data::SystemData;
 use taut_model::Scene;
 
 /// Patterns tried with all wrong sheaves changed at once, and then one at a time.
@@ -96,8 +96,8 @@ pub(crate) struct Slip {
 }
 
 impl Slip {
-    pub(crate) fn new(scene: &Scene, pieces: &Pieces) -> Self {
-        let rows = &pieces.rows;
+    pub(crate) fn new(scene: &Scene, system_data: &SystemData) -> Self {
+        let rows = &system_data.rows;
         let bound = |c: usize| rows.bounds.binary_search_by_key(&c, |b| b.constraint);
         let sheave = |capstan: &taut_model::Capstan| Sheave {
             rows: capstan.parts.map(|c| rows.row_range(c).start),
@@ -164,7 +164,7 @@ impl Slip {
         }
     }
 
-    /// Bounded rows that go slack together: those of one cable.
+    /// ActiveSet rows that go slack together: those of one cable.
     pub(crate) fn chains(&self) -> Vec<Vec<usize>> {
         let mut chains: Vec<Vec<usize>> = Vec::new();
         for sheave in &self.sheaves {
@@ -199,49 +199,49 @@ impl Slip {
     }
 
     /// Takes the slip out of the drives and, where c − J v is still that of the last solve, out of it.
-    pub(crate) fn take_out(&mut self, pieces: &mut Pieces) {
+    pub(crate) fn take_out(&mut self, system_data: &mut SystemData) {
         for sheave in &mut self.sheaves {
             let driven = [-sheave.applied, sheave.applied];
             for ((row, driven), added) in sheave.rows.into_iter().zip(driven).zip(sheave.added) {
-                pieces.rows.phi_t[row] += driven;
-                pieces.rate[row] -= added;
+                system_data.rows.phi_t[row] += driven;
+                system_data.rate[row] -= added;
             }
         }
         self.forget();
     }
 
     /// The drives hold the slip.
-    pub(crate) fn drive(&mut self, pieces: &mut Pieces) {
+    pub(crate) fn drive(&mut self, system_data: &mut SystemData) {
         for sheave in &mut self.sheaves {
             let more = sheave.rate - std::mem::replace(&mut sheave.applied, sheave.rate);
             let [before, after] = sheave.rows;
-            pieces.rows.phi_t[before] += more;
-            pieces.rows.phi_t[after] -= more;
+            system_data.rows.phi_t[before] += more;
+            system_data.rows.phi_t[after] -= more;
         }
     }
 
     /// The drives hold the slip, and so does c − J v of the rows that are not held at a bound.
-    pub(crate) fn apply(&mut self, pieces: &mut Pieces, bounded: &Bounded) {
-        self.drive(pieces);
-        self.add(pieces, |k| !bounded.holds(k));
+    pub(crate) fn apply(&mut self, system_data: &mut SystemData, bounded: &ActiveSet) {
+        self.drive(system_data);
+        self.add(system_data, |k| !bounded.holds(k));
     }
 
     /// Adds the slip to c − J v of the bounded rows that `are_in` it, where it is not there yet.
-    fn add(&mut self, pieces: &mut Pieces, are_in: impl Fn(usize) -> bool) {
+    fn add(&mut self, system_data: &mut SystemData, are_in: impl Fn(usize) -> bool) {
         for sheave in &mut self.sheaves {
             for (k, sign) in [-1.0, 1.0].into_iter().enumerate() {
                 if sheave.added[k] == 0.0 && are_in(sheave.bounds[k]) {
                     sheave.added[k] = sign * sheave.rate;
-                    pieces.rate[sheave.rows[k]] += sheave.added[k];
+                    system_data.rate[sheave.rows[k]] += sheave.added[k];
                 }
             }
         }
     }
 
-    /// The rows that were held are back in the pieces, without the slip.
-    pub(crate) fn release(&mut self, pieces: &mut Pieces) {
-        self.drive(pieces);
-        self.add(pieces, |_| true);
+    /// The rows that were held are back in the system's data, without the slip.
+    pub(crate) fn release(&mut self, system_data: &mut SystemData) {
+        self.drive(system_data);
+        self.add(system_data, |_| true);
     }
 
     /// After a factorisation: nothing is known of A⁻¹.
@@ -252,7 +252,7 @@ impl Slip {
     }
 
     /// The first sheave that slips and whose response A⁻¹ B is not known, with B.
-    pub(crate) fn wanted(&mut self, bounded: &Bounded) -> Option<(usize, &[f64])> {
+    pub(crate) fn wanted(&mut self, bounded: &ActiveSet) -> Option<(usize, &[f64])> {
         let of = |s: &Sheave| s.motion != Motion::Sticks && !s.is_known;
         let i = self.sheaves.iter().position(of)?;
         let Sheave { rows, bounds, .. } = self.sheaves[i];
@@ -371,7 +371,7 @@ impl Slip {
 
     /// Rates of a slack cable, the least with which no part is short while another hangs: `w` are the rows' residuals, which
     /// are ≥ 0 of what is slack.
-    pub(crate) fn share_slack(&mut self, w: &mut [f64], bounded: &Bounded) {
+    pub(crate) fn share_slack(&mut self, w: &mut [f64], bounded: &ActiveSet) {
         let slack = |s: &Sheave| s.bounds.iter().all(|b| bounded.holds(*b));
         let mut give = |sheave: &mut Sheave, from: usize, sign: f64| {
             let short = w[sheave.rows[from]].min(0.0);

@@ -3,6 +3,7 @@
 
 pub(crate) mod balance;
 pub(crate) mod choice;
+mod contact_solve;
 mod divided;
 pub(crate) mod estimate;
 mod failed;
@@ -12,11 +13,11 @@ pub(crate) mod resolution;
 pub(crate) mod sleep;
 mod slipping;
 mod system;
-mod touching;
-mod winding;
+mod winch_cuts;
 
-use crate::bounded::Bounded;
-use crate::closing::Closing;
+use crate::activation::Activation;
+use crate::active_set::ActiveSet;
+use crate::assembly_map::AssemblyMap;
 use crate::contact::Contacts;
 use crate::contact::rebound::slowest;
 use crate::effort::Effort;
@@ -24,11 +25,10 @@ use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::identity::Identities;
 use crate::options::Excess;
-use crate::pieces::Pieces;
-use crate::plan::Plan;
 use crate::regularization::Known;
 use crate::report::{Fired, Tally};
 use crate::slip::Slip;
+use crate::system_data::SystemData;
 use crate::{
     GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, geometric, motion,
 };
@@ -58,7 +58,7 @@ pub struct Stepper {
     pub(crate) elimination: EliminationOrder,
     /// The solver that [`Backend::Auto`] stands for.
     pub(crate) chosen: Option<choice::Chosen>,
-    pub(crate) plan: Plan,
+    pub(crate) assembly_map: AssemblyMap,
     pub(crate) matrix: SymBlockMatrix,
     /// Right-hand side and solution of the linear system, length `matrix.dim()`.
     pub(crate) rhs: Aligned,
@@ -67,10 +67,10 @@ pub struct Stepper {
     /// Multipliers and a residual in the order of the scene's rows.
     pub(crate) in_rows: [Aligned; 2],
     /// Linearisation and system of the present state. ∂φ/∂t in `pieces.rows` is the last step's.
-    pub(crate) pieces: Pieces,
+    pub(crate) system_data: SystemData,
     /// Active set of the rows with bounds.
-    pub(crate) bounded: Bounded,
-    pub(crate) closing: Closing,
+    pub(crate) active_set: ActiveSet,
+    pub(crate) activation: Activation,
     /// Slip of cables over their sheaves.
     pub(crate) slip: Slip,
     /// Constraints where cables of segments leave their winches.
@@ -119,7 +119,7 @@ pub struct Stepper {
     pub(crate) companion: Option<Box<Companion>>,
 }
 
-/// State that the multipliers and the pieces belong to.
+/// State that the multipliers and the system's data belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Stage {
     /// Nothing that may be advanced: the present state is unsolved, was changed or was taken back.
@@ -136,7 +136,7 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    /// Length of the sub-step that led to the present state and that the pieces still hold; 0 for none \[s].
+    /// Length of the sub-step that led to the present state and that the system's data still hold; 0 for none \[s].
     pub(crate) fn advanced(self) -> f64 {
         match self {
             Self::Advanced { dt, .. } => dt,
@@ -233,35 +233,37 @@ impl Stepper {
         options: StepOptions,
         given: &mut Option<Box<dyn LinearSolver>>,
     ) -> Result<Self, StepError> {
-        let mut pieces = Pieces::new(&scene);
-        elimination::check_size(&scene, &pieces.rows)?;
-        let (elimination, chosen) = choice::order_and_solver(&options, &scene, &pieces.rows)?;
+        let mut system_data = SystemData::new(&scene);
+        elimination::check_size(&scene, &system_data.rows)?;
+        let (elimination, chosen) = choice::order_and_solver(&options, &scene, &system_data.rows)?;
         let order = &elimination.constraints;
         let form = options.form;
-        let plan = Plan::new(form, &scene, &pieces.rows, order).map_err(at_start)?;
+        let assembly_map =
+            AssemblyMap::new(form, &scene, &system_data.rows, order).map_err(at_start)?;
         let backend = chosen.as_ref().map_or(&options.backend, |c| &c.backend);
-        elimination::check_fill(form, backend, &elimination, &plan.pattern).map_err(at_start)?;
+        elimination::check_fill(form, backend, &elimination, &assembly_map.pattern)
+            .map_err(at_start)?;
         let mut solver = match given.take() {
             Some(solver) => solver,
             None => backend.create().map_err(at_start)?,
         };
-        if let Err(e) = solver.analyze(&plan.pattern) {
+        if let Err(e) = solver.analyze(&assembly_map.pattern) {
             *given = Some(solver);
             return Err(at_start(e));
         }
-        pieces.rows.update(&scene, 0.0);
-        let (dim, rows) = (plan.pattern.dim(), pieces.rows.rows());
+        system_data.rows.update(&scene, 0.0);
+        let (dim, rows) = (assembly_map.pattern.dim(), system_data.rows.rows());
         let dt = options.dt / options.substeps as f64;
-        pieces.rows.drive(&scene, -dt, 0.0);
+        system_data.rows.drive(&scene, -dt, 0.0);
         let mut history = History::new(rows, scene.bodies.len());
-        history.forget(&pieces.rows.phi_t);
+        history.forget(&system_data.rows.phi_t);
         let state = State::new(&scene, rows);
-        let slip = Slip::new(&scene, &pieces);
-        let contacts = Contacts::new(&scene, &pieces);
+        let slip = Slip::new(&scene, &system_data);
+        let contacts = Contacts::new(&scene, &system_data);
         Ok(Self {
             time: 0.0,
             solver,
-            matrix: SymBlockMatrix::zeros(plan.pattern.clone()),
+            matrix: SymBlockMatrix::zeros(assembly_map.pattern.clone()),
             rhs: Aligned::new(dim),
             x: Aligned::new(dim),
             scratch: RefineScratch::new(dim),
@@ -275,7 +277,7 @@ impl Stepper {
             fresh: Vec::new(),
             stage: Stage::Unsolved,
             holding: 0,
-            division: Division::new(rows, pieces.rows.bounds.len()),
+            division: Division::new(rows, system_data.rows.bounds.len()),
             account: Account::default(),
             step_start: state.clone(),
             substep_start: state,
@@ -285,22 +287,22 @@ impl Stepper {
             effort: Effort::default(),
             beginning: None,
             companion: None,
-            bounded: {
-                let mut bounded = Bounded::new(&pieces);
+            active_set: {
+                let mut bounded = ActiveSet::new(&system_data);
                 bounded.join(slip.chains());
                 bounded
             },
             slip,
             fairleads: scene.fairleads().collect(),
-            winches: winding::winches(&scene),
+            winches: winch_cuts::winches(&scene),
             resolving: Resolving::new(&scene).map(Box::new),
             contacts,
             columns: Default::default(),
-            closing: Closing::new(pieces.rows.bounds.len()),
-            pieces,
+            activation: Activation::new(system_data.rows.bounds.len()),
+            system_data,
             elimination,
             chosen,
-            plan,
+            assembly_map,
             ids: Identities::new(&scene),
             fired: Fired::default(),
             scene,
@@ -360,7 +362,7 @@ impl Stepper {
 
     /// All cables have a way over their sheaves.
     fn check_paths(&self) -> Result<(), StepError> {
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         for &c in rows.others() {
             let Constraint::MasslessCable(cable) = &self.scene.constraints[c] else {
                 continue;
@@ -409,7 +411,7 @@ impl Stepper {
     ) -> Result<StepReport, StepError> {
         self.tally = Tally::start();
         self.begin_effort();
-        self.pieces.rows.lost = None;
+        self.system_data.rows.lost = None;
         work(self).map_err(|e| self.after_failure(e))?;
         Ok(self.tally.report(self.time, self.refinements()))
     }
@@ -474,7 +476,7 @@ impl Stepper {
                 &self.contacts,
             );
             self.solve_scheme(self.options.stiffness)?;
-            self.pieces.update_velocity_change(&self.mu);
+            self.system_data.update_velocity_change(&self.mu);
             if self.started {
                 let fresh = std::mem::take(&mut self.fresh);
                 self.take_half_back(fresh.into_iter(), 1.0);
@@ -497,7 +499,7 @@ impl Stepper {
         let half = 0.5 * sign;
         let bodies = &mut self.scene.bodies;
         for i in numbers {
-            let [x, y, z, p, q, r] = self.pieces.dv.get(i);
+            let [x, y, z, p, q, r] = self.system_data.dv.get(i);
             bodies.velocity[i] -= Vector3::new(x, y, z) * half;
             bodies.angular_velocity[i] -= Vector3::new(p, q, r) * half;
         }
@@ -511,28 +513,31 @@ impl Stepper {
             self.find_contacts(dt, true)?;
         }
         self.slip.grip(&self.scene);
-        let (pieces, history) = (&mut self.pieces, &mut self.history);
-        pieces.load_velocities(&self.scene.bodies);
+        let (system_data, history) = (&mut self.system_data, &mut self.history);
+        system_data.load_velocities(&self.scene.bodies);
         let jv = &mut self.in_rows[0];
-        pieces.rows.times_jacobian(&pieces.v, jv);
+        system_data.rows.times_jacobian(&system_data.v, jv);
         if !history.known {
             history.take_rates(jv);
-            history.v.copy_from(&pieces.v);
+            history.v.copy_from(&system_data.v);
         }
         let gamma = self.options.scheme.weights().history();
         match stiffness {
-            GeometricStiffness::Off => pieces.geometric.clear(),
+            GeometricStiffness::Off => system_data.geometric.clear(),
             _ => {
                 let excess = Excess::of(&self.options.row_weights(stiffness));
                 let tension = &self.tension;
-                pieces.geometric.update(&pieces.rows, tension, Some(excess));
+                system_data
+                    .geometric
+                    .update(&system_data.rows, tension, Some(excess));
             }
         }
         if stiffness != GeometricStiffness::Off {
-            self.contacts.stiffen(&self.scene, &mut pieces.geometric);
+            self.contacts
+                .stiffen(&self.scene, &mut system_data.geometric);
         }
-        let (now, before) = (&pieces.v, &history.v);
-        geometric::drive(stiffness, gamma, now, before, &mut pieces.drive);
+        let (now, before) = (&system_data.v, &history.v);
+        geometric::drive(stiffness, gamma, now, before, &mut system_data.drive);
         self.update_inertia(dt, stiffness.alpha())?;
         self.regularize(stiffness, dt);
         self.tally.end(Phase::Linearize);
@@ -541,15 +546,22 @@ impl Stepper {
 
     /// Σ and c of the scheme for a step `dt` long; `in_rows` begin with the rates J v, and M̃ is that of the step.
     fn regularize(&mut self, stiffness: GeometricStiffness, dt: f64) {
-        let (pieces, history) = (&mut self.pieces, &mut self.history);
+        let (system_data, history) = (&mut self.system_data, &mut self.history);
         let jv = &self.in_rows[0];
         let weights = self.options.row_weights(stiffness);
-        pieces.weigh(&weights);
+        system_data.weigh(&weights);
         // The driven part of r_n is that of the step that led here.
         let rates = (&**jv, &*history.phi_t);
-        pieces.rows.drive(&self.scene, self.time, self.time + dt);
+        system_data
+            .rows
+            .drive(&self.scene, self.time, self.time + dt);
         if !self.winches.is_empty() {
-            winding::leave_room(&mut self.bounded, &self.scene, pieces, self.time + dt);
+            winch_cuts::leave_room(
+                &mut self.active_set,
+                &self.scene,
+                system_data,
+                self.time + dt,
+            );
         }
         // The last drives of cables that slip hold their slip.
         let jerk = if self.slip.is_empty() {
@@ -557,31 +569,33 @@ impl Stepper {
         } else {
             f64::INFINITY
         };
-        self.closing.weigh(pieces, &weights, rates, jerk, dt);
+        self.activation
+            .weigh(system_data, &weights, rates, jerk, dt);
         self.slip.forget();
         let stiff = stiffness != GeometricStiffness::Off;
-        pieces.soften_transverse_rows(&self.tension, stiff);
+        system_data.soften_transverse_rows(&self.tension, stiff);
         let past = Known::Past {
             phi_t: &history.phi_t,
             before: &history.rate,
             now: &mut history.rate_now,
         };
-        pieces.regularize(dt, jv, past);
-        self.closing.round_kinks(pieces, &history.rate_now, dt);
-        self.closing.begin(&pieces.rows);
-        self.closing.damp_from_taut(pieces, dt);
+        system_data.regularize(dt, jv, past);
+        self.activation
+            .round_kinks(system_data, &history.rate_now, dt);
+        self.activation.begin(&system_data.rows);
+        self.activation.damp_from_taut(system_data, dt);
         if self.division.parts > 1 {
-            self.closing.leave_drift(pieces, dt);
+            self.activation.leave_drift(system_data, dt);
         }
     }
 
     pub(crate) fn update_inertia(&mut self, dt: f64, alpha: f64) -> Result<(), StepError> {
-        let Pieces {
+        let SystemData {
             inertia,
             geometric,
             drive,
             ..
-        } = &mut self.pieces;
+        } = &mut self.system_data;
         inertia
             .update(&self.scene, dt, geometric.stiffness(), alpha, drive)
             .map_err(|i| self.not_finite(i))
@@ -611,10 +625,10 @@ impl Stepper {
     /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
     /// have paid out.
     pub(crate) fn accept(&mut self) {
-        self.closing.accept(&self.bounded);
-        let rows = &mut self.pieces.rows;
+        self.activation.accept(&self.active_set);
+        let rows = &mut self.system_data.rows;
         let mut slipped = rows.follow_windings(&mut self.scene, self.time);
-        for bound in self.bounded.at_lower().map(|k| rows.bounds[k]) {
+        for bound in self.active_set.at_lower().map(|k| rows.bounds[k]) {
             let constraint = &mut self.scene.constraints[bound.constraint];
             if let Constraint::MasslessCable(cable) = constraint {
                 let paid = cable.settle(rows.phi[bound.row], self.time);
@@ -623,7 +637,7 @@ impl Stepper {
                 slipped |= paid > 0.0;
             }
         }
-        for bound in self.bounded.emptied().map(|k| rows.bounds[k]) {
+        for bound in self.active_set.emptied().map(|k| rows.bounds[k]) {
             let constraint = &mut self.scene.constraints[bound.constraint];
             if let Constraint::MasslessCable(cable) = constraint {
                 slipped |= cable.run_out(self.time);
@@ -633,10 +647,10 @@ impl Stepper {
             slipped |= self.stall(self.winches[n]);
         }
         if slipped {
-            self.pieces.rows.update_state(&self.scene, self.time);
+            self.system_data.rows.update_state(&self.scene, self.time);
         }
         if slipped || self.slip.slips() {
-            self.pieces.rescale(&self.scene);
+            self.system_data.rescale(&self.scene);
         }
         self.cut_at_winches();
     }
@@ -653,9 +667,10 @@ impl Stepper {
         self.stage = Stage::Unsolved;
         self.started = true;
         let dt = self.substep();
-        self.pieces.update_velocity_change(&self.mu);
-        self.pieces.predict(dt);
-        self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
+        self.system_data.update_velocity_change(&self.mu);
+        self.system_data.predict(dt);
+        self.history
+            .accept(&self.system_data.v, &self.system_data.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;
         self.slip.move_lengths(&mut self.scene, dt, self.time);
@@ -663,13 +678,13 @@ impl Stepper {
             dt,
             implicit: false,
         };
-        self.pieces.rows.update_state(&self.scene, self.time);
+        self.system_data.rows.update_state(&self.scene, self.time);
         Ok(())
     }
 
-    /// v⁺ = v + Δv from `pieces`, then positions, over `dt`.
+    /// v⁺ = v + Δv from `system_data`, then positions, over `dt`.
     pub(crate) fn move_bodies(&mut self, dt: f64) -> Result<(), StepError> {
-        let Pieces { inertia, v, dv, .. } = &self.pieces;
+        let SystemData { inertia, v, dv, .. } = &self.system_data;
         let bodies = &mut self.scene.bodies;
         motion::move_bodies(bodies, &inertia.rods, &inertia.others, v, dv, dt)
             .map_err(|i| self.not_finite(i))
@@ -682,7 +697,7 @@ impl Stepper {
         saved.restore_contacts(&mut self.contacts);
         self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
         self.stage = Stage::Unsolved;
-        self.pieces.rows.update_state(&self.scene, self.time);
+        self.system_data.rows.update_state(&self.scene, self.time);
     }
 }
 

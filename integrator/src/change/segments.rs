@@ -166,7 +166,7 @@ impl Stepper {
         for Closed { joint, around } in closed {
             // One that is new in the same change has no past.
             if let Ok(joint) = before.ids.constraint(*joint) {
-                let rates = &before.history.rate[before.pieces.rows.row_range(joint)];
+                let rates = &before.history.rate[before.system_data.rows.row_range(joint)];
                 self.remember(rates, *around);
             }
         }
@@ -177,7 +177,7 @@ impl Stepper {
         for segment in segments {
             if let Ok(i) = self.ids.body(*segment) {
                 let now = self.scene.bodies.rates(i);
-                self.pieces.v.set(i, now);
+                self.system_data.v.set(i, now);
                 self.history.v.set(i, now);
             }
         }
@@ -186,7 +186,7 @@ impl Stepper {
     /// The joint between the parts of a segment bears what its neighbours do. Where one of them has gone in the same change the
     /// other one stands for both.
     fn hang_on(&mut self, segment: &Parted) {
-        let (rows, ids) = (&self.pieces.rows, &self.ids);
+        let (rows, ids) = (&self.system_data.rows, &self.ids);
         let Ok(joint) = ids.constraint(segment.joint) else {
             return;
         };
@@ -233,7 +233,7 @@ impl Stepper {
                 own = axes.transpose() * gap;
                 own.x = -own.x;
             }
-            let rows = self.pieces.rows.row_range(c);
+            let rows = self.system_data.rows.row_range(c);
             let all = own.iter().chain(angular);
             for (rate, more) in self.history.rate[rows].iter_mut().zip(all) {
                 *rate += part * more;

@@ -6,7 +6,7 @@
 //! their bodies join up to [`MOST`]: groups overlap, for what one leaves at its rim the next has inside.
 
 use super::Touch;
-use crate::pieces::Pieces;
+use crate::system_data::SystemData;
 use std::ops::Range;
 use taut_model::{Linearized, Scene};
 
@@ -99,11 +99,11 @@ impl Groups {
     }
 
     /// Sorts the active contacts.
-    pub(crate) fn divide(&mut self, pieces: &Pieces, touches: &[Touch]) {
+    pub(crate) fn divide(&mut self, system_data: &SystemData, touches: &[Touch]) {
         let Self { joined, part, .. } = self;
         joined.clear();
         joined.extend(0..part.len());
-        let parts = |i: usize| movable(pieces, &touches[i]).map(|i| i.map(|i| part[i]));
+        let parts = |i: usize| movable(system_data, &touches[i]).map(|i| i.map(|i| part[i]));
         let active = (0..touches.len()).filter(|i| touches[*i].active);
         self.order.clear();
         self.order.extend(active);
@@ -130,7 +130,7 @@ impl Groups {
         for k in 0..self.islands.len() {
             let (contacts, first) = (self.islands[k].contacts.clone(), self.groups.len());
             if contacts.len() > MOST {
-                self.part_island(contacts, pieces, touches);
+                self.part_island(contacts, system_data, touches);
             } else {
                 self.add_group(contacts);
             }
@@ -145,16 +145,16 @@ impl Groups {
     }
 
     /// Groups of an island that is too large for one.
-    fn part_island(&mut self, island: Range<usize>, pieces: &Pieces, touches: &[Touch]) {
-        self.list(&island, pieces, touches);
-        self.number(pieces, touches);
+    fn part_island(&mut self, island: Range<usize>, system_data: &SystemData, touches: &[Touch]) {
+        self.list(&island, system_data, touches);
+        self.number(system_data, touches);
         let rank = &self.rank;
         let upper = |i: &usize| {
-            let ranks = movable(pieces, &touches[*i]).map(|i| i.map(|i| rank[i]));
+            let ranks = movable(system_data, &touches[*i]).map(|i| i.map(|i| rank[i]));
             ranks.into_iter().max()
         };
         self.order[island.clone()].sort_unstable_by_key(|i| (upper(i), *i));
-        self.list(&island, pieces, touches);
+        self.list(&island, system_data, touches);
         for first in island.clone().step_by(OWN) {
             let start = self.members.len();
             let last = (first + OWN).min(island.end);
@@ -163,7 +163,7 @@ impl Groups {
             while next < self.members.len() && self.members.len() - start < MOST {
                 let place = self.members[next];
                 next += 1;
-                for i in movable(pieces, &touches[self.order[place]])
+                for i in movable(system_data, &touches[self.order[place]])
                     .into_iter()
                     .flatten()
                 {
@@ -181,10 +181,10 @@ impl Groups {
     }
 
     /// Lists the places of an island's contacts by bodies.
-    fn list(&mut self, island: &Range<usize>, pieces: &Pieces, touches: &[Touch]) {
+    fn list(&mut self, island: &Range<usize>, system_data: &SystemData, touches: &[Touch]) {
         self.at.clear();
         for place in island.clone() {
-            let bodies = movable(pieces, &touches[self.order[place]]);
+            let bodies = movable(system_data, &touches[self.order[place]]);
             self.at
                 .extend(bodies.into_iter().flatten().map(|i| (i, place)));
         }
@@ -192,27 +192,27 @@ impl Groups {
     }
 
     /// Numbers the bodies of the listed contacts from one on the ground on.
-    fn number(&mut self, pieces: &Pieces, touches: &[Touch]) {
-        let (rows, unknown) = (&pieces.rows, usize::MAX);
+    fn number(&mut self, system_data: &SystemData, touches: &[Touch]) {
+        let (rows, unknown) = (&system_data.rows, usize::MAX);
         self.rank.clear();
         self.rank.resize(self.part.len(), unknown);
         self.queue.clear();
         let (mut count, mut next) = (0, 0);
         let mut reach = |rank: &mut Vec<usize>, queue: &mut Vec<usize>, body: usize| {
-            if rank[body] == unknown && !pieces.inertia.is_immovable(body) {
+            if rank[body] == unknown && !system_data.inertia.is_immovable(body) {
                 rank[body] = count;
                 count += 1;
                 queue.push(body);
             }
         };
-        for seed in self.seeds(pieces, touches) {
+        for seed in self.seeds(system_data, touches) {
             reach(&mut self.rank, &mut self.queue, seed);
             while let Some(&body) = self.queue.get(next) {
                 next += 1;
                 let from = self.at.partition_point(|(b, _)| *b < body);
                 let here = self.at[from..].iter().take_while(|(b, _)| *b == body);
                 let touching =
-                    here.flat_map(|(_, place)| movable(pieces, &touches[self.order[*place]]));
+                    here.flat_map(|(_, place)| movable(system_data, &touches[self.order[*place]]));
                 let jointed = self.slots[body].iter().flat_map(|s| {
                     let of = rows.slot_range(rows.slots[*s].constraint);
                     rows.slots[of].iter().map(|slot| Some(slot.body))
@@ -225,8 +225,9 @@ impl Groups {
     }
 
     /// The listed bodies, those that touch the ground first.
-    fn seeds(&self, pieces: &Pieces, touches: &[Touch]) -> Vec<usize> {
-        let grounded = |place: usize| movable(pieces, &touches[self.order[place]]).contains(&None);
+    fn seeds(&self, system_data: &SystemData, touches: &[Touch]) -> Vec<usize> {
+        let grounded =
+            |place: usize| movable(system_data, &touches[self.order[place]]).contains(&None);
         let first = self.at.iter().filter(|(_, place)| grounded(*place));
         let all = first.chain(&self.at);
         all.map(|(body, _)| *body).collect()
@@ -234,9 +235,9 @@ impl Groups {
 }
 
 /// The bodies of a contact that move.
-fn movable(pieces: &Pieces, touch: &Touch) -> [Option<usize>; 2] {
+fn movable(system_data: &SystemData, touch: &Touch) -> [Option<usize>; 2] {
     let bodies = touch.found.bodies;
-    bodies.map(|i| i.filter(|i| !pieces.inertia.is_immovable(*i)))
+    bodies.map(|i| i.filter(|i| !system_data.inertia.is_immovable(*i)))
 }
 
 /// The name of a part, by ever shorter ways.

@@ -9,12 +9,12 @@
 use super::groups::Groups;
 use super::sweeps::Split;
 use super::through::{Columns, Through};
-use super::{CARRIERS, Carrier, FLOOR, Touch};
+use super::{CARRIERS, ContactBody, FLOOR, Touch};
 use crate::Form;
+use crate::assembly_map::AssemblyMap;
 use crate::effort::Effort;
-use crate::pieces::Pieces;
-use crate::plan::Plan;
 use crate::slip::Slip;
+use crate::system_data::SystemData;
 use std::ops::Range;
 use taut_model::linearized::dot;
 use taut_model::{Linearized, Scene};
@@ -36,7 +36,7 @@ const SOFTER: (f64, usize) = (100.0, 3);
 pub(crate) struct Factor<'a> {
     pub(crate) solver: &'a mut dyn LinearSolver,
     pub(crate) matrix: &'a SymBlockMatrix,
-    pub(crate) plan: &'a Plan,
+    pub(crate) assembly_map: &'a AssemblyMap,
     pub(crate) form: Form,
     pub(crate) rows: &'a Linearized,
     /// The sheaves that the response goes over: those that slip hold the ratio of their tensions, not their lengths.
@@ -60,7 +60,7 @@ impl Factor<'_> {
             .chunks_exact_mut(dim)
             .zip(vectors.chunks_exact(rows.rows()))
         {
-            self.plan.gather(rows, None, rhs, 1.0, b);
+            self.assembly_map.gather(rows, None, rhs, 1.0, b);
         }
         if self.solver.takes_guess() {
             x.fill(0.0);
@@ -81,7 +81,7 @@ impl Factor<'_> {
             .chunks_exact(dim)
             .zip(vectors.chunks_exact_mut(rows.rows()))
         {
-            self.plan.scatter_multipliers(rows, x, sign, to);
+            self.assembly_map.scatter_multipliers(rows, x, sign, to);
             if let Some(slip) = self.slip.as_mut().filter(|slip| slip.slips()) {
                 // Where no rates obey, the sheave sticks.
                 slip.obey(to);
@@ -131,8 +131,8 @@ impl Operator {
     }
 
     /// G and M̃⁻¹ Hᵀ.
-    fn couple(&mut self, pieces: &Pieces, touches: &[Touch]) {
-        let inertia = &pieces.inertia;
+    fn couple(&mut self, system_data: &SystemData, touches: &[Touch]) {
+        let inertia = &system_data.inertia;
         self.columns.clear();
         self.moved.clear();
         for &i in &self.groups.order {
@@ -146,7 +146,7 @@ impl Operator {
                     inertia.apply_inverse(body, &row, &mut inverse);
                     *to = Some((body, inverse));
                     let slots = &self.groups.slots[body];
-                    self.columns.extend(pieces, slots, &inverse);
+                    self.columns.extend(system_data, slots, &inverse);
                 }
                 self.columns.end();
                 self.moved.push(moved);
@@ -154,14 +154,14 @@ impl Operator {
         }
     }
 
-    /// W of the pieces, whose joints have this factor, after [`Groups::divide`].
+    /// W of the system's data, whose joints have this factor, after [`Groups::divide`].
     pub(crate) fn build(
         &mut self,
-        pieces: &Pieces,
+        system_data: &SystemData,
         touches: &[Touch],
         factor: &mut Factor<'_>,
     ) -> Result<SolveReport, SolveError> {
-        self.couple(pieces, touches);
+        self.couple(system_data, touches);
         self.floor.clear();
         self.floor.resize(touches.len(), 0.0);
         self.own.resize(touches.len(), 1.0);
@@ -186,7 +186,7 @@ impl Operator {
             let (members, first) = (groups.members(k), self.blocks[k]);
             let block = &mut w[first..first + 9 * members.len().pow(2)];
             self.touch_directly(members, &groups.order, touches, block);
-            let (of, at) = ((members, &groups.order[..]), (pieces, touches));
+            let (of, at) = ((members, &groups.order[..]), (system_data, touches));
             match self.touch_through_joints(of, at, factor, block, &groups.slots) {
                 Ok(of) => report = report.and(of),
                 Err(e) => done = Err(e),
@@ -203,7 +203,8 @@ impl Operator {
         for (a, i) in members.iter().enumerate() {
             let touch = &touches[order[*i]];
             for (b, j) in members.iter().enumerate().take(a + 1) {
-                let shares = |of: &Carrier| touch.carriers().iter().any(|own| own.body == of.body);
+                let shares =
+                    |of: &ContactBody| touch.carriers().iter().any(|own| own.body == of.body);
                 if !touches[order[*j]].carriers().iter().any(shares) {
                     continue;
                 }

@@ -28,7 +28,7 @@
 
 use super::operator::{Factor, Operator};
 use super::{Contacts, Touch};
-use crate::pieces::Pieces;
+use crate::system_data::SystemData;
 use taut_model::Scene;
 use taut_solver::SolveError;
 use taut_solver::coulomb::{ConeMethod, ConeReport};
@@ -116,7 +116,13 @@ impl Operator {
 impl Contacts {
     /// Aims at rebounds where shapes arrive, with the rates `free` of a step `dt` without contacts, which then aim there too.
     /// The step begins with the blow of a rod if `after_blow`.
-    pub(crate) fn aim(&mut self, pieces: &Pieces, free: &mut [f64], dt: f64, after_blow: bool) {
+    pub(crate) fn aim(
+        &mut self,
+        system_data: &SystemData,
+        free: &mut [f64],
+        dt: f64,
+        after_blow: bool,
+    ) {
         let of_scheme = self.of_scheme;
         self.after_blow = after_blow;
         let touches = self.touches.iter_mut().zip(free.as_chunks_mut::<3>().0);
@@ -126,7 +132,7 @@ impl Contacts {
             let alone = std::array::from_fn(|k| free[k] - own[k]);
             let before = match after_blow {
                 true => alone,
-                false => touch.rates(|i| pieces.v.get(i)),
+                false => touch.rates(|i| system_data.v.get(i)),
             };
             touch.aim(before, alone, dt, of_scheme);
             free[0] += touch.aim;

@@ -12,7 +12,7 @@
 use super::CARRIERS;
 use super::Touch;
 use super::operator::{Factor, Operator};
-use crate::pieces::Pieces;
+use crate::system_data::SystemData;
 use taut_lanes::{Isa, Kernel, Level, dispatch};
 use taut_model::linearized::dot;
 use taut_solver::{SolveError, SolveReport};
@@ -35,8 +35,8 @@ impl Columns {
     }
 
     /// Adds the entries of J x for x on body `i`, whose joints have these slots, to the last column.
-    pub(super) fn extend(&mut self, pieces: &Pieces, slots: &[usize], x: &[f64; 6]) {
-        let rows = &pieces.rows;
+    pub(super) fn extend(&mut self, system_data: &SystemData, slots: &[usize], x: &[f64; 6]) {
+        let rows = &system_data.rows;
         for &s in slots {
             let first = rows.row_range(rows.slots[s].constraint).start;
             let block = rows.block(s);
@@ -149,7 +149,7 @@ impl Through {
     /// Cᵀ S⁻¹ C of the touched bodies, whose joints have these slots.
     fn find_mobility(
         &mut self,
-        pieces: &Pieces,
+        system_data: &SystemData,
         slots: &[Vec<usize>],
         factor: &mut Factor<'_>,
     ) -> Result<SolveReport, SolveError> {
@@ -159,8 +159,8 @@ impl Through {
             for c in 0..6 {
                 let (mut axis, mut column) = ([0.0; 6], [0.0; 6]);
                 axis[c] = 1.0;
-                pieces.inertia.apply_inverse(body, &axis, &mut column);
-                own.extend(pieces, &slots[body], &column);
+                system_data.inertia.apply_inverse(body, &axis, &mut column);
+                own.extend(system_data, &slots[body], &column);
                 own.end();
             }
         }
@@ -223,7 +223,7 @@ impl Operator {
     pub(super) fn touch_through_joints(
         &mut self,
         (members, order): (&[usize], &[usize]),
-        (pieces, touches): (&Pieces, &[Touch]),
+        (system_data, touches): (&SystemData, &[Touch]),
         factor: &mut Factor<'_>,
         w: &mut [f64],
         slots: &[Vec<usize>],
@@ -236,8 +236,8 @@ impl Operator {
         through.bodies.clear();
         let touched = members.iter().flat_map(|i| touches[order[*i]].carriers());
         let touched = touched.map(|carrier| carrier.body);
-        let jointed =
-            touched.filter(|body| !slots[*body].is_empty() && !pieces.inertia.is_immovable(*body));
+        let jointed = touched
+            .filter(|body| !slots[*body].is_empty() && !system_data.inertia.is_immovable(*body));
         through.bodies.extend(jointed);
         through.bodies.sort_unstable();
         through.bodies.dedup();
@@ -245,7 +245,7 @@ impl Operator {
             let add = |pair: [usize; 2], sum: f64| subtract(pair, n, sum, w);
             return through.products(columns, (n, number), factor, add);
         }
-        let report = through.find_mobility(pieces, slots, factor)?;
+        let report = through.find_mobility(system_data, slots, factor)?;
         through.subtract(members.iter().map(|i| &touches[order[*i]]), w);
         Ok(report)
     }

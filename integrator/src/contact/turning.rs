@@ -32,7 +32,7 @@ impl Touch {
     pub(super) fn follow(&mut self, scene: &Scene, dt: f64) {
         let spins = &scene.bodies.angular_velocity;
         let carriers = &self.carriers[..self.count];
-        let still = |carrier: &super::Carrier| spins[carrier.body].norm_squared() < STILL;
+        let still = |carrier: &super::ContactBody| spins[carrier.body].norm_squared() < STILL;
         if self.hit || carriers.iter().all(still) {
             return;
         }

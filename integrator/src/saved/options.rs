@@ -68,10 +68,10 @@ fn bring_forward(run: &mut SavedRun) -> Result<(), StepError> {
     now.contacts.begins = true;
     now.find_tension()?;
     now.solve_scheme(now.options.stiffness)?;
-    now.pieces.update_velocity_change(&now.mu);
+    now.system_data.update_velocity_change(&now.mu);
     let bodies = &mut run.scene.bodies;
     for i in (0..bodies.len()).filter(|i| !run.fresh.contains(i)) {
-        let [x, y, z, p, q, r] = now.pieces.dv.get(i);
+        let [x, y, z, p, q, r] = now.system_data.dv.get(i);
         bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
         bodies.angular_velocity[i] += Vector3::new(p, q, r) * 0.5;
     }

@@ -17,24 +17,24 @@ fn residual_of_the_step(stepper: &mut Stepper) -> f64 {
     let phi = stepper.linearized().phi.clone();
     stepper.step().unwrap();
     let dt = stepper.options.dt;
-    let (pieces, bodies) = (&stepper.pieces, &before.bodies);
+    let (system_data, bodies) = (&stepper.system_data, &before.bodies);
     let halves = |[x, y, z, p, q, r]: [f64; 6]| [Vector3::new(x, y, z), Vector3::new(p, q, r)];
     let mut gained = 0.0;
     for i in before.dynamic_bodies() {
         let inertia = bodies.inertia_world(i);
-        let [v, w] = halves(pieces.v.get(i));
-        let [dv, dw] = halves(pieces.dv.get(i));
+        let [v, w] = halves(system_data.v.get(i));
+        let [dv, dw] = halves(system_data.dv.get(i));
         let (v, w) = (v + dv, w + dw);
         let force = (bodies.force[i] + before.gravity * bodies.mass[i]) * dt;
         let torque = bodies.torque[i] * dt;
         gained += force.dot(&v) + torque.dot(&w);
         gained -= 0.5 * (bodies.mass[i] * dv.norm_squared() + dw.dot(&(inertia * dw)));
-        let [linear, angular] = halves(pieces.inertia.impulse.get(i));
-        let stiff = unpacked(pieces.inertia.angular.get(i));
+        let [linear, angular] = halves(system_data.inertia.impulse.get(i));
+        let stiff = unpacked(system_data.inertia.angular.get(i));
         gained += (linear - force).dot(&v) + (angular - torque + (inertia - stiff) * dw).dot(&w);
     }
     for (r, mu) in stepper.multipliers().iter().enumerate() {
-        gained += mu * ((pieces.predicted[r] - phi[r]) / dt - pieces.rows.phi_t[r]);
+        gained += mu * ((system_data.predicted[r] - phi[r]) / dt - system_data.rows.phi_t[r]);
     }
     stepper.scene().kinetic_energy() - before.kinetic_energy() - gained
 }
@@ -66,7 +66,7 @@ fn the_energy_of_each_step_is_accounted_for() {
             // the loss ½ (φ̂ − φ)²/ε.
             for bound in &stepper.linearized().bounds {
                 let r = bound.row;
-                let (mu, predicted) = (stepper.multipliers()[r], stepper.pieces.predicted[r]);
+                let (mu, predicted) = (stepper.multipliers()[r], stepper.system_data.predicted[r]);
                 let law = mu + stepper.options.dt * predicted / compliance[r];
                 assert!(
                     mu == 0.0 || law.abs() < 1e-9 * mu.abs(),

@@ -22,10 +22,10 @@
 //! the work of recovery. It counts over the way that the deepest penetration of the start has to go, no further: what sinks
 //! in later loses by that what it gets back. The compliance of a contact stores ½ ε f² or, where less, ½ φ²/ε.
 
-use crate::bounded::Place;
+use crate::active_set::RowState;
 use crate::contact::Touch;
 use crate::contact::rebound::slowest;
-use crate::stepper::touching::works;
+use crate::stepper::contact_solve::works;
 use crate::stepper::{Stage, Stepper};
 use crate::{Energy, StepError};
 use nalgebra::Vector3;
@@ -202,7 +202,7 @@ impl Stepper {
         } = self.stage
         {
             // T(v + Δv/2) = T(v) + v·M Δv/2 + Δv·M Δv/8.
-            let (linear, square) = works(&self.scene.bodies, &self.pieces.dv);
+            let (linear, square) = works(&self.scene.bodies, &self.system_data.dv);
             kinetic += 0.5 * linear + 0.125 * square;
         }
         Some(Energy {
@@ -228,7 +228,7 @@ impl Stepper {
 
     /// Elastic energy ½ ε λ² of the forces λ = −φ/ε, within their bounds, at the present positions.
     fn gap_energy(&self) -> f64 {
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         let energy = |r: usize, (lower, upper): (f64, f64)| match rows.compliance[r] {
             0.0 => 0.0,
             compliance => {
@@ -329,14 +329,14 @@ impl Stepper {
     fn has_blow(&self) -> bool {
         let contacts = &self.contacts;
         let slowest = slowest(&self.scene, contacts.dt());
-        let before = |touch: &Touch| touch.rates(|i| self.pieces.v.get(i))[0];
+        let before = |touch: &Touch| touch.rates(|i| self.system_data.v.get(i))[0];
         let mut carry = contacts.touches.iter().filter(|t| t.impulse[0] > 0.0);
         carry.any(|touch| before(touch) < -slowest)
     }
 
     /// Elastic energy of the rows, at most ½ φ²/ε: damping adds to λ, but stores nothing.
     fn stored_energy(&self) -> f64 {
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         let of_row = |(r, mu): (usize, &f64)| {
             let (lambda, compliance) = (mu / self.mu_dt, rows.compliance[r]);
             if compliance == 0.0 {
@@ -406,7 +406,7 @@ impl Stepper {
 
     /// Into `moved` by how much driven bodies and ∂φ/∂t have changed the rows in the last sub-step of `dt`: dt (J_d v_d + ∂φ/∂t).
     fn drives(&self, dt: f64, moved: &mut [f64]) {
-        let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
+        let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
         for (moved, phi_t) in moved.iter_mut().zip(&rows.phi_t) {
             *moved = dt * phi_t;
         }
@@ -423,19 +423,19 @@ impl Stepper {
 
     /// Work of external loads and of rows at their limits of force in the last sub-step of `dt` \[J].
     fn work_of_loads(&self, dt: f64) -> f64 {
-        let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
+        let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
         let mut work = 0.0;
-        let bounds = rows.bounds.iter().zip(self.bounded.places());
+        let bounds = rows.bounds.iter().zip(self.active_set.places());
         for (k, (bound, place)) in bounds.enumerate() {
             let mu = self.mu[bound.row];
-            if place == Place::Inside || mu == 0.0 {
+            if place == RowState::Inside || mu == 0.0 {
                 continue;
             }
             if self.scene.constraints[bound.constraint].motor().is_none() {
                 // The slip: the path at the end beyond the stretch at the limit, or at the beginning. Rates at the beginning
                 // would miss the turn of the path.
                 let force = mu / dt;
-                let kept = (-rows.compliance[bound.row] * force).max(self.closing.begun(k));
+                let kept = (-rows.compliance[bound.row] * force).max(self.activation.begun(k));
                 work += force * (rows.phi[bound.row] - kept);
                 continue;
             }
@@ -457,7 +457,7 @@ impl Stepper {
 
     /// Weight of the dynamic bodies \[N] times the longest way from one to another, of a lever arm or of a shape's end \[m].
     fn weight_times_extent(&self) -> f64 {
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         let levers = (0..rows.slots.len()).map(|s| rows.lever(s).norm());
         let position = &self.scene.bodies.position;
         let first = position.first().copied().unwrap_or_else(Vector3::zeros);

@@ -14,13 +14,13 @@
 //! Δv of a part. From there the next step begins as the first step of a run does.
 //!
 //! Drift of the rows at the beginning goes in proportion to time over the parts
-//! ([`crate::closing`]).
+//! ([`crate::activation`]).
 //!
 //! The multipliers of a divided step are the sums of those of its parts. Their forces are means
 //! over the step, so that a catch shows wherever in the step it was.
 
 use super::{Stage, Stepper};
-use crate::bounded::Place;
+use crate::active_set::RowState;
 use crate::contact::rebound::slowest;
 use crate::{Guard, StepError};
 use taut_lanes::Aligned;
@@ -38,7 +38,7 @@ pub(crate) struct Division {
     /// Parts of the present step; 1 if it is not divided.
     pub(crate) parts: u32,
     /// Places of the bounded rows at the beginning of the step, and ∂φ/∂t of the step before.
-    places: Vec<Place>,
+    places: Vec<RowState>,
     phi_t: Vec<f64>,
     /// True if the velocities at the beginning belong to the same instant as the positions.
     on_time: bool,
@@ -62,12 +62,12 @@ impl Division {
 impl Stepper {
     /// Before a step that may come to be divided.
     pub(super) fn begin_division(&mut self) {
-        if self.bounded.is_empty() || self.division.parts > 1 {
+        if self.active_set.is_empty() || self.division.parts > 1 {
             return;
         }
-        let (division, bounds) = (&mut self.division, &self.pieces.rows.bounds);
+        let (division, bounds) = (&mut self.division, &self.system_data.rows.bounds);
         division.places.clear();
-        division.places.extend(self.bounded.places());
+        division.places.extend(self.active_set.places());
         division.phi_t.clear();
         let phi_t = bounds.iter().map(|b| self.history.phi_t[b.row]);
         division.phi_t.extend(phi_t);
@@ -78,33 +78,40 @@ impl Stepper {
     /// True if a row with bounds was hit so fast in the step just taken that the step has to be
     /// divided.
     pub(super) fn catches(&self) -> bool {
-        if self.bounded.is_empty() || self.division.parts > 1 {
+        if self.active_set.is_empty() || self.division.parts > 1 {
             return false;
         }
         let (dt, before) = (self.substep(), &self.history.rate);
-        let closing = &self.closing;
+        let activation = &self.activation;
         let driven = [&*self.division.phi_t, &*self.history.phi_t];
         let left_out = |k| self.slip.holds(k) || self.is_beside_made(k);
         let rates = (&before[..], driven);
-        let rate = closing.fastest_blow(&self.pieces, &self.bounded, rates, dt, left_out);
+        let rate =
+            activation.fastest_blow(&self.system_data, &self.active_set, rates, dt, left_out);
         rate > LEAST * slowest(&self.scene, dt)
     }
 
     /// Returns true if bounded row `k` holds a body that a row which an event has just made holds too. A divided step goes on
     /// from the motion before, and the blow of the new row does not belong to that motion.
     fn is_beside_made(&self, k: usize) -> bool {
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         let slots = |constraint| &rows.slots[rows.slot_range(constraint)];
         let own = slots(rows.bounds[k].constraint);
-        let just = self.closing.made().iter().filter(|row| row.age == 0);
+        let just = self.activation.made().iter().filter(|row| row.age == 0);
         just.flat_map(|row| slots(row.constraint))
             .any(|made| own.iter().any(|slot| slot.body == made.body))
     }
 
     /// The step in parts, after it was taken back.
     pub(super) fn divide(&mut self, guard: Guard) -> Result<(), StepError> {
-        self.bounded.put(&self.division.places);
-        for (bound, phi_t) in self.pieces.rows.bounds.iter().zip(&self.division.phi_t) {
+        self.active_set.put(&self.division.places);
+        for (bound, phi_t) in self
+            .system_data
+            .rows
+            .bounds
+            .iter()
+            .zip(&self.division.phi_t)
+        {
             self.history.phi_t[bound.row] = *phi_t;
         }
         self.history.known = false;
@@ -119,24 +126,25 @@ impl Stepper {
         if done.is_ok() {
             // To the last bit, as a restored run begins.
             self.time = end;
-            self.pieces.rows.update_state(&self.scene, end);
+            self.system_data.rows.update_state(&self.scene, end);
         }
         done
     }
 
     fn take_parts(&mut self, guard: Guard) -> Result<(), StepError> {
-        self.closing.take_drift(&self.pieces.rows, &self.tension);
-        self.closing.left = 1.0;
+        self.activation
+            .take_drift(&self.system_data.rows, &self.tension);
+        self.activation.left = 1.0;
         self.started = false;
         self.start()?;
         self.division.sum.fill(0.0);
         for part in 1..=PARTS {
-            self.closing.left = 1.0 - f64::from(part) / f64::from(PARTS);
+            self.activation.left = 1.0 - f64::from(part) / f64::from(PARTS);
             let implicit = self.tally.implicit_substeps;
             self.guarded_substep(guard)?;
             if self.tally.implicit_substeps > implicit {
                 // Implicit sub-steps take back all of it.
-                self.closing.forget_drift();
+                self.activation.forget_drift();
             }
             self.measure_events();
             let factor = self.substep() / self.mu_dt;
@@ -167,12 +175,12 @@ impl Stepper {
     /// closes and no shapes arrive meanwhile. If `past`, drives go on as in the step before,
     /// without a jump.
     fn bring_forward(&mut self, past: bool) -> Result<(), StepError> {
-        (self.bounded.frozen, self.contacts.begins) = (true, true);
+        (self.active_set.frozen, self.contacts.begins) = (true, true);
         let solved = self.solve_frozen(past);
-        (self.bounded.frozen, self.contacts.begins) = (false, false);
+        (self.active_set.frozen, self.contacts.begins) = (false, false);
         solved?;
         self.account_up_to_now();
-        self.pieces.update_velocity_change(&self.mu);
+        self.system_data.update_velocity_change(&self.mu);
         self.take_half_back(0..self.scene.bodies.len(), -1.0);
         self.stage = Stage::Unsolved;
         Ok(())
@@ -180,16 +188,16 @@ impl Stepper {
 
     fn solve_frozen(&mut self, past: bool) -> Result<(), StepError> {
         self.linearize(self.options.stiffness)?;
-        let pieces = &mut self.pieces;
-        let before = pieces.rows.bounds.iter().zip(&self.division.phi_t);
+        let system_data = &mut self.system_data;
+        let before = system_data.rows.bounds.iter().zip(&self.division.phi_t);
         // The drives of cables that slip hold their slip, which is solved for anew.
         let drives = before
             .enumerate()
             .filter(|(k, _)| past && !self.slip.holds(*k));
         for (_, (bound, phi_t)) in drives {
-            let jump = pieces.rows.phi_t[bound.row] - phi_t;
-            pieces.rows.phi_t[bound.row] -= jump;
-            pieces.rate[bound.row] += jump;
+            let jump = system_data.rows.phi_t[bound.row] - phi_t;
+            system_data.rows.phi_t[bound.row] -= jump;
+            system_data.rate[bound.row] += jump;
         }
         self.solve_linearized(self.substep())
     }

@@ -180,13 +180,13 @@ impl Companion {
         let Some(load) = load_of(&of.scene).filter(|load| of.scene.bodies.is_dynamic(*load)) else {
             return;
         };
-        self.dv.copy_from(&of.pieces.dv);
+        self.dv.copy_from(&of.system_data.dv);
         let solved = of.correction(&mut self.correction);
-        of.pieces.dv.copy_from(&self.dv);
+        of.system_data.dv.copy_from(&self.dv);
         if solved.is_err() {
             return;
         }
-        let rows = &of.pieces.rows;
+        let rows = &of.system_data.rows;
         let held = rows
             .slots
             .iter()
@@ -234,7 +234,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
         // Its velocities are half a step old.
         let fresh = |i: &usize| !of.fresh.contains(i);
         for i in (0..scene.bodies.len()).filter(fresh) {
-            let [x, y, z, p, q, r] = of.pieces.dv.get(i);
+            let [x, y, z, p, q, r] = of.system_data.dv.get(i);
             scene.bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
             scene.bodies.angular_velocity[i] += Vector3::new(p, q, r) * 0.5;
         }
@@ -243,7 +243,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     let mut run = Stepper::build(scene, options, &mut None)?;
     run.effort.follow(&of.effort);
     run.time = time;
-    let (rows, scene) = (&mut run.pieces.rows, &run.scene);
+    let (rows, scene) = (&mut run.system_data.rows, &run.scene);
     rows.drive(scene, time - run.options.dt, time);
     run.history.forget(&rows.phi_t);
     rows.update(scene, time);

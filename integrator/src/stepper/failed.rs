@@ -12,7 +12,7 @@ impl Stepper {
                 Ok(false) => {}
                 Err(other) => e = other,
             }
-        } else if let Some((c, reason)) = self.pieces.rows.lost {
+        } else if let Some((c, reason)) = self.system_data.rows.lost {
             e = self.off_path(c, reason);
         }
         self.stage.unsolve();

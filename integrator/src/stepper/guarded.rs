@@ -15,9 +15,9 @@
 //! leaves behind.
 
 use crate::gyroscopic;
-use crate::pieces::Pieces;
 use crate::regularization::Known;
 use crate::stepper::{Stage, Stepper};
+use crate::system_data::SystemData;
 use crate::{Guard, Phase, Scheme, StepError};
 use nalgebra::Vector3;
 
@@ -59,7 +59,7 @@ impl Stepper {
         }
         let solved = self.solve_scheme(self.options.stiffness);
         let disagreement = match solved.and_then(|()| self.update()) {
-            Ok(()) => self.pieces.disagreement(),
+            Ok(()) => self.system_data.disagreement(),
             Err(StepError::NonFinite { .. }) => f64::INFINITY,
             Err(other) => return Err(other),
         };
@@ -91,11 +91,13 @@ impl Stepper {
             self.holding = 0;
             // The past is that of the step that could not be made.
             let dt = self.substep();
-            self.pieces
+            self.system_data
                 .rows
                 .drive(&self.scene, self.time - dt, self.time);
-            self.history.forget(&self.pieces.rows.phi_t);
-            self.pieces.rows.follow_windings(&mut self.scene, self.time);
+            self.history.forget(&self.system_data.rows.phi_t);
+            self.system_data
+                .rows
+                .follow_windings(&mut self.scene, self.time);
         }
         result
     }
@@ -112,12 +114,13 @@ impl Stepper {
         let first = whole / guard.substeps as f64;
         let least = first / f64::from(1u32 << guard.halvings);
         let (mut done, mut length) = (0.0, first);
-        self.closing.take_drift(&self.pieces.rows, &self.tension);
+        self.activation
+            .take_drift(&self.system_data.rows, &self.tension);
         // In units of the least length all sums are exact to far less than half of it.
         while whole - done > 0.5 * least {
             let dt = length.min(whole - done);
             let shortest = dt <= 1.5 * least || self.effort.is_spent();
-            self.closing.left = 1.0 - (done + dt) / whole;
+            self.activation.left = 1.0 - (done + dt) / whole;
             // The rows of the last sub-step are those of the step's end, to the last bit.
             let last = whole - (done + dt) <= 0.5 * least;
             let end = begin + if last { whole } else { done + dt };
@@ -140,8 +143,10 @@ impl Stepper {
             done += dt;
             self.time = end;
             self.measure_events();
-            self.pieces.rows.follow_windings(&mut self.scene, self.time);
-            self.history.forget(&self.pieces.rows.phi_t);
+            self.system_data
+                .rows
+                .follow_windings(&mut self.scene, self.time);
+            self.history.forget(&self.system_data.rows.phi_t);
             if converged {
                 self.rebound()?;
             } else {
@@ -191,15 +196,15 @@ impl Stepper {
             &self.tension,
             &self.contacts,
         );
-        self.pieces.load_velocities(&self.scene.bodies);
+        self.system_data.load_velocities(&self.scene.bodies);
         if self.contacts.can_be() {
             self.find_contacts(dt, false)?;
         }
-        self.pieces.rows.drive(&self.scene, self.time, end);
-        self.bounded.forget_room();
+        self.system_data.rows.drive(&self.scene, self.time, end);
+        self.active_set.forget_room();
         self.slip.forget();
         self.slip.grip(&self.scene);
-        self.closing.begin(&self.pieces.rows);
+        self.activation.begin(&self.system_data.rows);
         let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {
             self.effort.check(self.time)?;
@@ -225,7 +230,7 @@ impl Stepper {
     /// turns from there on, not of angular velocities from the start.
     fn turn_on(&mut self, dt: f64) {
         // The drive of a pass after the first is the velocity change of the last iterate.
-        let Pieces { v, dv, drive, .. } = &mut self.pieces;
+        let SystemData { v, dv, drive, .. } = &mut self.system_data;
         let angular = |[.., p, q, r]: [f64; 6]| Vector3::new(p, q, r);
         for i in self.scene.dynamic_bodies() {
             let last = angular(drive.get(i));
@@ -245,56 +250,59 @@ impl Stepper {
     /// One solve about the present iterate of q⁺, and the move to the next iterate, where the driven sides are as at the
     /// time `end`.
     pub(crate) fn newton_pass(&mut self, pass: Pass, dt: f64, end: f64) -> Result<f64, StepError> {
-        let pieces = &mut self.pieces;
+        let system_data = &mut self.system_data;
         // The rate whose effect the rows' φ already contains: that of the last iterate.
         let [jv, after] = &mut self.in_rows;
-        pieces.rows.times_jacobian(&pieces.v, jv);
-        pieces.known.fill(0.0);
+        system_data.rows.times_jacobian(&system_data.v, jv);
+        system_data.known.fill(0.0);
         if pass == Pass::Next {
-            pieces.rates_after(after);
-            let rates = after.iter().zip(&pieces.rows.phi_t);
-            for (known, (rate, phi_t)) in pieces.known.iter_mut().zip(rates) {
+            system_data.rates_after(after);
+            let rates = after.iter().zip(&system_data.rows.phi_t);
+            for (known, (rate, phi_t)) in system_data.known.iter_mut().zip(rates) {
                 *known = rate + phi_t;
             }
         }
-        pieces.geometric.update(&pieces.rows, &self.tension, None);
+        system_data
+            .geometric
+            .update(&system_data.rows, &self.tension, None);
         if let Pass::FromRest(_) = pass {
             let bodies = self.scene.bodies.len();
-            pieces
+            system_data
                 .geometric
-                .complete(&pieces.rows, &self.tension, bodies);
+                .complete(&system_data.rows, &self.tension, bodies);
         }
         // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
         match pass {
-            Pass::Next => pieces.drive.copy_from(&pieces.dv),
-            _ => pieces
+            Pass::Next => system_data.drive.copy_from(&system_data.dv),
+            _ => system_data
                 .drive
-                .combine_last((-1.0, &pieces.v), (0.0, &pieces.v)),
+                .combine_last((-1.0, &system_data.v), (0.0, &system_data.v)),
         }
         // The inertia is that of the beginning.
         self.substep_start.restore(&mut self.scene.bodies);
         self.update_inertia(dt, 1.0)?;
         if let Pass::FromRest(acceleration) = pass {
-            let done = self.pieces.add_ballast(&self.tension, acceleration);
+            let done = self.system_data.add_ballast(&self.tension, acceleration);
             done.map_err(|i| self.not_finite(i))?;
         }
-        self.pieces.soften_transverse_rows(&self.tension, true);
-        self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 2]);
-        self.slip.take_out(&mut self.pieces);
-        let known = std::mem::take(&mut self.pieces.known);
+        self.system_data.soften_transverse_rows(&self.tension, true);
+        self.system_data
+            .weigh(&[Scheme::LinearlyImplicit.weights(); 2]);
+        self.slip.take_out(&mut self.system_data);
+        let known = std::mem::take(&mut self.system_data.known);
         let jv = &self.in_rows[0];
-        self.pieces.regularize(dt, jv, Known::Rates(&known));
-        self.pieces.known = known;
-        self.closing.leave_drift(&mut self.pieces, dt);
-        self.closing.damp_from_taut(&mut self.pieces, dt);
+        self.system_data.regularize(dt, jv, Known::Rates(&known));
+        self.system_data.known = known;
+        self.activation.leave_drift(&mut self.system_data, dt);
+        self.activation.damp_from_taut(&mut self.system_data, dt);
         self.tally.end(Phase::Linearize);
         self.effort.spend_pass(self.matrix.values().len());
         self.solve_linearized(dt)?;
-        self.pieces.update_velocity_change(&self.mu);
-        self.pieces.predict(dt);
+        self.system_data.update_velocity_change(&self.mu);
+        self.system_data.predict(dt);
         // φ contains the effect of the known rate.
-        let pieces = &mut self.pieces;
-        for (predicted, known) in pieces.predicted.iter_mut().zip(&pieces.known) {
+        let system_data = &mut self.system_data;
+        for (predicted, known) in system_data.predicted.iter_mut().zip(&system_data.known) {
             *predicted -= dt * known;
         }
         if pass == Pass::Next {
@@ -303,9 +311,9 @@ impl Stepper {
         self.move_bodies(dt)?;
         self.substep_start.restore_lengths(&mut self.scene);
         self.slip.move_lengths(&mut self.scene, dt, end);
-        self.pieces.rows.update_state(&self.scene, end);
+        self.system_data.rows.update_state(&self.scene, end);
         self.tally.end(Phase::Update);
-        Ok(self.pieces.disagreement())
+        Ok(self.system_data.disagreement())
     }
 }
 

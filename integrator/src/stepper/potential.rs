@@ -27,9 +27,9 @@
 //! converges loses where the potential is convex.
 
 use crate::StepError;
-use crate::bounded::response_of;
-use crate::pieces::Pieces;
+use crate::active_set::response_of;
 use crate::stepper::Stepper;
+use crate::system_data::SystemData;
 use nalgebra::Vector3;
 use taut_model::BodyVectors;
 use taut_model::linearized::dot;
@@ -79,19 +79,19 @@ impl Search {
         }
     }
 
-    fn soften(&mut self, pieces: &Pieces, dt: f64) {
-        let rows = &pieces.rows;
+    fn soften(&mut self, system_data: &SystemData, dt: f64) {
+        let rows = &system_data.rows;
         self.soft.fill(0.0);
         for (s, slot) in rows.slots.iter().enumerate() {
             let soft = &mut self.soft[rows.row_range(slot.constraint)];
             for (soft, j) in soft.iter_mut().zip(rows.block(s).rows()) {
-                *soft += response_of(pieces, slot.body, j);
+                *soft += response_of(system_data, slot.body, j);
             }
         }
         for c in 0..rows.constraints() {
             // The rows of a gap are along the axes of the world: their mean does not depend on these.
             let range = rows.row_range(c);
-            let is_length = |r: &usize| pieces.has_law(*r) && !pieces.is_angular(*r);
+            let is_length = |r: &usize| system_data.has_law(*r) && !system_data.is_angular(*r);
             let lengths = range.clone().take(3).take_while(is_length).count();
             let lengths = &mut self.soft[range.start..range.start + lengths];
             let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
@@ -119,22 +119,24 @@ impl Stepper {
     /// Before a pass about the present iterate, or, before the first one, about the beginning: there v⁺ = 0, but for
     /// driven bodies.
     pub(crate) fn begin_search(&mut self, first: bool, dt: f64) {
-        let (pieces, bodies) = (&mut self.pieces, &self.scene.bodies);
+        let (system_data, bodies) = (&mut self.system_data, &self.scene.bodies);
         if first {
-            pieces.dv.combine((-1.0, &pieces.v), (0.0, &pieces.v));
+            system_data
+                .dv
+                .combine((-1.0, &system_data.v), (0.0, &system_data.v));
             for i in (0..bodies.len()).filter(|i| !bodies.is_dynamic(*i)) {
-                pieces.dv.set(i, [0.0; 6]);
+                system_data.dv.set(i, [0.0; 6]);
             }
         }
-        self.search.from.copy_from(&pieces.dv);
+        self.search.from.copy_from(&system_data.dv);
         let [mut phi, mut gaps] = [&mut self.search.phi, &mut self.search.gaps].map(std::mem::take);
-        phi.copy_from_slice(&self.pieces.rows.phi);
+        phi.copy_from_slice(&self.system_data.rows.phi);
         self.gaps(&mut gaps, dt);
         if first {
             // φ of the end, which the rows do not hold yet: `gaps` left the rates.
             for (r, rate) in self.in_rows[1].iter().enumerate() {
                 phi[r] += dt * rate;
-                gaps[r] += if self.pieces.is_speed(r) {
+                gaps[r] += if self.system_data.is_speed(r) {
                     0.0
                 } else {
                     dt * rate
@@ -161,9 +163,9 @@ impl Stepper {
         end: f64,
     ) -> Result<f64, StepError> {
         if first {
-            self.search.soften(&self.pieces, dt);
+            self.search.soften(&self.system_data, dt);
         }
-        self.search.to.copy_from(&self.pieces.dv);
+        self.search.to.copy_from(&self.system_data.dv);
         let slope = self.slope(dt);
         let (begin, size) = self.potential(&self.search.from, &self.search.gaps, dt);
         if first {
@@ -182,19 +184,23 @@ impl Stepper {
         loop {
             let mut gaps = std::mem::take(&mut self.search.gaps_there);
             self.gaps(&mut gaps, dt);
-            let change = self.potential(&self.pieces.dv, &gaps, dt).0 - begin;
+            let change = self.potential(&self.system_data.dv, &gaps, dt).0 - begin;
             self.search.gaps_there = gaps;
             let enough = ENOUGH * part * slope.min(0.0) + ROUNDING * size;
             if change <= enough || part < SHORTEST {
                 return Ok(promised);
             }
             part *= 0.5;
-            let Self { search, pieces, .. } = &mut *self;
+            let Self {
+                search,
+                system_data,
+                ..
+            } = &mut *self;
             let (from, to) = (&search.from, &search.to);
-            pieces.dv.combine((1.0 - part, from), (part, to));
+            system_data.dv.combine((1.0 - part, from), (part, to));
             self.substep_start.restore(&mut self.scene.bodies);
             self.move_bodies(dt)?;
-            self.pieces.rows.update_state(&self.scene, end);
+            self.system_data.rows.update_state(&self.scene, end);
         }
     }
 
@@ -218,18 +224,18 @@ impl Stepper {
 
     /// g of the present iterate; leaves the rates J v⁺ + ∂φ/∂t in the second of `in_rows`.
     fn gaps(&mut self, gaps: &mut [f64], dt: f64) {
-        let (pieces, [_, rates]) = (&mut self.pieces, &mut self.in_rows);
-        pieces.rates_after(rates);
-        let rows = &pieces.rows;
+        let (system_data, [_, rates]) = (&mut self.system_data, &mut self.in_rows);
+        system_data.rates_after(rates);
+        let rows = &system_data.rows;
         for (r, rate) in rates.iter_mut().enumerate() {
             *rate += rows.phi_t[r];
-            gaps[r] = if pieces.is_speed(r) {
+            gaps[r] = if system_data.is_speed(r) {
                 dt * *rate
             } else {
                 rows.phi[r] + rows.damping[r] * *rate
             };
         }
-        self.closing.leave_gaps(rows, gaps, dt);
+        self.activation.leave_gaps(rows, gaps, dt);
     }
 
     /// Φ of a velocity change, and the sum of the sizes of its terms \[J].
@@ -256,18 +262,18 @@ impl Stepper {
         }
         // g changes (Δt + τ)/Δt times as much as φ does.
         self.of_rows(&search.gaps, dt, |r, _, force| {
-            slope -= force * (self.pieces.predicted[r] - search.phi[r]);
+            slope -= force * (self.system_data.predicted[r] - search.phi[r]);
         });
         slope
     }
 
     /// Ψ Δt/(Δt + τ) and λ' of each row, but for those that are a filter alone.
     fn of_rows(&self, gaps: &[f64], dt: f64, mut of: impl FnMut(usize, f64, f64)) {
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         let mut bounds = rows.bounds.iter().peekable();
         for (r, g) in gaps.iter().enumerate() {
             let bound = bounds.next_if(|bound| bound.row == r);
-            if self.pieces.is_transverse(r) {
+            if self.system_data.is_transverse(r) {
                 continue;
             }
             let limits = bound.map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.lower, b.upper));

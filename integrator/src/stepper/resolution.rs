@@ -99,8 +99,8 @@ impl Stepper {
         let view = View {
             time: self.time,
             dt: self.substep(),
-            phi: &self.pieces.rows.phi,
-            first_rows: self.pieces.rows.first_rows(),
+            phi: &self.system_data.rows.phi,
+            first_rows: self.system_data.rows.first_rows(),
             impulses: &self.mu,
             impulse_time: self.mu_dt,
             touching: &resolving.touching,

@@ -16,20 +16,20 @@ impl Stepper {
         if !self.slip.slips() {
             return Ok(());
         }
-        self.slip.apply(&mut self.pieces, &self.bounded);
+        self.slip.apply(&mut self.system_data, &self.active_set);
         self.right_hand_side();
         self.solve_assembled()?;
         // The law of friction to the last digits: what the rates lack now is rounding.
         // The system stays the one that was solved.
         self.slip.correct(&mut self.mu);
-        self.slip.drive(&mut self.pieces);
+        self.slip.drive(&mut self.system_data);
         Ok(())
     }
 
     /// μ of the factorised system for another Δt f. The slip that the last solve found leaves c first: each solve finds the whole
     /// of it anew.
     pub(crate) fn solve_rows_again(&mut self) -> Result<(), StepError> {
-        self.slip.take_out(&mut self.pieces);
+        self.slip.take_out(&mut self.system_data);
         self.right_hand_side();
         self.solve_rows()
     }
@@ -40,9 +40,9 @@ impl Stepper {
         let mut factor = Factor {
             solver: &mut *self.solver,
             matrix: &self.matrix,
-            plan: &self.plan,
+            assembly_map: &self.assembly_map,
             form: self.options.form,
-            rows: &self.pieces.rows,
+            rows: &self.system_data.rows,
             slip: None,
             system: &mut self.columns,
             effort: &mut self.effort,
@@ -58,21 +58,22 @@ impl Stepper {
     /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system.
     pub(crate) fn end_slip(&mut self) {
         let mut w = std::mem::take(&mut self.in_rows[0]);
-        self.bounded.residuals(&self.pieces, &self.mu, &mut w);
-        self.slip.share_slack(&mut w, &self.bounded);
+        self.active_set
+            .residuals(&self.system_data, &self.mu, &mut w);
+        self.slip.share_slack(&mut w, &self.active_set);
         self.in_rows[0] = w;
-        self.slip.release(&mut self.pieces);
+        self.slip.release(&mut self.system_data);
     }
 
     /// Searches a pattern of sticking and slipping; false if none was found.
     fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
         let speed = self
-            .pieces
+            .system_data
             .rate
             .iter()
             .fold(0.0, |m: f64, r| m.max(r.abs()));
         for pass in 0.. {
-            while let Some((i, _)) = self.slip.wanted(&self.bounded) {
+            while let Some((i, _)) = self.slip.wanted(&self.active_set) {
                 self.respond(i)?;
             }
             match self.slip.settle(stuck, &mut self.mu, speed, pass) {

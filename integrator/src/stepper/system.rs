@@ -1,4 +1,4 @@
-//! The linear system of the pieces: assembled, factorised, solved and refined.
+//! The linear system of the system's data: assembled, factorised, solved and refined.
 //!
 //! In the Schur form the unknown is μ, in the symmetric KKT form (Δv, −μ):
 //!
@@ -10,34 +10,36 @@
 //! Where rows have bounds it is solved until all of them keep theirs.
 
 use super::{Stage, Stepper};
-use crate::bounded::Verdict;
-use crate::pieces::Pieces;
-use crate::plan::{BlockOf, Plan};
+use crate::active_set::Outcome;
+use crate::assembly_map::{AssemblyMap, BlockOf};
+use crate::system_data::SystemData;
 use crate::{Form, Phase, StepError};
 use taut_lanes::{Isa, Kernel, Level, dispatch};
 use taut_solver::{SolveError, SolveReport};
 
 impl Stepper {
-    /// Assembles, factorises, solves and refines the system of the pieces, for a step `dt` long: once, or until all rows
+    /// Assembles, factorises, solves and refines the system of the system's data, for a step `dt` long: once, or until all rows
     /// with bounds keep them.
     pub(crate) fn solve_linearized(&mut self, dt: f64) -> Result<(), StepError> {
-        self.bounded.begin();
-        self.contacts.keep(&self.pieces.inertia, false);
+        self.active_set.begin();
+        self.contacts.keep(&self.system_data.inertia, false);
         loop {
-            self.bounded.hold(&mut self.pieces, dt);
-            self.contacts.keep(&self.pieces.inertia, true);
+            self.active_set.hold(&mut self.system_data, dt);
+            self.contacts.keep(&self.system_data.inertia, true);
             let solved = self.solve_once(dt);
-            self.bounded.release(&mut self.pieces);
+            self.active_set.release(&mut self.system_data);
             solved?;
-            self.contacts.apply(&mut self.pieces.inertia, false);
-            self.slip.release(&mut self.pieces);
-            let verdict = self.bounded.judge(&mut self.pieces, &mut self.mu, dt);
-            self.tally.undecided += usize::from(verdict == Verdict::Undecided);
-            if verdict != Verdict::Changed {
+            self.contacts.apply(&mut self.system_data.inertia, false);
+            self.slip.release(&mut self.system_data);
+            let verdict = self
+                .active_set
+                .judge(&mut self.system_data, &mut self.mu, dt);
+            self.tally.undecided += usize::from(verdict == Outcome::NotConverged);
+            if verdict != Outcome::Changed {
                 break;
             }
-            self.slip.take_out(&mut self.pieces);
-            self.contacts.take_out(&mut self.pieces.inertia, false);
+            self.slip.take_out(&mut self.system_data);
+            self.contacts.take_out(&mut self.system_data.inertia, false);
         }
         if !self.slip.is_empty() {
             self.end_slip();
@@ -52,7 +54,7 @@ impl Stepper {
 
     /// One linear system: μ of all rows as if none had bounds.
     fn solve_once(&mut self, dt: f64) -> Result<(), StepError> {
-        self.contacts.apply(&mut self.pieces.inertia, true);
+        self.contacts.apply(&mut self.system_data.inertia, true);
         self.assemble(dt);
         self.tally.end(Phase::Assemble);
         self.solver
@@ -74,8 +76,8 @@ impl Stepper {
         self.tally.end(Phase::Refine);
         self.tally.add(report, refined);
         let sign = self.multiplier_sign();
-        self.plan
-            .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
+        self.assembly_map
+            .scatter_multipliers(&self.system_data.rows, &self.x, sign, &mut self.mu);
         if let Some(mut companion) = self.companion.take_if(|c| c.samples) {
             companion.sample(self);
             self.companion = Some(companion);
@@ -84,15 +86,15 @@ impl Stepper {
     }
 
     /// Error d of the solution `x`, by its residual r and the factor: A d = r. The multipliers of d
-    /// go into `d`, one a row. Overwrites Δv of the pieces.
+    /// go into `d`, one a row. Overwrites Δv of the system's data.
     pub(crate) fn correction(&mut self, d: &mut [f64]) -> Result<(), SolveError> {
         let Self {
             solver,
             matrix,
             rhs,
             x,
-            pieces,
-            plan,
+            system_data,
+            assembly_map,
             in_rows: [mu, residual],
             columns: [r, solution],
             ..
@@ -103,14 +105,14 @@ impl Stepper {
             solution.fill(0.0);
         }
         match self.options.form {
-            Form::Schur => schur_residual(plan, pieces, x, [mu, residual], r),
+            Form::Schur => schur_residual(assembly_map, system_data, x, [mu, residual], r),
             Form::Kkt => matrix.subtract_product(rhs, x, r),
         }
         solver.solve_unjudged(matrix, r, solution)?;
         let sign = self.multiplier_sign();
         let [_, solution] = &self.columns;
-        self.plan
-            .scatter_multipliers(&self.pieces.rows, solution, sign, d);
+        self.assembly_map
+            .scatter_multipliers(&self.system_data.rows, solution, sign, d);
         Ok(())
     }
 
@@ -133,13 +135,13 @@ impl Stepper {
 
     /// The matrix, the right-hand side, and the guess in `x`.
     pub(crate) fn assemble(&mut self, dt: f64) {
-        let Pieces {
+        let SystemData {
             rows,
             inertia,
             regularization,
             ..
-        } = &self.pieces;
-        self.plan
+        } = &self.system_data;
+        self.assembly_map
             .fill(rows, inertia, regularization, &mut self.matrix);
         if dt != self.mu_dt {
             // The guess keeps the forces, over another time.
@@ -150,30 +152,31 @@ impl Stepper {
         self.right_hand_side();
     }
 
-    /// The right-hand side of the pieces, and the guess in `x`.
+    /// The right-hand side of the system's data, and the guess in `x`.
     pub(crate) fn right_hand_side(&mut self) {
         let sign = self.multiplier_sign();
         match self.options.form {
             Form::Schur => {
-                if self.plan.in_scene_order {
-                    self.pieces.free_residual(&mut self.rhs);
+                if self.assembly_map.in_scene_order {
+                    self.system_data.free_residual(&mut self.rhs);
                 } else {
                     let [residual, _] = &mut self.in_rows;
-                    self.pieces.free_residual(residual);
-                    let rows = &self.pieces.rows;
-                    self.plan.gather(rows, None, residual, 1.0, &mut self.rhs);
+                    self.system_data.free_residual(residual);
+                    let rows = &self.system_data.rows;
+                    self.assembly_map
+                        .gather(rows, None, residual, 1.0, &mut self.rhs);
                 }
             }
             Form::Kkt => {
-                let Pieces {
+                let SystemData {
                     rows,
                     inertia,
                     rate,
                     dv,
                     ..
-                } = &mut self.pieces;
+                } = &mut self.system_data;
                 dv.clear();
-                self.plan
+                self.assembly_map
                     .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
             }
         }
@@ -182,11 +185,12 @@ impl Stepper {
         }
         if self.options.warm_start {
             if self.options.form == Form::Kkt {
-                self.pieces.update_velocity_change(&self.mu);
+                self.system_data.update_velocity_change(&self.mu);
             }
-            let Pieces { rows, dv, .. } = &self.pieces;
+            let SystemData { rows, dv, .. } = &self.system_data;
             let bodies = (self.options.form == Form::Kkt).then_some(dv);
-            self.plan.gather(rows, bodies, &self.mu, sign, &mut self.x);
+            self.assembly_map
+                .gather(rows, bodies, &self.mu, sign, &mut self.x);
         } else {
             self.x.fill(0.0);
         }
@@ -201,15 +205,15 @@ impl Stepper {
             rhs,
             x,
             scratch,
-            pieces,
-            plan,
+            system_data,
+            assembly_map,
             in_rows: [mu, residual],
             ..
         } = self;
         match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
-                    schur_residual(plan, pieces, x, [mu, residual], r);
+                    schur_residual(assembly_map, system_data, x, [mu, residual], r);
                 })
             }
             Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
@@ -242,7 +246,7 @@ impl Stepper {
             | SolveError::NonFinite { block, .. } => Some(*block),
             _ => None,
         };
-        let name = |b: usize| match self.plan.block.get(b)? {
+        let name = |b: usize| match self.assembly_map.block.get(b)? {
             BlockOf::Body(i) => self.scene.body_names.get(*i),
             BlockOf::Constraint(c) => self.scene.constraint_names.get(*c),
         };
@@ -254,20 +258,20 @@ impl Stepper {
     }
 }
 
-/// The residual of the Schur form at `x` from the pieces, into `r`; `mu` and `residual` are one number a row.
+/// The residual of the Schur form at `x` from the system's data, into `r`; `mu` and `residual` are one number a row.
 fn schur_residual(
-    plan: &Plan,
-    pieces: &mut Pieces,
+    assembly_map: &AssemblyMap,
+    system_data: &mut SystemData,
     x: &[f64],
     [mu, residual]: [&mut [f64]; 2],
     r: &mut [f64],
 ) {
-    if plan.in_scene_order {
-        return pieces.residual(x, r);
+    if assembly_map.in_scene_order {
+        return system_data.residual(x, r);
     }
-    plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
-    pieces.residual(mu, residual);
-    plan.gather(&pieces.rows, None, residual, 1.0, r);
+    assembly_map.scatter_multipliers(&system_data.rows, x, 1.0, mu);
+    system_data.residual(mu, residual);
+    assembly_map.gather(&system_data.rows, None, residual, 1.0, r);
 }
 
 /// y ← a x.

@@ -27,46 +27,46 @@ use taut_lanes::Level;
 pub(crate) struct Banded {
     common: Common,
     /// Where the pattern has a faster way.
-    fast: Option<Fast>,
+    fast: Option<ChainFactor>,
     /// An error where the order of the pattern fills too much for it, and there is a faster way.
     in_order: Option<Result<BlockLdlt<f64>, SolveError>>,
     singularity: SingularityTest,
-    last: Way,
+    last: FactorKind,
 }
 
 /// Which factor the last factorisation made.
 #[derive(Debug, Clone, Copy, Default)]
-enum Way {
+enum FactorKind {
     #[default]
     InOrder,
-    Fast,
+    Chain,
 }
 
 /// A factor of a positive definite matrix that is not eliminated in the order of the pattern.
 #[derive(Debug)]
-struct Fast {
+struct ChainFactor {
     leaves: Option<Leaves>,
-    rest: Rest,
+    rest: Remainder,
 }
 
 /// The blocks that are no leaves.
 #[derive(Debug)]
-enum Rest {
+enum Remainder {
     /// A chain of small blocks.
     Chain(Box<Chain>),
     /// One with a few rows besides.
     Bordered(Box<Bordered>),
 }
 
-impl Fast {
+impl ChainFactor {
     /// The first of these that the pattern is, if any: a chain; leaves on a chain, with a border or without; a chain with a
     /// border.
     fn new(pattern: &BlockPattern, level: Level) -> Option<Self> {
         let chain = |of: &[usize], offsets: Offsets<'_>| {
-            Chain::of(of, offsets, level).map(|c| Rest::Chain(Box::new(c)))
+            Chain::of(of, offsets, level).map(|c| Remainder::Chain(Box::new(c)))
         };
         let bordered = |of: &[usize], offsets: Offsets<'_>| {
-            Bordered::of(of, offsets, level).map(|b| Rest::Bordered(Box::new(b)))
+            Bordered::of(of, offsets, level).map(|b| Remainder::Bordered(Box::new(b)))
         };
         let all: Vec<usize> = (0..pattern.blocks()).collect();
         let own = Offsets::from(pattern);
@@ -86,8 +86,8 @@ impl Fast {
     /// Scalar rows of the border.
     fn border_rows(&self) -> usize {
         match &self.rest {
-            Rest::Chain(_) => 0,
-            Rest::Bordered(factor) => factor.border_rows(),
+            Remainder::Chain(_) => 0,
+            Remainder::Bordered(factor) => factor.border_rows(),
         }
     }
 
@@ -101,16 +101,16 @@ impl Fast {
             },
         };
         match &mut self.rest {
-            Rest::Chain(c) => c.factorize(a, WEAK) && magnitudes.is_none_or(|m| c.is_sound(m)),
-            Rest::Bordered(factor) => factor.factorize(a, magnitudes),
+            Remainder::Chain(c) => c.factorize(a, WEAK) && magnitudes.is_none_or(|m| c.is_sound(m)),
+            Remainder::Bordered(factor) => factor.factorize(a, magnitudes),
         }
     }
 
     fn solve(&mut self, b: &[f64], x: &mut [f64]) {
         let rest = &mut self.rest;
         let mut solve = |b: &[f64], x: &mut [f64]| match rest {
-            Rest::Chain(chain) => chain.solve(b, x),
-            Rest::Bordered(factor) => factor.solve(b, x),
+            Remainder::Chain(chain) => chain.solve(b, x),
+            Remainder::Bordered(factor) => factor.solve(b, x),
         };
         match &mut self.leaves {
             None => solve(b, x),
@@ -120,7 +120,7 @@ impl Fast {
 }
 
 /// Scalar rows of the border where blocks of positive definite matrices of `pattern`, taken in `order` (position → block),
-/// are a chain with leaves and a border, 0 where they are less; `None` where they are more: those of [`Fast::new`].
+/// are a chain with leaves and a border, 0 where they are less; `None` where they are more: those of [`ChainFactor::new`].
 pub(crate) fn border_rows(
     pattern: &BlockPattern,
     order: &[usize],
@@ -151,7 +151,7 @@ impl Direct for Banded {
     }
 
     fn prepare(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-        self.fast = Fast::new(pattern, Level::best());
+        self.fast = ChainFactor::new(pattern, Level::best());
         let in_order = match &self.fast {
             None => Ok(BlockLdlt::new(pattern, pattern)?),
             Some(_) => expect_affordable(pattern).and_then(|()| BlockLdlt::new(pattern, pattern)),
@@ -167,8 +167,12 @@ impl Direct for Banded {
         // positive definite matrices only. Others have a factor in the order of the pattern at best
         // ([M Jᵀ; J 0] with M first).
         let fast = self.fast.as_mut().is_some_and(|fast| fast.factorize(a));
-        self.last = if fast { Way::Fast } else { Way::InOrder };
-        if let (Way::InOrder, Some(in_order)) = (self.last, &mut self.in_order) {
+        self.last = if fast {
+            FactorKind::Chain
+        } else {
+            FactorKind::InOrder
+        };
+        if let (FactorKind::InOrder, Some(in_order)) = (self.last, &mut self.in_order) {
             // It accepts more, and says what it does not.
             a.check_finite()?;
             let in_order = in_order.as_mut().map_err(|e| e.clone())?;
@@ -180,13 +184,13 @@ impl Direct for Banded {
 
     fn is_stable(&self) -> bool {
         match (self.last, &self.in_order) {
-            (Way::InOrder, Some(Ok(factor))) => factor.is_positive(),
+            (FactorKind::InOrder, Some(Ok(factor))) => factor.is_positive(),
             _ => true,
         }
     }
 
     fn is_doubtful(&self) -> bool {
-        matches!(self.last, Way::InOrder) && self.singularity.is_doubtful()
+        matches!(self.last, FactorKind::InOrder) && self.singularity.is_doubtful()
     }
 
     fn substitute(
@@ -196,7 +200,7 @@ impl Direct for Banded {
         x: &mut [f64],
     ) -> Result<(), SolveError> {
         match (self.last, &mut self.fast, &self.in_order) {
-            (Way::Fast, Some(fast), _) => fast.solve(b, x),
+            (FactorKind::Chain, Some(fast), _) => fast.solve(b, x),
             (.., Some(Ok(factor))) => {
                 x.copy_from_slice(b);
                 factor.solve(x);
@@ -217,10 +221,10 @@ impl Direct for Banded {
         for (b, x) in columns(2 * n, b, x) {
             match (self.last, &mut self.fast) {
                 (
-                    Way::Fast,
-                    Some(Fast {
+                    FactorKind::Chain,
+                    Some(ChainFactor {
                         leaves: None,
-                        rest: Rest::Chain(chain),
+                        rest: Remainder::Chain(chain),
                     }),
                 ) if b.len() > n => {
                     let (b, x) = (b.split_at(n), x.split_at_mut(n));
@@ -325,7 +329,7 @@ mod tests {
                 for level in Level::available() {
                     let mut solver = Banded::default();
                     solver.analyze(a.pattern()).expect("analysed");
-                    let fast = Fast::new(a.pattern(), level).expect("a fast way");
+                    let fast = ChainFactor::new(a.pattern(), level).expect("a fast way");
                     assert!(fast.leaves.is_some());
                     // One block closes a ring.
                     let rows = if ring { size } else { 0 };
@@ -337,7 +341,7 @@ mod tests {
                     // Twice: nothing is left of the first.
                     for _ in 0..2 {
                         solver.factorize(&a).expect("factorised");
-                        assert!(matches!(solver.last, Way::Fast));
+                        assert!(matches!(solver.last, FactorKind::Chain));
                         solver.solve(&a, &b, &mut x).expect("solved");
                         let e = backward_error(&a, &b, &x).expect("finite");
                         assert!(e.componentwise < 2e-15, "{level} {size} {hooks:?}: {e:?}");

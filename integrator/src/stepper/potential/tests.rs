@@ -55,28 +55,31 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
         tension,
         &stepper.contacts,
     );
-    stepper.pieces.load_velocities(bodies);
-    stepper.pieces.dv.clear();
+    stepper.system_data.load_velocities(bodies);
+    stepper.system_data.dv.clear();
     let end = stepper.time + dt;
-    stepper.pieces.rows.drive(&stepper.scene, stepper.time, end);
+    stepper
+        .system_data
+        .rows
+        .drive(&stepper.scene, stepper.time, end);
     stepper.begin_search(true, dt);
     let pass = stepper.newton_pass(Pass::First, dt, end);
     assert!(pass.unwrap().is_finite());
-    stepper.search.soften(&stepper.pieces, dt);
+    stepper.search.soften(&stepper.system_data, dt);
     (stepper, dt)
 }
 
 /// Φ after a `part` of the step.
 fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -> f64 {
     let (from, rows) = (stepper.search.from.clone(), stepper.mu.len());
-    stepper.pieces.dv.combine((1.0, &from), (part, step));
+    stepper.system_data.dv.combine((1.0, &from), (part, step));
     stepper.substep_start.restore(&mut stepper.scene.bodies);
     stepper.move_bodies(dt).unwrap();
     let end = stepper.time + dt;
-    stepper.pieces.rows.update_state(&stepper.scene, end);
+    stepper.system_data.rows.update_state(&stepper.scene, end);
     let mut gaps = vec![0.0; rows];
     stepper.gaps(&mut gaps, dt);
-    stepper.potential(&stepper.pieces.dv, &gaps, dt).0
+    stepper.potential(&stepper.system_data.dv, &gaps, dt).0
 }
 
 /// The slope of Φ is that of its differences; it is negative, and as large as a system that is solved exactly has it:
@@ -85,7 +88,7 @@ fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -
 fn the_slope_is_that_of_the_potential() {
     for (damping, ea) in [(0.0, None), (0.05, None), (0.0, Some(1e4))] {
         let (mut stepper, dt) = after_a_pass(damping, ea);
-        stepper.search.to.copy_from(&stepper.pieces.dv);
+        stepper.search.to.copy_from(&stepper.system_data.dv);
         let slope = stepper.slope(dt);
         let mut step = stepper.search.to.clone();
         step.combine((1.0, &stepper.search.to), (-1.0, &stepper.search.from));
@@ -106,16 +109,16 @@ fn a_step_too_far_is_shortened() {
     for (times, taken) in [(1.0, true), (30.0, false)] {
         let (mut stepper, dt) = after_a_pass(0.0, None);
         let from = stepper.search.from.clone();
-        let to = stepper.pieces.dv.clone();
+        let to = stepper.system_data.dv.clone();
         let mut step = to.clone();
         step.combine((1.0, &to), (-1.0, &from));
         let begin = potential_at(&mut stepper, 0.0, &step, dt);
         potential_at(&mut stepper, times, &step, dt);
         let end = stepper.time + dt;
         stepper.search(true, true, dt, end).unwrap();
-        let [there, far] = [&stepper.pieces.dv, &stepper.search.to].map(|dv| dv.get(1));
+        let [there, far] = [&stepper.system_data.dv, &stepper.search.to].map(|dv| dv.get(1));
         assert_eq!(there == far, taken, "{there:?} {far:?}");
-        let dv = stepper.pieces.dv.clone();
+        let dv = stepper.system_data.dv.clone();
         let mut gaps = vec![0.0; stepper.mu.len()];
         stepper.gaps(&mut gaps, dt);
         assert!(stepper.potential(&dv, &gaps, dt).0 < begin);
@@ -150,12 +153,12 @@ fn changes_turn_further() {
         let v = Vector3::new(x, y, z);
         v - long * long.dot(&v)
     };
-    let v = stepper.pieces.v.get(1);
+    let v = stepper.system_data.v.get(1);
     let mut axis_after = |omega: Vector3<f64>| {
         start.restore(&mut stepper.scene.bodies);
-        stepper.pieces.dv.clear();
+        stepper.system_data.dv.clear();
         let [a, b, c] = [omega.x - v[3], omega.y - v[4], omega.z - v[5]];
-        stepper.pieces.dv.set(1, [0.0, 0.0, 0.0, a, b, c]);
+        stepper.system_data.dv.set(1, [0.0, 0.0, 0.0, a, b, c]);
         stepper.move_bodies(dt).unwrap();
         stepper.scene.bodies.orientation[1] * Vector3::z()
     };

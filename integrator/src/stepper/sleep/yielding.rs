@@ -7,7 +7,7 @@
 //! heap whose friction is used up but which does not move. Slack cables and contacts without
 //! friction carry no force that could fall short.
 
-use crate::bounded::Place;
+use crate::active_set::RowState;
 use crate::stepper::Stepper;
 use nalgebra::Vector3;
 use taut_model::RowBounds;
@@ -28,15 +28,20 @@ impl Stepper {
     /// True if a force at its limit gives way faster than `speed` (m/s). `reach` is the extent of
     /// the material points of each body \[m].
     pub(super) fn gives_way(&self, speed: f64, reach: &[Vector3<f64>]) -> bool {
-        let mut bounds = self.pieces.rows.bounds.iter().zip(self.bounded.places());
-        bounds.any(|(bound, place)| place != Place::Inside && self.yields(bound, speed, reach))
+        let mut bounds = self
+            .system_data
+            .rows
+            .bounds
+            .iter()
+            .zip(self.active_set.places());
+        bounds.any(|(bound, place)| place != RowState::Inside && self.yields(bound, speed, reach))
             || self.slip.rates().any(|rate| rate.abs() > speed)
             || self.slides(SHUFFLES * speed)
     }
 
     /// True if a row that carries a force at its limit moves.
     fn yields(&self, bound: &RowBounds, speed: f64, reach: &[Vector3<f64>]) -> bool {
-        let rows = &self.pieces.rows;
+        let rows = &self.system_data.rows;
         if self.mu[bound.row] == 0.0 {
             return false;
         }

@@ -52,9 +52,9 @@ fn load_on(scene: &Scene, i: usize) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 impl Stepper {
-    /// The imbalance of the present state, as a part of the largest forces.
-    pub(crate) fn imbalance(&self) -> f64 {
-        let (scene, rows) = (&self.scene, &self.pieces.rows);
+    /// The equilibrium_residual of the present state, as a part of the largest forces.
+    pub(crate) fn equilibrium_residual(&self) -> f64 {
+        let (scene, rows) = (&self.scene, &self.system_data.rows);
         let mut lambda = self.tension.clone();
         // At rest they do nothing.
         for row in rows
@@ -88,12 +88,12 @@ impl Stepper {
         let sizes = |c: usize| {
             let arms = rows.slot_range(c).map(|s| balances[rows.slots[s].body].arm);
             let arm = arms.fold(longest, f64::min);
-            let of = move |r: usize| match self.pieces.is_angular(r) {
+            let of = move |r: usize| match self.system_data.is_angular(r) {
                 true => (r, arm, 1.0),
                 false => (r, 1.0, extent),
             };
-            let active = self.pieces.idle.get(c) != Some(&true);
-            let laws = move |r: &usize| active && self.pieces.has_law(*r);
+            let active = self.system_data.idle.get(c) != Some(&true);
+            let laws = move |r: &usize| active && self.system_data.has_law(*r);
             rows.row_range(c).filter(laws).map(of)
         };
         let laws = || (0..rows.constraints()).flat_map(sizes);
@@ -117,7 +117,7 @@ impl Stepper {
     /// Largest distance of a body from the first, or of an attachment from its body's centre \[m];
     /// 1 m if there is neither.
     pub(crate) fn extent(&self) -> f64 {
-        let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
+        let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
         let first = bodies.position.first().copied().unwrap_or_default();
         let way = bodies.position.iter().map(|x| (x - first).norm());
         let arms = (0..rows.slots.len()).map(|s| rows.lever(s).norm());

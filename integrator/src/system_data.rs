@@ -1,7 +1,7 @@
 //! Data of a step's linear system, and its residual.
 //!
 //! The unknown is the velocity *change* Δv together with the impulses μ. Both are kept through the refinement, and its
-//! residual comes from the pieces,
+//! residual comes from the system's data,
 //!
 //! ```text
 //! Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv),    r = (c − J v) − J Δv − Σ μ
@@ -21,7 +21,7 @@ use taut_model::lanes::{Numbers, PACK, in_packs};
 use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
-pub(crate) struct Pieces {
+pub(crate) struct SystemData {
     pub(crate) rows: Linearized,
     /// Kind of each row.
     kinds: Vec<Kind>,
@@ -52,7 +52,7 @@ pub(crate) struct Pieces {
     impulse: BodyVectors,
 }
 
-impl Pieces {
+impl SystemData {
     /// v + Δv of a body.
     #[inline(always)]
     pub(crate) fn rates_after_solve(&self, body: usize) -> [f64; 6] {
@@ -282,7 +282,7 @@ impl Pieces {
     }
 }
 
-/// Largest square of [`Pieces::disagreement`] among the joints, which are never idle; NaN where their sum is not finite.
+/// Largest square of [`SystemData::disagreement`] among the joints, which are never idle; NaN where their sum is not finite.
 struct JointGaps<'a> {
     rows: &'a Linearized,
     predicted: &'a [f64],
@@ -339,8 +339,8 @@ impl Kernel for Residual<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
-        let pieces = self.rate.iter().zip(self.sigma).zip(self.mu);
-        for (r, ((rate, sigma), mu)) in self.r.iter_mut().zip(pieces) {
+        let system_data = self.rate.iter().zip(self.sigma).zip(self.mu);
+        for (r, ((rate, sigma), mu)) in self.r.iter_mut().zip(system_data) {
             *r = (rate - sigma * mu) - *r;
         }
     }
@@ -470,21 +470,21 @@ mod tests {
                 transverse: false,
             };
             scene.add_constraint("link", Constraint::Distance(link), 0);
-            let mut pieces = Pieces::new(&scene);
-            pieces.rows.update(&scene, 0.0);
-            pieces.predicted.copy_from_slice(&pieces.rows.phi);
-            assert_eq!(pieces.disagreement(), 0.0);
+            let mut system_data = SystemData::new(&scene);
+            system_data.rows.update(&scene, 0.0);
+            system_data.predicted.copy_from_slice(&system_data.rows.phi);
+            assert_eq!(system_data.disagreement(), 0.0);
             for (c, constraint) in scene.constraints.iter().enumerate() {
-                let row = pieces.rows.row_range(c).start;
-                let exact = pieces.predicted[row];
-                pieces.predicted[row] += 1e-3;
-                let turned = pieces.disagreement() * turning_length(constraint);
+                let row = system_data.rows.row_range(c).start;
+                let exact = system_data.predicted[row];
+                system_data.predicted[row] += 1e-3;
+                let turned = system_data.disagreement() * turning_length(constraint);
                 assert!((turned - 1e-3).abs() < 1e-12, "{segments} {c}: {turned}");
                 for lost in [f64::NAN, f64::INFINITY] {
-                    pieces.predicted[row] = lost;
-                    assert!(!pieces.disagreement().is_finite(), "{segments} {c}");
+                    system_data.predicted[row] = lost;
+                    assert!(!system_data.disagreement().is_finite(), "{segments} {c}");
                 }
-                pieces.predicted[row] = exact;
+                system_data.predicted[row] = exact;
             }
         }
     }

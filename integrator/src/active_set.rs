@@ -11,7 +11,7 @@
 //! positive definite S, if not always within the passes allowed here. The places are kept from step to step, so that one
 //! solve a step is enough unless a row changes.
 
-use crate::pieces::Pieces;
+use crate::system_data::SystemData;
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, RowBounds};
 
@@ -28,7 +28,7 @@ const NOISE: f64 = 1e-11;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub(crate) enum Place {
+pub(crate) enum RowState {
     Inside,
     Lower,
     Upper,
@@ -36,29 +36,29 @@ pub(crate) enum Place {
 
 /// Result of checking the places of the bounded rows after a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(crate) enum Outcome {
     /// All rows are in their right place.
     Settled,
     /// Some rows changed their place: solve again.
     Changed,
     /// Some rows are in the wrong place, and the passes are used up.
-    Undecided,
+    NotConverged,
 }
 
 /// A bounded row: its place, and what it held of the system before it left.
 #[derive(Debug, Clone, Copy)]
 struct Row {
-    place: Place,
+    place: RowState,
     /// c − J v and Σ.
     rate: f64,
     sigma: f64,
-    /// First of its slots in [`Bounded::jacobian`].
+    /// First of its slots in [`ActiveSet::jacobian`].
     first: usize,
 }
 
 /// The bounded rows of a scene, in the order of [`taut_model::Linearized::bounds`].
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Bounded {
+pub(crate) struct ActiveSet {
     rows: Vec<Row>,
     /// The rows of J that left the system, one a slot.
     jacobian: Vec<[f64; 6]>,
@@ -78,25 +78,25 @@ pub(crate) struct Bounded {
     passes: usize,
 }
 
-impl Bounded {
-    pub(crate) fn new(pieces: &Pieces) -> Self {
+impl ActiveSet {
+    pub(crate) fn new(system_data: &SystemData) -> Self {
         let mut bounded = Self::default();
         let mut first = 0;
-        for bound in &pieces.rows.bounds {
+        for bound in &system_data.rows.bounds {
             bounded.rows.push(Row {
-                place: first_place(bound, pieces),
+                place: first_place(bound, system_data),
                 rate: 0.0,
                 sigma: 0.0,
                 first,
             });
-            first += pieces.rows.slot_range(bound.constraint).len();
+            first += system_data.rows.slot_range(bound.constraint).len();
         }
         bounded.jacobian = vec![[0.0; 6]; first];
         bounded.wrong = Vec::with_capacity(bounded.rows.len());
         bounded.room = vec![f64::INFINITY; bounded.rows.len()];
         bounded.emptied = vec![false; bounded.rows.len()];
         if !bounded.is_empty() {
-            bounded.impulse = pieces.v.clone();
+            bounded.impulse = system_data.v.clone();
         }
         bounded
     }
@@ -108,32 +108,32 @@ impl Bounded {
 
     /// True if row `k` is held at a bound and so out of the system.
     pub(crate) fn holds(&self, k: usize) -> bool {
-        self.rows[k].place != Place::Inside
+        self.rows[k].place != RowState::Inside
     }
 
     /// w = b − S μ of each bounded row, into its place in `w`.
-    pub(crate) fn residuals(&self, pieces: &Pieces, mu: &[f64], w: &mut [f64]) {
-        for (k, bound) in pieces.rows.bounds.iter().enumerate() {
-            (w[bound.row], _) = residual(pieces, k, mu[bound.row]);
+    pub(crate) fn residuals(&self, system_data: &SystemData, mu: &[f64], w: &mut [f64]) {
+        for (k, bound) in system_data.rows.bounds.iter().enumerate() {
+            (w[bound.row], _) = residual(system_data, k, mu[bound.row]);
         }
     }
 
     /// Puts row `k` into its first place.
-    pub(crate) fn start(&mut self, k: usize, pieces: &Pieces) {
-        self.rows[k].place = first_place(&pieces.rows.bounds[k], pieces);
+    pub(crate) fn start(&mut self, k: usize, system_data: &SystemData) {
+        self.rows[k].place = first_place(&system_data.rows.bounds[k], system_data);
     }
 
     pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Place of each bounded row.
-    pub(crate) fn places(&self) -> impl Iterator<Item = Place> + '_ {
+    /// RowState of each bounded row.
+    pub(crate) fn places(&self) -> impl Iterator<Item = RowState> + '_ {
         self.rows.iter().map(|row| row.place)
     }
 
     /// Restores the [`places`](Self::places) of the bounded rows.
-    pub(crate) fn put(&mut self, places: &[Place]) {
+    pub(crate) fn put(&mut self, places: &[RowState]) {
         for (row, place) in self.rows.iter_mut().zip(places) {
             row.place = *place;
         }
@@ -142,7 +142,7 @@ impl Bounded {
     /// The bounded rows, by their numbers, that are at their lower bound.
     pub(crate) fn at_lower(&self) -> impl Iterator<Item = usize> + '_ {
         let places = self.places().enumerate();
-        places.filter_map(|(k, place)| (place == Place::Lower).then_some(k))
+        places.filter_map(|(k, place)| (place == RowState::Lower).then_some(k))
     }
 
     /// No drum has an end.
@@ -163,25 +163,25 @@ impl Bounded {
 
     /// Empties drum `k` where its slip in the solved system of a step of `dt` exceeds the rope left on it: the row then holds any
     /// tension, driven by the rest of the rope. Returns true where it does.
-    fn empty(&mut self, k: usize, pieces: &mut Pieces, dt: f64) -> bool {
-        let (bound, room) = (pieces.rows.bounds[k], self.room[k]);
+    fn empty(&mut self, k: usize, system_data: &mut SystemData, dt: f64) -> bool {
+        let (bound, room) = (system_data.rows.bounds[k], self.room[k]);
         if room == f64::INFINITY || self.emptied[k] {
             return false;
         }
         let r = bound.row;
-        let rates = jacobian(pieces, k).map(|(body, j)| {
-            let (v, dv) = (pieces.v.get(body), pieces.dv.get(body));
+        let rates = jacobian(system_data, k).map(|(body, j)| {
+            let (v, dv) = (system_data.v.get(body), system_data.dv.get(body));
             dot(&j, &v) + dot(&j, &dv)
         });
-        let rate = rates.sum::<f64>() + pieces.rows.phi_t[r];
-        let stretch = -pieces.rows.compliance[r] * bound.lower;
-        if pieces.rows.phi[r] + dt * rate - stretch <= room {
+        let rate = rates.sum::<f64>() + system_data.rows.phi_t[r];
+        let stretch = -system_data.rows.compliance[r] * bound.lower;
+        if system_data.rows.phi[r] + dt * rate - stretch <= room {
             return false;
         }
         self.emptied[k] = true;
-        pieces.rows.phi_t[r] -= room / dt;
-        pieces.rate[r] += room / dt;
-        pieces.rows.bounds[k].lower = f64::NEG_INFINITY;
+        system_data.rows.phi_t[r] -= room / dt;
+        system_data.rate[r] += room / dt;
+        system_data.rows.bounds[k].lower = f64::NEG_INFINITY;
         true
     }
 
@@ -192,113 +192,122 @@ impl Bounded {
     }
 
     /// Takes the rows at bounds out of the system of a step `dt` long.
-    pub(crate) fn hold(&mut self, pieces: &mut Pieces, dt: f64) {
+    pub(crate) fn hold(&mut self, system_data: &mut SystemData, dt: f64) {
         if self.is_empty() {
             return;
         }
-        self.impulse.copy_from(&pieces.inertia.impulse);
+        self.impulse.copy_from(&system_data.inertia.impulse);
         for (k, row) in self.rows.iter_mut().enumerate() {
-            let bound = pieces.rows.bounds[k];
+            let bound = system_data.rows.bounds[k];
             let value = match row.place {
-                Place::Inside => continue,
-                Place::Lower => bound.lower * dt,
-                Place::Upper => bound.upper * dt,
+                RowState::Inside => continue,
+                RowState::Lower => bound.lower * dt,
+                RowState::Upper => bound.upper * dt,
             };
             if value.is_infinite() {
                 // The bound has been lifted since.
-                row.place = Place::Inside;
+                row.place = RowState::Inside;
                 continue;
             }
             let saved = &mut self.jacobian[row.first..];
-            row.sigma = pieces.regularization.sigma[bound.row];
-            row.rate = pieces.rate[bound.row];
-            let size = row.sigma + response(pieces, k);
-            for (s, saved) in pieces.rows.slot_range(bound.constraint).zip(saved) {
-                let (body, from) = (pieces.rows.slots[s].body, entry(pieces, k, s));
-                saved.copy_from_slice(&pieces.rows.jacobian[from..from + 6]);
-                pieces.rows.jacobian[from..from + 6].fill(0.0);
-                pieces.inertia.add_impulse(body, saved, value);
+            row.sigma = system_data.regularization.sigma[bound.row];
+            row.rate = system_data.rate[bound.row];
+            let size = row.sigma + response(system_data, k);
+            for (s, saved) in system_data.rows.slot_range(bound.constraint).zip(saved) {
+                let (body, from) = (system_data.rows.slots[s].body, entry(system_data, k, s));
+                saved.copy_from_slice(&system_data.rows.jacobian[from..from + 6]);
+                system_data.rows.jacobian[from..from + 6].fill(0.0);
+                system_data.inertia.add_impulse(body, saved, value);
             }
             // Σ μ = c of about the row's own size in S, which no iteration then stumbles over.
             let size = if size > 0.0 { size } else { 1.0 };
-            pieces.regularization.sigma[bound.row] = size;
-            pieces.rate[bound.row] = size * value;
+            system_data.regularization.sigma[bound.row] = size;
+            system_data.rate[bound.row] = size * value;
         }
     }
 
     /// Puts back what [`hold`](Self::hold) took.
-    pub(crate) fn release(&self, pieces: &mut Pieces) {
-        if self.places().all(|place| place == Place::Inside) {
+    pub(crate) fn release(&self, system_data: &mut SystemData) {
+        if self.places().all(|place| place == RowState::Inside) {
             return;
         }
-        pieces.inertia.impulse.copy_from(&self.impulse);
+        system_data.inertia.impulse.copy_from(&self.impulse);
         for (k, row) in self.rows.iter().enumerate() {
-            if row.place == Place::Inside {
+            if row.place == RowState::Inside {
                 continue;
             }
-            let bound = pieces.rows.bounds[k];
+            let bound = system_data.rows.bounds[k];
             let saved = &self.jacobian[row.first..];
-            for (s, saved) in pieces.rows.slot_range(bound.constraint).zip(saved) {
-                let to = entry(pieces, k, s);
-                pieces.rows.jacobian[to..to + 6].copy_from_slice(saved);
+            for (s, saved) in system_data.rows.slot_range(bound.constraint).zip(saved) {
+                let to = entry(system_data, k, s);
+                system_data.rows.jacobian[to..to + 6].copy_from_slice(saved);
             }
-            pieces.regularization.sigma[bound.row] = row.sigma;
-            pieces.rate[bound.row] = row.rate;
+            system_data.regularization.sigma[bound.row] = row.sigma;
+            system_data.rate[bound.row] = row.rate;
         }
     }
 
     /// Checks the places of all rows against the impulses `mu` of a step of `dt` (s), after
     /// [`release`](Self::release), and moves the rows that are wrong. `mu` then keeps its bounds to
     /// the last bit.
-    pub(crate) fn judge(&mut self, pieces: &mut Pieces, mu: &mut [f64], dt: f64) -> Verdict {
+    pub(crate) fn judge(
+        &mut self,
+        system_data: &mut SystemData,
+        mu: &mut [f64],
+        dt: f64,
+    ) -> Outcome {
         if self.is_empty() {
-            return Verdict::Settled;
+            return Outcome::Settled;
         }
-        let limits = |k: usize, pieces: &Pieces| {
-            let bound = pieces.rows.bounds[k];
+        let limits = |k: usize, system_data: &SystemData| {
+            let bound = system_data.rows.bounds[k];
             (bound.row, bound.lower * dt, bound.upper * dt)
         };
         for (k, row) in self.rows.iter().enumerate() {
-            let (r, lower, upper) = limits(k, pieces);
+            let (r, lower, upper) = limits(k, system_data);
             match row.place {
-                Place::Inside => {}
-                Place::Lower => mu[r] = lower,
-                Place::Upper => mu[r] = upper,
+                RowState::Inside => {}
+                RowState::Lower => mu[r] = lower,
+                RowState::Upper => mu[r] = upper,
             }
         }
-        if self.places().any(|place| place != Place::Inside) {
-            pieces.update_velocity_change(mu);
+        if self.places().any(|place| place != RowState::Inside) {
+            system_data.update_velocity_change(mu);
         }
         let noise = NOISE * mu.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.wrong.clear();
         if self.frozen {
-            return self.pivot(pieces, mu, dt);
+            return self.pivot(system_data, mu, dt);
         }
         for k in 0..self.rows.len() {
-            if self.rows[k].place == Place::Lower && self.empty(k, pieces, dt) {
+            if self.rows[k].place == RowState::Lower && self.empty(k, system_data, dt) {
                 self.wrong.push(k);
             }
         }
         for (k, row) in self.rows.iter_mut().enumerate() {
-            if self.emptied[k] && row.place == Place::Lower {
+            if self.emptied[k] && row.place == RowState::Lower {
                 continue;
             }
-            let (r, lower, upper) = limits(k, pieces);
+            let (r, lower, upper) = limits(k, system_data);
             let wanted = match row.place {
-                Place::Inside if mu[r] < lower - noise => Place::Lower,
-                Place::Inside if mu[r] > upper + noise => Place::Upper,
-                Place::Inside => Place::Inside,
-                Place::Lower | Place::Upper if lower == upper => {
+                RowState::Inside if mu[r] < lower - noise => RowState::Lower,
+                RowState::Inside if mu[r] > upper + noise => RowState::Upper,
+                RowState::Inside => RowState::Inside,
+                RowState::Lower | RowState::Upper if lower == upper => {
                     // A row without any force is held on the side that it would leave.
-                    let (w, _) = residual(pieces, k, mu[r]);
-                    row.place = if w < 0.0 { Place::Lower } else { Place::Upper };
+                    let (w, _) = residual(system_data, k, mu[r]);
+                    row.place = if w < 0.0 {
+                        RowState::Lower
+                    } else {
+                        RowState::Upper
+                    };
                     row.place
                 }
                 held => {
-                    let (w, size) = residual(pieces, k, mu[r]);
-                    let inward = if held == Place::Lower { w } else { -w };
+                    let (w, size) = residual(system_data, k, mu[r]);
+                    let inward = if held == RowState::Lower { w } else { -w };
                     if inward > noise * size {
-                        Place::Inside
+                        RowState::Inside
                     } else {
                         held
                     }
@@ -308,12 +317,12 @@ impl Bounded {
                 self.wrong.push(k);
             }
         }
-        self.judge_chains(pieces, mu, noise);
-        self.pivot(pieces, mu, dt)
+        self.judge_chains(system_data, mu, noise);
+        self.pivot(system_data, mu, dt)
     }
 
     /// A chain is slack as a whole or not at all: its parts share their lengths, so that the sum of their residuals counts.
-    fn judge_chains(&mut self, pieces: &Pieces, mu: &[f64], noise: f64) {
+    fn judge_chains(&mut self, system_data: &SystemData, mu: &[f64], noise: f64) {
         let Self {
             rows,
             chains,
@@ -326,13 +335,13 @@ impl Bounded {
             // A limit of its winch is a part's own.
             wrong.retain(|k| match rows[*k].place {
                 _ if !chain.contains(k) => true,
-                Place::Lower => true,
-                Place::Inside => mu[pieces.rows.bounds[*k].row] <= 0.0,
-                Place::Upper => false,
+                RowState::Lower => true,
+                RowState::Inside => mu[system_data.rows.bounds[*k].row] <= 0.0,
+                RowState::Upper => false,
             });
-            let slack = chain.iter().filter(is_at(Place::Upper));
+            let slack = chain.iter().filter(is_at(RowState::Upper));
             let (w, size) = slack.clone().fold((0.0, 0.0), |(sum, sizes), &k| {
-                let (w, size) = residual(pieces, k, mu[pieces.rows.bounds[k].row]);
+                let (w, size) = residual(system_data, k, mu[system_data.rows.bounds[k].row]);
                 (sum + w, sizes + size)
             });
             if slack.clone().count() > 0 {
@@ -341,26 +350,26 @@ impl Bounded {
                 }
                 continue;
             }
-            let pushes = |k: &&usize| mu[pieces.rows.bounds[**k].row] > noise;
-            let pulls = |k: &usize| mu[pieces.rows.bounds[*k].row] < -noise;
+            let pushes = |k: &&usize| mu[system_data.rows.bounds[**k].row] > noise;
+            let pulls = |k: &usize| mu[system_data.rows.bounds[*k].row] < -noise;
             if !chain.iter().any(pulls) && chain.iter().any(|k| pushes(&k)) {
-                wrong.extend(chain.iter().filter(is_at(Place::Inside)));
+                wrong.extend(chain.iter().filter(is_at(RowState::Inside)));
             }
         }
     }
 
-    fn pivot(&mut self, pieces: &mut Pieces, mu: &mut [f64], dt: f64) -> Verdict {
+    fn pivot(&mut self, system_data: &mut SystemData, mu: &mut [f64], dt: f64) -> Outcome {
         let verdict = match (self.wrong.len(), self.passes) {
-            (0, _) => Verdict::Settled,
-            (_, 0) => Verdict::Undecided,
-            _ => Verdict::Changed,
+            (0, _) => Outcome::Settled,
+            (_, 0) => Outcome::NotConverged,
+            _ => Outcome::Changed,
         };
-        if verdict != Verdict::Changed {
-            for (row, bound) in self.rows.iter().zip(&pieces.rows.bounds) {
-                let only = pieces.rows.row_range(bound.constraint).len() == 1;
-                pieces.idle[bound.constraint] = only && row.place != Place::Inside;
+        if verdict != Outcome::Changed {
+            for (row, bound) in self.rows.iter().zip(&system_data.rows.bounds) {
+                let only = system_data.rows.row_range(bound.constraint).len() == 1;
+                system_data.idle[bound.constraint] = only && row.place != RowState::Inside;
             }
-            for bound in &pieces.rows.bounds {
+            for bound in &system_data.rows.bounds {
                 // Within the noise, or undecided.
                 mu[bound.row] = mu[bound.row].clamp(bound.lower * dt, bound.upper * dt);
             }
@@ -379,75 +388,77 @@ impl Bounded {
                 .retain(|k| *k == last || with.is_some_and(|chain| chain.contains(k)));
         }
         for &k in &self.wrong {
-            let bound = pieces.rows.bounds[k];
+            let bound = system_data.rows.bounds[k];
             let place = &mut self.rows[k].place;
             *place = match place {
-                Place::Inside if mu[bound.row] < bound.lower * dt => Place::Lower,
-                Place::Inside => Place::Upper,
-                Place::Lower | Place::Upper => Place::Inside,
+                RowState::Inside if mu[bound.row] < bound.lower * dt => RowState::Lower,
+                RowState::Inside => RowState::Upper,
+                RowState::Lower | RowState::Upper => RowState::Inside,
             };
         }
-        Verdict::Changed
+        Outcome::Changed
     }
 }
 
 /// First place of a row, before any solve: a cable that is too long is slack.
-fn first_place(bound: &RowBounds, pieces: &Pieces) -> Place {
-    if bound.upper == 0.0 && pieces.rows.phi[bound.row] < 0.0 {
-        Place::Upper
+fn first_place(bound: &RowBounds, system_data: &SystemData) -> RowState {
+    if bound.upper == 0.0 && system_data.rows.phi[bound.row] < 0.0 {
+        RowState::Upper
     } else {
-        Place::Inside
+        RowState::Inside
     }
 }
 
 /// Start of the Jacobian of bounded row `k` for slot `s`.
-fn entry(pieces: &Pieces, k: usize, s: usize) -> usize {
-    let bound = &pieces.rows.bounds[k];
-    let first = pieces.rows.row_range(bound.constraint).start;
-    pieces.rows.slots[s].offset + 6 * (bound.row - first)
+fn entry(system_data: &SystemData, k: usize, s: usize) -> usize {
+    let bound = &system_data.rows.bounds[k];
+    let first = system_data.rows.row_range(bound.constraint).start;
+    system_data.rows.slots[s].offset + 6 * (bound.row - first)
 }
 
 /// J of bounded row `k`, slot by slot, with the slot's body.
-fn jacobian(pieces: &Pieces, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
-    let slots = pieces.rows.slot_range(pieces.rows.bounds[k].constraint);
+fn jacobian(system_data: &SystemData, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
+    let slots = system_data
+        .rows
+        .slot_range(system_data.rows.bounds[k].constraint);
     slots.map(move |s| {
         let mut j = [0.0; 6];
-        let from = entry(pieces, k, s);
-        j.copy_from_slice(&pieces.rows.jacobian[from..from + 6]);
-        (pieces.rows.slots[s].body, j)
+        let from = entry(system_data, k, s);
+        j.copy_from_slice(&system_data.rows.jacobian[from..from + 6]);
+        (system_data.rows.slots[s].body, j)
     })
 }
 
 /// J M̃⁻¹ Jᵀ of bounded row `k` alone \[1/kg].
-pub(crate) fn response(pieces: &Pieces, k: usize) -> f64 {
-    jacobian(pieces, k)
-        .map(|(body, j)| response_of(pieces, body, &j))
+pub(crate) fn response(system_data: &SystemData, k: usize) -> f64 {
+    jacobian(system_data, k)
+        .map(|(body, j)| response_of(system_data, body, &j))
         .sum()
 }
 
 /// J M̃⁻¹ Jᵀ of any row of a constraint alone \[1/kg].
-pub(crate) fn response_of_row(pieces: &Pieces, constraint: usize, row: usize) -> f64 {
-    let rows = &pieces.rows;
+pub(crate) fn response_of_row(system_data: &SystemData, constraint: usize, row: usize) -> f64 {
+    let rows = &system_data.rows;
     let first = rows.row_range(constraint).start;
     let of = |s: usize| {
         let j = rows.block(s).rows()[row - first];
-        response_of(pieces, rows.slots[s].body, &j)
+        response_of(system_data, rows.slots[s].body, &j)
     };
     rows.slot_range(constraint).map(of).sum()
 }
 
 /// The part of `body` in J M̃⁻¹ Jᵀ of a row whose Jacobian is `j` there.
-pub(crate) fn response_of(pieces: &Pieces, body: usize, j: &[f64; 6]) -> f64 {
+pub(crate) fn response_of(system_data: &SystemData, body: usize, j: &[f64; 6]) -> f64 {
     let mut inverse = [0.0; 6];
-    pieces.inertia.apply_inverse(body, j, &mut inverse);
+    system_data.inertia.apply_inverse(body, j, &mut inverse);
     dot(&inverse, j)
 }
 
-/// w = (b − S μ) of bounded row `k` from the pieces, and S of the row alone.
-fn residual(pieces: &Pieces, k: usize, mu: f64) -> (f64, f64) {
-    let r = pieces.rows.bounds[k].row;
-    let sigma = pieces.regularization.sigma[r];
-    let moved = jacobian(pieces, k).map(|(body, j)| dot(&j, &pieces.dv.get(body)));
-    let w = moved.fold(pieces.rate[r] - sigma * mu, |w, moved| w - moved);
-    (w, sigma + response(pieces, k))
+/// w = (b − S μ) of bounded row `k` from the system's data, and S of the row alone.
+fn residual(system_data: &SystemData, k: usize, mu: f64) -> (f64, f64) {
+    let r = system_data.rows.bounds[k].row;
+    let sigma = system_data.regularization.sigma[r];
+    let moved = jacobian(system_data, k).map(|(body, j)| dot(&j, &system_data.dv.get(body)));
+    let w = moved.fold(system_data.rate[r] - sigma * mu, |w, moved| w - moved);
+    (w, sigma + response(system_data, k))
 }

@@ -7,8 +7,8 @@
 
 use super::Stepper;
 use crate::StepError;
-use crate::bounded::Bounded;
-use crate::pieces::Pieces;
+use crate::active_set::ActiveSet;
+use crate::system_data::SystemData;
 use taut_model::{Constraint, Scene};
 
 /// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
@@ -42,24 +42,24 @@ impl Stepper {
             if self.scene.cut_at_winch(i, self.time, paid)
                 && let Some(body) = self.scene.constraints[i].frames()[1].body_index()
             {
-                self.pieces.inertia.renew(&self.scene.bodies, body);
+                self.system_data.inertia.renew(&self.scene.bodies, body);
                 if let Some(cable) = self.scene.cable_at(i) {
                     let joints = &self.scene.cables[cable].joints;
                     let first = &joints[..joints.len().min(2)];
-                    self.pieces.renew(&self.scene, first);
+                    self.system_data.renew(&self.scene, first);
                 }
                 cut = true;
             }
         }
         if cut {
-            self.pieces.rows.update(&self.scene, self.time);
+            self.system_data.rows.update(&self.scene, self.time);
             self.account.close();
         }
     }
 
     /// Stalls winch `i` at its empty drum, or lets it haul in again, by the tension of the last step. Returns true on a change.
     pub(super) fn stall(&mut self, i: usize) -> bool {
-        let row = self.pieces.rows.row_range(i).start;
+        let row = self.system_data.rows.row_range(i).start;
         let (tension, time) = (-self.mu[row] / self.mu_dt, self.time);
         match &mut self.scene.constraints[i] {
             Constraint::MasslessCable(cable) => cable.stall(tension, time),
@@ -71,24 +71,29 @@ impl Stepper {
     /// Rope that the slipping drum of fairlead `i` has paid out in the last sub-step \[m]; takes it
     /// out of the drive ∂φ/∂t.
     fn paid_out(&mut self, i: usize) -> f64 {
-        let bounds = &self.pieces.rows.bounds;
-        let mut slipping = self.bounded.at_lower().map(|k| bounds[k]);
+        let bounds = &self.system_data.rows.bounds;
+        let mut slipping = self.active_set.at_lower().map(|k| bounds[k]);
         let Some(bound) = slipping.find(|bound| bound.constraint == i) else {
             return 0.0;
         };
         let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
             return 0.0;
         };
-        let paid = lead.paid_out(self.pieces.rows.phi[bound.row], self.time);
+        let paid = lead.paid_out(self.system_data.rows.phi[bound.row], self.time);
         self.history.phi_t[bound.row] -= paid / self.stage.advanced();
         paid
     }
 }
 
 /// Takes the rope left on the drums of massless cables at the end of a step, at time `end` (s).
-pub(super) fn leave_room(bounded: &mut Bounded, scene: &Scene, pieces: &Pieces, end: f64) {
+pub(super) fn leave_room(
+    bounded: &mut ActiveSet,
+    scene: &Scene,
+    system_data: &SystemData,
+    end: f64,
+) {
     bounded.forget_room();
-    for (k, bound) in pieces.rows.bounds.iter().enumerate() {
+    for (k, bound) in system_data.rows.bounds.iter().enumerate() {
         let Constraint::MasslessCable(cable) = &scene.constraints[bound.constraint] else {
             continue;
         };

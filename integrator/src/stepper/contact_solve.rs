@@ -4,7 +4,7 @@ use super::Stepper;
 use crate::contact::groups::LIMIT;
 use crate::contact::operator::Factor;
 use crate::contact::rebound::Budget;
-use crate::pieces::Pieces;
+use crate::system_data::SystemData;
 use crate::{Phase, StepError};
 use nalgebra::Vector3;
 use taut_model::{Bodies, BodyVectors};
@@ -23,9 +23,9 @@ macro_rules! factor_of {
         Factor {
             solver: &mut *$stepper.solver,
             matrix: &$stepper.matrix,
-            plan: &$stepper.plan,
+            assembly_map: &$stepper.assembly_map,
             form: $stepper.options.form,
-            rows: &$stepper.pieces.rows,
+            rows: &$stepper.system_data.rows,
             slip: $slip,
             system: &mut $stepper.columns,
             effort: &mut $stepper.effort,
@@ -88,18 +88,18 @@ impl Stepper {
             _ => 1,
         };
         for pass in 0.. {
-            self.pieces.update_velocity_change(&self.mu);
-            self.contacts.rates(&self.pieces, rates);
+            self.system_data.update_velocity_change(&self.mu);
+            self.contacts.rates(&self.system_data, rates);
             // W is that of another matrix at first.
             let close = self.scene.gravity.norm() * dt;
             let new = self.contacts.activate(rates, close) || pass == 0;
             // A changed pattern of slipping sheaves changes W.
             let other = std::mem::take(&mut self.slip.has_changed);
             if (new || other) && self.build_operator()? {
-                self.contacts.rates(&self.pieces, rates);
+                self.contacts.rates(&self.system_data, rates);
             }
             self.contacts.regularize(rates);
-            let found = self.contacts.violation(rates, &self.pieces);
+            let found = self.contacts.violation(rates, &self.system_data);
             let settled = found <= tolerance && (!new || self.contacts.none_active());
             if passes == 0 || settled {
                 return Ok(found);
@@ -107,7 +107,7 @@ impl Stepper {
             // Contacts become active one after the other at worst.
             passes -= usize::from(!new);
             let done = self.solve_dense(dt, rates, pass == 0);
-            self.contacts.apply(&mut self.pieces.inertia, true);
+            self.contacts.apply(&mut self.system_data.inertia, true);
             self.tally.end(Phase::Solve);
             self.effort.check(self.time)?;
             // Where no impulses are found, further passes find none either.
@@ -116,10 +116,10 @@ impl Stepper {
             }
             solve(self)?;
             if self.effort.is_spent() {
-                self.pieces.update_velocity_change(&self.mu);
-                self.contacts.rates(&self.pieces, rates);
+                self.system_data.update_velocity_change(&self.mu);
+                self.contacts.rates(&self.system_data, rates);
                 self.contacts.regularize(rates);
-                return Ok(self.contacts.violation(rates, &self.pieces));
+                return Ok(self.contacts.violation(rates, &self.system_data));
             }
         }
         Ok(f64::NAN)
@@ -137,8 +137,8 @@ impl Stepper {
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         operator.take_away(touches, rates, &mut factor)?;
         if first {
-            let after_blow = self.closing.made().iter().any(|row| row.age == 0);
-            contacts.aim(&self.pieces, rates, dt, after_blow);
+            let after_blow = self.activation.made().iter().any(|row| row.age == 0);
+            contacts.aim(&self.system_data, rates, dt, after_blow);
         }
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
         let method = self.options.contacts;
@@ -160,10 +160,10 @@ impl Stepper {
                 time: self.time,
             });
         }
-        operator.groups.divide(&self.pieces, touches);
+        operator.groups.divide(&self.system_data, touches);
         factor.effort.allow(operator.groups.count());
         let hardened = operator.harden(&self.scene, touches);
-        let report = operator.build(&self.pieces, touches, &mut factor);
+        let report = operator.build(&self.system_data, touches, &mut factor);
         let report = report.map_err(|e| self.culprit(e))?;
         self.effort.check(self.time)?;
         self.tally.add_part(report);
@@ -184,7 +184,11 @@ impl Stepper {
         // A cable sticks to its sheaves in the instant of a blow.
         let mut factor = factor_of!(self, None);
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
-        let (bodies, v, dv) = (&self.scene.bodies, &self.pieces.v, &self.pieces.dv);
+        let (bodies, v, dv) = (
+            &self.scene.bodies,
+            &self.system_data.v,
+            &self.system_data.dv,
+        );
         let of = |i: usize| bodies.rates(i);
         // Passes of an implicit step turn on from the last one.
         let of_scheme = contacts.of_scheme;
@@ -210,7 +214,7 @@ impl Stepper {
         self.account_for_blow();
         self.contacts.end_rebound();
         // The rates of the step are those before the blow.
-        self.history.forget(&self.pieces.rows.phi_t);
+        self.history.forget(&self.system_data.rows.phi_t);
         Ok(())
     }
 
@@ -250,20 +254,20 @@ impl Stepper {
         for touch in &self.contacts.touches {
             touch.add_to(impulse);
         }
-        let Pieces { rows, inertia, .. } = &self.pieces;
+        let SystemData { rows, inertia, .. } = &self.system_data;
         inertia.correct_velocities(impulse, change);
         if rows.rows() > 0 {
             mu.clear();
             mu.resize(rows.rows(), 0.0);
             rows.times_jacobian(change, mu);
-            for k in (0..rows.bounds.len()).filter(|k| self.bounded.holds(*k)) {
+            for k in (0..rows.bounds.len()).filter(|k| self.active_set.holds(*k)) {
                 mu[rows.bounds[k].row] = 0.0;
             }
             mu.iter_mut().for_each(|rate| *rate = -*rate);
             let report = factor_of!(self, None).respond(mu);
             let report = report.map_err(|e| self.culprit(e))?;
             self.tally.add_part(report);
-            let Pieces { rows, inertia, .. } = &self.pieces;
+            let SystemData { rows, inertia, .. } = &self.system_data;
             rows.add_transposed(mu, impulse);
             inertia.correct_velocities(impulse, change);
         }

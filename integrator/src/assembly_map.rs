@@ -20,7 +20,7 @@ pub(crate) enum BlockOf {
 
 /// Pattern and maps of one form of the linear system.
 #[derive(Debug, Clone)]
-pub(crate) struct Plan {
+pub(crate) struct AssemblyMap {
     pub(crate) pattern: Arc<BlockPattern>,
     /// Owner of each block row.
     pub(crate) block: Vec<BlockOf>,
@@ -62,7 +62,7 @@ struct Product {
 /// Numbers of W a slot.
 const W: usize = 6 * MAX_ROWS;
 
-impl Plan {
+impl AssemblyMap {
     /// The constraints stand in `order` (position → constraint), each of them once.
     pub(crate) fn new(
         form: Form,
@@ -386,7 +386,7 @@ mod tests {
 
     /// J M̃⁻¹ Jᵀ of two constraints, or with `absolute` the same of the absolute values of all numbers in it, row by row.
     fn product(stepper: &Stepper, pair: [usize; 2], absolute: bool) -> Vec<f64> {
-        let (rows, inertia) = (&stepper.pieces.rows, &stepper.pieces.inertia);
+        let (rows, inertia) = (&stepper.system_data.rows, &stepper.system_data.inertia);
         let number = |x: f64| if absolute { x.abs() } else { x };
         let [left, right] = pair.map(|c| rows.slot_range(c));
         let [m, n] = pair.map(|c| rows.row_range(c).len());
@@ -453,8 +453,11 @@ mod tests {
             }
             stepper.linearize(stepper.options.stiffness).unwrap();
             stepper.assemble(stepper.options.dt);
-            let (plan, sigma) = (&stepper.plan, &stepper.pieces.regularization.sigma);
-            let constraints: Vec<usize> = (plan.block.iter())
+            let (assembly_map, sigma) = (
+                &stepper.assembly_map,
+                &stepper.system_data.regularization.sigma,
+            );
+            let constraints: Vec<usize> = (assembly_map.block.iter())
                 .map(|b| match b {
                     BlockOf::Constraint(c) => *c,
                     BlockOf::Body(_) => unreachable!("a Schur form has constraints alone"),
@@ -462,15 +465,16 @@ mod tests {
                 .collect();
             for (j, &column) in constraints.iter().enumerate() {
                 for (i, &row) in constraints.iter().enumerate().skip(j) {
-                    let n = stepper.pieces.rows.row_range(column).len();
+                    let n = stepper.system_data.rows.row_range(column).len();
                     let exact = product(&stepper, [row, column], false);
                     let size = product(&stepper, [row, column], true);
                     for (k, (exact, size)) in exact.iter().zip(&size).enumerate() {
                         let (r, c) = (k / n, k % n);
                         let on_diagonal = (i, r) == (j, c);
-                        let first = stepper.pieces.rows.row_range(row).start;
+                        let first = stepper.system_data.rows.row_range(row).start;
                         let sigma = if on_diagonal { sigma[first + r] } else { 0.0 };
-                        let at = |block: usize, k: usize| plan.pattern.rows(block).start + k;
+                        let at =
+                            |block: usize, k: usize| assembly_map.pattern.rows(block).start + k;
                         let found = stepper.matrix.get(at(i, r), at(j, c));
                         let error = (found - (exact + sigma)).abs();
                         assert!(

@@ -45,9 +45,9 @@
 //! what was left of φ + ε λ at the beginning of a step that is redone goes in one sub-step, however short, at a speed without
 //! limit; a row held on one side then keeps that speed. Here it goes in proportion to time, over the whole step.
 
-use crate::bounded::{Bounded, Place, response, response_of_row};
+use crate::active_set::{ActiveSet, RowState, response, response_of_row};
 use crate::options::Weights;
-use crate::pieces::Pieces;
+use crate::system_data::SystemData;
 use taut_model::{Linearized, RowBounds};
 
 /// Steps for which a row is young: those in which r or r⁻ is from before it closed, and the one in which it closes.
@@ -76,7 +76,7 @@ pub(crate) struct Made {
 
 /// Activation history of the bounded rows, in the order of [`taut_model::Linearized::bounds`].
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Closing {
+pub(crate) struct Activation {
     /// Steps since a row was last at a bound, up to [`YOUNG`].
     ages: Vec<u8>,
     /// Young rows without bounds, which events have made.
@@ -89,7 +89,7 @@ pub(crate) struct Closing {
     pub(crate) left: f64,
 }
 
-impl Closing {
+impl Activation {
     pub(crate) fn new(rows: usize) -> Self {
         Self {
             ages: vec![UNKNOWN; rows],
@@ -126,11 +126,11 @@ impl Closing {
     }
 
     /// A step is done, with the rows where `bounded` has them.
-    pub(crate) fn accept(&mut self, bounded: &Bounded) {
+    pub(crate) fn accept(&mut self, bounded: &ActiveSet) {
         for (age, place) in self.ages.iter_mut().zip(bounded.places()) {
             *age = match place {
-                Place::Inside => age.saturating_add(1).min(YOUNG),
-                Place::Lower | Place::Upper => 0,
+                RowState::Inside => age.saturating_add(1).min(YOUNG),
+                RowState::Lower | RowState::Upper => 0,
             };
         }
         for row in &mut self.made {
@@ -139,16 +139,16 @@ impl Closing {
     }
 
     /// The weights of the rows that events made; they are like all others when they are no longer young.
-    fn weigh_made(&mut self, pieces: &mut Pieces, of: &[Weights; 2], dt: f64) {
+    fn weigh_made(&mut self, system_data: &mut SystemData, of: &[Weights; 2], dt: f64) {
         self.made.retain(|row| {
             let young = row.age < YOUNG;
             let implicit = if young {
-                let response = response_of_row(pieces, row.constraint, row.row);
-                share(response, pieces.rows.compliance[row.row], dt)
+                let response = response_of_row(system_data, row.constraint, row.row);
+                share(response, system_data.rows.compliance[row.row], dt)
             } else {
                 0.0
             };
-            pieces.mix_weights(row.row, of, implicit);
+            system_data.mix_weights(row.row, of, implicit);
             young
         });
     }
@@ -157,21 +157,21 @@ impl Closing {
     /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s].
     pub(crate) fn weigh(
         &mut self,
-        pieces: &mut Pieces,
+        system_data: &mut SystemData,
         of: &[Weights; 2],
         (jv, phi_t): (&[f64], &[f64]),
         jerk: f64,
         dt: f64,
     ) {
         if !self.made.is_empty() {
-            self.weigh_made(pieces, of, dt);
+            self.weigh_made(system_data, of, dt);
         }
         for k in 0..self.ages.len() {
-            let bound = pieces.rows.bounds[k];
+            let bound = system_data.rows.bounds[k];
             let (r, side) = (bound.row, side(&bound));
-            let (phi, rate) = (side * pieces.rows.phi[r], side * (jv[r] + phi_t[r]));
+            let (phi, rate) = (side * system_data.rows.phi[r], side * (jv[r] + phi_t[r]));
             let age = &mut self.ages[k];
-            if *age == YOUNG && side != 0.0 && (pieces.rows.phi_t[r] - phi_t[r]).abs() > jerk {
+            if *age == YOUNG && side != 0.0 && (system_data.rows.phi_t[r] - phi_t[r]).abs() > jerk {
                 *age = 1;
             }
             if *age == UNKNOWN {
@@ -181,27 +181,27 @@ impl Closing {
             let implicit = match *age {
                 0 if rate < 0.0 => 1.0,
                 YOUNG.. => 0.0,
-                _ => share(response(pieces, k), pieces.rows.compliance[r], dt),
+                _ => share(response(system_data, k), system_data.rows.compliance[r], dt),
             };
-            pieces.mix_weights(r, of, implicit);
+            system_data.mix_weights(r, of, implicit);
         }
     }
 
     /// φ of soft rows at their kink, after the rows have been regularised with the rates `rate`.
-    pub(crate) fn round_kinks(&self, pieces: &mut Pieces, rate: &[f64], dt: f64) {
+    pub(crate) fn round_kinks(&self, system_data: &mut SystemData, rate: &[f64], dt: f64) {
         for k in 0..self.ages.len() {
-            let bound = pieces.rows.bounds[k];
+            let bound = system_data.rows.bounds[k];
             let (r, side) = (bound.row, side(&bound));
-            let (phi, reach) = (side * pieces.rows.phi[r], dt * rate[r].abs());
-            let compliance = pieces.rows.compliance[r];
+            let (phi, reach) = (side * system_data.rows.phi[r], dt * rate[r].abs());
+            let compliance = system_data.rows.compliance[r];
             if side == 0.0 || phi.abs() >= reach || compliance == 0.0 {
                 continue;
             }
-            let soft = compliance / (compliance + dt * dt * response(pieces, k));
+            let soft = compliance / (compliance + dt * dt * response(system_data, k));
             let rest = 1.0 - phi.abs() / reach;
             let mean = phi.max(0.0) + reach * rest * rest * rest / 6.0;
-            let here = 1.0 - pieces.regularization.ahead(r);
-            pieces.add_violation(r, here * soft * side * (mean - phi), dt);
+            let here = 1.0 - system_data.regularization.ahead(r);
+            system_data.add_violation(r, here * soft * side * (mean - phi), dt);
         }
     }
 
@@ -224,12 +224,12 @@ impl Closing {
     }
 
     /// Dampers of rows that begin slack act from φ = 0 on, in the prepared system of a step `dt` long.
-    pub(crate) fn damp_from_taut(&self, pieces: &mut Pieces, dt: f64) {
+    pub(crate) fn damp_from_taut(&self, system_data: &mut SystemData, dt: f64) {
         for k in 0..self.begin.len() {
-            let bound = pieces.rows.bounds[k];
-            let damped = pieces.rows.damping[bound.row] * self.slack(k, &bound);
+            let bound = system_data.rows.bounds[k];
+            let damped = system_data.rows.damping[bound.row] * self.slack(k, &bound);
             if damped != 0.0 {
-                pieces.add_violation(bound.row, damped / dt, dt);
+                system_data.add_violation(bound.row, damped / dt, dt);
             }
         }
     }
@@ -239,25 +239,25 @@ impl Closing {
     /// before and now, and the places of `bounded`, but for rows that are `left_out` \[m/s].
     pub(crate) fn fastest_blow(
         &self,
-        pieces: &Pieces,
-        bounded: &Bounded,
+        system_data: &SystemData,
+        bounded: &ActiveSet,
         (before, driven): (&[f64], [&[f64]; 2]),
         dt: f64,
         left_out: impl Fn(usize) -> bool,
     ) -> f64 {
         let mut fastest = 0.0_f64;
-        let bounds = pieces.rows.bounds.iter().enumerate();
+        let bounds = system_data.rows.bounds.iter().enumerate();
         for ((k, bound), place) in bounds.zip(bounded.places()) {
             let (r, side, begin) = (bound.row, side(bound), self.begin[k]);
-            let end = pieces.predicted[r];
+            let end = system_data.predicted[r];
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
-            let (was_open, opens) = (self.ages[k] == 0, place != Place::Inside);
+            let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
             let passes = (side * begin < 0.0) != (side * end < 0.0) || was_open != opens;
             if side == 0.0 || !passes && opens {
                 continue;
             }
-            let stiff = dt * (dt + pieces.rows.damping[r]) * response(pieces, k);
-            if stiff > STIFF * STIFF * pieces.rows.compliance[r] && !left_out(k) {
+            let stiff = dt * (dt + system_data.rows.damping[r]) * response(system_data, k);
+            if stiff > STIFF * STIFF * system_data.rows.compliance[r] && !left_out(k) {
                 let after = (end - begin) / dt;
                 let of = if passes {
                     after.abs().max(before[r].abs())
@@ -292,10 +292,10 @@ impl Closing {
     }
 
     /// Leaves the part `left` of the drift to the sub-steps after this one, of `dt`, whose rows have been regularised.
-    pub(crate) fn leave_drift(&self, pieces: &mut Pieces, dt: f64) {
+    pub(crate) fn leave_drift(&self, system_data: &mut SystemData, dt: f64) {
         for (k, drift) in self.drift.iter().enumerate() {
-            let r = pieces.rows.bounds[k].row;
-            pieces.add_violation(r, -self.left * drift, dt);
+            let r = system_data.rows.bounds[k].row;
+            system_data.add_violation(r, -self.left * drift, dt);
         }
     }
 
