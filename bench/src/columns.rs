@@ -206,6 +206,8 @@ enum Source {
     Body(BodyId, OfBody),
     Constraint(ConstraintId, OfConstraint),
     Control(String),
+    /// Of a constraint that an event makes, empty until then.
+    Made(String, OfConstraint),
     /// The largest tension of a cable of segments.
     Cable(String),
     /// Tension in one segment, from 0.
@@ -220,6 +222,10 @@ impl Source {
             Self::Run(of) => of(sample),
             Self::Body(body, of) => Some(of(stepper, stepper.body_index(*body).ok()?)),
             Self::Constraint(c, of) => of(stepper, stepper.constraint_index(*c).ok()?),
+            Self::Made(name, of) => {
+                let mut names = scene.constraint_names.iter();
+                of(stepper, names.position(|known| known == name)?)
+            }
             Self::Control(name) => {
                 let control = scene.controls.iter().position(|c| c.name == *name);
                 scene.control_value(control?)
@@ -336,6 +342,14 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
         return segment.map(|source| ("N", source));
     }
     let (body, constraint) = match (scene.body(owner), scene.constraint(owner)) {
+        (Err(_), Err(_))
+            if scene
+                .events
+                .iter()
+                .any(|e| e.attached().any(|n| n == owner)) =>
+        {
+            return made(owner, quantity);
+        }
         (Err(bodies), Err(constraints)) => {
             return Err(ColumnError::UnknownName {
                 column: name.to_owned(),
@@ -368,6 +382,17 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
         quantity: quantity.to_owned(),
         known: all.iter().map(|(known, ..)| *known).collect(),
     })
+}
+
+/// Unit and source of a quantity of what an event makes; it is not known yet which quantities that has.
+fn made(owner: &str, quantity: &str) -> Result<(&'static str, Source), ColumnError> {
+    let found = OF_CONSTRAINT.iter().find(|(known, ..)| *known == quantity);
+    let (_, unit, of) = found.ok_or_else(|| ColumnError::UnknownQuantity {
+        name: owner.to_owned(),
+        quantity: quantity.to_owned(),
+        known: OF_CONSTRAINT.iter().map(|(known, ..)| *known).collect(),
+    })?;
+    Ok((unit, Source::Made(owner.to_owned(), *of)))
 }
 
 /// The source of the column `CABLE.SEGMENT.tension`; `None` for any other `name`.

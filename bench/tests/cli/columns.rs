@@ -108,6 +108,39 @@ fn the_summary_holds_the_same_columns() {
     assert!(without.get("columns").is_none());
 }
 
+#[test]
+fn what_an_event_makes_is_a_column_that_is_empty_until_then() {
+    let at = folder("made_columns");
+    let scene = r#"
+load = "load"
+[[body]]
+name = "load"
+mass = 100.0
+shape = { sphere = { radius = 0.2 } }
+[[massless_cable]]
+name = "rope"
+through = [{ body = "world", point = [0.0, 0.0, 3.0] }, { body = "load" }]
+stretch = 1e-7
+[[event]]
+name = "tie"
+at = 0.2
+attach = [{ name = "link", a = { body = "world", point = [0.0, 0.0, 1.0] }, b = { body = "load" } }]
+release = ["rope"]
+"#;
+    fs::write(at.join("tied.toml"), scene).expect("writable");
+    let run = "run tied.toml --time 0.5 --out - --columns time";
+    let (headings, rows) = table(&good(&at, &format!("{run},link.tension,link.gap")));
+    assert_eq!(headings[1..], ["link.tension [N]", "link.gap [m]"]);
+    assert_eq!(rows[0][1..], [None, None]);
+    let last = rows[29][1].expect("a tension");
+    assert!((last / 981.0 - 1.0).abs() < 1e-3, "{last}");
+    let error = bad(&at, &format!("{run},link.slack"));
+    assert!(
+        error.contains("`link` has no `slack`: choose one of tension"),
+        "{error}"
+    );
+}
+
 /// The tower crane of the examples as a text: a sling is let go, another breaks under all of the load.
 #[test]
 fn what_comes_and_goes_is_told_and_followed() {

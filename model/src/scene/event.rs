@@ -102,7 +102,7 @@ impl Action {
 
 impl Event {
     /// Names that it ties points under.
-    pub(crate) fn attached(&self) -> impl Iterator<Item = &String> {
+    pub fn attached(&self) -> impl Iterator<Item = &String> {
         self.then.iter().filter_map(|action| match action {
             Action::Attach { name, .. } => Some(name),
             _ => None,

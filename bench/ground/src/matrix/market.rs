@@ -272,6 +272,8 @@ impl<R: BufRead> Reader<'_, R> {
             return Err(self.error(Fault::Banner, message));
         }
         let line = String::from_utf8_lossy(&self.line).to_lowercase();
+        // Editors put a byte order mark first.
+        let line = line.trim_start_matches('\u{feff}');
         let words: Vec<&str> = line.split_whitespace().collect();
         let ["%%matrixmarket", object, format, field, symmetry] = words[..] else {
             return Err(self.error(Fault::Banner, format!("no Matrix Market banner: {CURE}")));

@@ -24,6 +24,8 @@ fn entries_are_read_as_they_stand() {
         [(0, 0, -0.0), (2, 1, 1e-3), (1, 0, 5e-324), (0, 0, 2.0)]
     );
     assert!(market.entries[0].2.is_sign_negative());
+    let marked = format!("\u{feff}{text}");
+    assert_eq!(parse(marked.as_bytes()).expect("reads"), market);
 }
 
 /// Comments are gone when they are read, and what they tell of blocks has an end.
