@@ -1,12 +1,12 @@
 //! The largest gaps of a run: which joint had one, when, and what of it no force explains.
 //!
-//! A row of compliance ε that carries λ is open by ε |λ|. What is open beyond that in a step has come without a force: a jump of
-//! one step, as where a cable first touches a drum, is in no force, no energy and no balance.
+//! A row of compliance ε and damping τ that carries λ is open by ε |λ| ± τ |φ̇|. What is open beyond that in a step has come
+//! without a force: a jump of one step, as where a cable first touches a drum, is in no force, no energy and no balance.
 
 use serde::Serialize;
 use taut_integrator::Stepper;
-use taut_model::Constraint;
 use taut_model::constraint::MAX_ROWS;
+use taut_model::{BodyVectors, Constraint};
 
 /// A gap, with the joint, link or cable that has it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -17,7 +17,7 @@ pub struct Opening {
     pub time: f64,
     /// How wide \[m].
     pub gap_m: f64,
-    /// Length of cable that it stands for, or where it has none the longest of the scene \[m].
+    /// Length of cable that it stands for, or where it has none the longest of the scene, or else 1 m \[m].
     pub length_m: f64,
 }
 
@@ -49,6 +49,10 @@ pub struct Openings {
     pub unexplained: Opening,
     /// Lengths of the constraints, none where others have come or gone \[m].
     lengths: Vec<f64>,
+    /// Room for velocities, of so many bodies, and for φ̇.
+    v: BodyVectors,
+    bodies: usize,
+    rates: Vec<f64>,
 }
 
 impl Openings {
@@ -60,6 +64,8 @@ impl Openings {
             self.lengths = lengths.collect();
         }
         let longest = self.lengths.iter().copied().fold(0.0, f64::max);
+        let longest = if longest > 0.0 { longest } else { 1.0 };
+        self.explain(stepper);
         for (c, constraint) in scene.constraints.iter().enumerate() {
             let range = rows.row_range(c);
             let Some(gap) = constraint.gap(&rows.phi[range.clone()]) else {
@@ -74,11 +80,25 @@ impl Openings {
             if wider(gap, self.widest.gap_m) {
                 self.widest.put(stepper, c, [gap, length]);
             }
-            let of_law = explained(stepper, c, &rows.compliance[range]);
+            let of_law = explained(stepper, c, &self.rates[range]);
             let most = self.unexplained.strain().max(0.0);
             if wider(gap - of_law, most * length) {
                 self.unexplained.put(stepper, c, [gap - of_law, length]);
             }
+        }
+    }
+
+    /// φ̇ of the rows: velocities are those of the middle of the last sub-step.
+    fn explain(&mut self, stepper: &Stepper) {
+        let (bodies, rows) = (&stepper.scene().bodies, stepper.linearized());
+        self.rates.clear();
+        self.rates.resize(rows.phi.len(), 0.0);
+        if rows.damping.iter().any(|tau| *tau > 0.0) {
+            if bodies.len() != self.bodies {
+                (self.v, self.bodies) = (BodyVectors::new(bodies.len()), bodies.len());
+            }
+            self.v.load(&bodies.velocity, &bodies.angular_velocity);
+            rows.times_jacobian(&self.v, &mut self.rates);
         }
     }
 
@@ -88,13 +108,16 @@ impl Openings {
     }
 }
 
-/// The gap that the law of constraint `c` gives its force \[m].
-fn explained(stepper: &Stepper, c: usize, compliance: &[f64]) -> f64 {
+/// The gap that the law of constraint `c` gives its force, with rows of these φ̇: |ε λ + τ φ̇| \[m].
+fn explained(stepper: &Stepper, c: usize, rates: &[f64]) -> f64 {
+    let rows = stepper.linearized();
+    let range = rows.row_range(c);
     let mut law = [0.0; MAX_ROWS];
     let forces = stepper.row_forces(c);
     let forces = forces.as_deref().unwrap_or_default();
-    for ((law, force), compliance) in law.iter_mut().zip(forces).zip(compliance) {
-        *law = -compliance * force;
+    let of_row = forces.iter().zip(range).zip(rates);
+    for (law, ((force, row), rate)) in law.iter_mut().zip(of_row) {
+        *law = -rows.compliance[row] * force - rows.damping[row] * rate;
     }
     stepper.scene().constraints[c].gap(&law).unwrap_or(0.0)
 }

@@ -100,7 +100,7 @@ pub(super) fn told(s: &Summary) -> Option<(&'static str, String)> {
         )
     } else {
         let parts = format!(
-            "about {}: time step {}, linear algebra {}, segments' shape {}",
+            "at most about {}: time step {}, linear algebra {}, segments' shape {}",
             mm(error.total()),
             mm(error.time),
             mm(error.algebra),
