@@ -1,15 +1,24 @@
-//! Who takes part, with names for the command line.
+//! Who takes part, with names for the command line; a pass of each, and how wrong its solution is.
 
+use super::case::{Case, multipliers};
+use crate::systems::turns::{self, Work};
+use crate::systems::{Start, failed};
 use std::fmt;
 use std::str::FromStr;
+use std::time::Instant;
 use taut_ground::choice::Choice;
+use taut_ground::errors::worse;
 use taut_ground::matrix::Triangle;
 use taut_ground::matrix::solve::refining;
-use taut_integrator::Form;
-use taut_solver::{Backend, SolveError};
+use taut_integrator::{Form, StepError};
+#[cfg(feature = "lapack")]
+use taut_rivals::lapack::Band;
+use taut_solver::{
+    Backend, BackwardError, SolveError, SymBlockMatrix, backward_error, forward_error,
+};
 
 /// Right-hand sides of a solve of many.
-pub(super) const MANY_SIDES: usize = 8;
+const MANY_SIDES: usize = 8;
 
 /// Who takes part besides the solvers when none is named.
 const OTHERS: [&str; 6] = [
@@ -27,7 +36,7 @@ const REFINE: &str = "+refine";
 /// Suffix of a solver's name for `MANY_SIDES` right-hand sides per factorisation.
 const MANY: &str = "+many";
 
-pub(super) const NO_LAPACK: SolveError = SolveError::NotCompiled {
+const NO_LAPACK: SolveError = SolveError::NotCompiled {
     backend: "lapack",
     feature: "lapack",
 };
@@ -148,6 +157,120 @@ impl FromStr for Rival {
         }
         Ok(make(choice))
     }
+}
+
+/// How wrong the solution of a pass is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Errors {
+    pub(super) backward: BackwardError,
+    pub(super) forward: f64,
+}
+
+/// The errors of solutions x, one after the other, for right-hand sides b: the forward error of the first.
+fn errors(case: &Case, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<Errors, StepError> {
+    let dim = a.dim();
+    let exact = case.state().exact();
+    let forward = if dim == exact.len() {
+        forward_error(&x[..dim], exact)
+    } else {
+        forward_error(&multipliers(a, &x[..dim]), exact)
+    };
+    let mut backward = backward_error(a, &b[..dim], &x[..dim]).map_err(failed)?;
+    for (b, x) in b.chunks(dim).zip(x.chunks(dim)).skip(1) {
+        let other = backward_error(a, b, x).map_err(failed)?;
+        backward.normwise = worse(backward.normwise, other.normwise);
+        backward.componentwise = worse(backward.componentwise, other.componentwise);
+    }
+    Ok(Errors { backward, forward })
+}
+
+/// The errors of a rival's first pass, and its further passes.
+pub(super) fn work<'a>(case: &'a Case, rival: &Rival) -> Result<(Errors, Work<'a>), StepError> {
+    match rival {
+        Rival::Solver(choice) | Rival::Many(choice) => solving(case, choice, rival.cables()),
+        Rival::Refined(choice) => stepping(case, choice),
+        #[cfg(feature = "lapack")]
+        Rival::Lapack(triangle) => banding(case, *triangle),
+        #[cfg(not(feature = "lapack"))]
+        Rival::Lapack(_) => Err(failed(NO_LAPACK)),
+    }
+}
+
+/// A solver that has analysed its system, with so many right-hand sides: the first and its multiples.
+fn solving<'a>(
+    case: &'a Case,
+    choice: &Choice,
+    sides: usize,
+) -> Result<(Errors, Work<'a>), StepError> {
+    let (a, first) = match choice.form {
+        Form::Kkt => case.kkt(),
+        _ => case.schur(),
+    };
+    let multiples = (1..=sides).map(|k| k as f64);
+    let b: Vec<f64> = multiples
+        .flat_map(|k| first.iter().map(move |b| k * b))
+        .collect();
+    let mut solver = choice.backend.create().map_err(failed)?;
+    solver.analyze(a.pattern()).map_err(failed)?;
+    // A solver that iterates starts from x.
+    let is_fresh = sides > 1 || choice.backend.is_iterative();
+    let mut pass = move |b: &[f64], x: &mut [f64]| {
+        solver.factorize(a).map_err(failed)?;
+        if is_fresh {
+            x.fill(0.0);
+        }
+        match sides {
+            1 => solver.solve(a, b, x).map(|_| ()),
+            _ => solver.solve_many(a, b, x).map(|_| ()),
+        }
+        .map_err(failed)
+    };
+    let mut x = vec![0.0; b.len()];
+    pass(&b, &mut x)?;
+    let errors = errors(case, a, &b, &x)?;
+    let work = move |passes| {
+        let clock = Instant::now();
+        for _ in 0..passes {
+            pass(&b, &mut x)?;
+        }
+        Ok([clock.elapsed(); 3])
+    };
+    Ok((errors, Box::new(work)))
+}
+
+/// A step's solve with a refinement.
+fn stepping<'a>(case: &'a Case, choice: &Choice) -> Result<(Errors, Work<'a>), StepError> {
+    let mut stepper = case.refining(choice)?;
+    stepper.solve()?;
+    let (a, b, x) = stepper.system();
+    let errors = errors(case, a, b, x)?;
+    let work = move |passes| {
+        turns::sum(passes, || {
+            // Each solve leaves another tension, and with it another matrix for the next.
+            case.state().put(&mut stepper, Start::Cold)?;
+            Ok([stepper.solve()?.phases.linear(); 3])
+        })
+    };
+    Ok((errors, Box::new(work)))
+}
+
+#[cfg(feature = "lapack")]
+fn banding(case: &Case, triangle: Triangle) -> Result<(Errors, Work<'_>), StepError> {
+    let (a, b) = case.schur();
+    let mut band = Band::new(a, triangle).map_err(failed)?;
+    let mut pass = move |x: &mut [f64]| {
+        // The factor takes the place of the matrix.
+        band.refill();
+        let clock = Instant::now();
+        band.factorize().map_err(failed)?;
+        band.solve(b, x).map_err(failed)?;
+        Ok([clock.elapsed(); 3])
+    };
+    let mut x = vec![0.0; b.len()];
+    pass(&mut x)?;
+    let errors = errors(case, a, b, &x)?;
+    let work = move |passes| turns::sum(passes, || pass(&mut x));
+    Ok((errors, Box::new(work)))
 }
 
 #[cfg(test)]

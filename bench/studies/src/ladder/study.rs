@@ -1,6 +1,6 @@
 //! The study of the main job: its options, what it says, its rows with what its page shows besides.
 
-use super::extras::{measure, measure_own};
+use super::extras::measure;
 use super::settings::settings;
 use super::table::{LEGEND, answer, rows};
 use super::{Config, OwnScene, Results, SceneNote};
@@ -276,11 +276,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
     if let Some(results) = &results {
         (reporter.say)(&told(options, &config, results)?)?;
     }
-    let extras = if config.own.is_empty() {
-        measure(&config.choices, options.quick.quick, reporter.cases)?
-    } else {
-        measure_own(&config, reporter.cases)?
-    };
+    let extras = measure(&config, reporter.cases)?;
     let results = results.ok_or(CasesError::Elsewhere)?;
     let mut settings = settings(&config)?;
     if !options.overrides.is_empty() {
