@@ -27,7 +27,7 @@ use crate::options::{Backends, Quick, Ratios, Segments, count};
 use crate::scenes;
 use crate::study::{self, Found, Study, data};
 use crate::systems::turns::{self, Work};
-use crate::systems::{Fewest, Start, State, Told, at_rung, entrants};
+use crate::systems::{Fewest, Start, State, Told, at_rung, entrants, grid};
 use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -316,11 +316,8 @@ enum Subject {
 /// A scene that cannot be built, the direct solver's failure; an iterative solver's own is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let (choices, omissions) = entrants(&config.choices, 0, |_| 0);
-    let mut subjects = Vec::new();
-    for &segments in &config.segments {
-        let ratios = config.ratios.iter();
-        subjects.extend(ratios.map(|&ratio| Subject::Hoist(segments, ratio)));
-    }
+    let hoists = grid(&config.segments, &config.ratios).into_iter();
+    let mut subjects: Vec<Subject> = hoists.map(|(n, ratio)| Subject::Hoist(n, ratio)).collect();
     let networks = config.networks.iter();
     subjects.extend(networks.map(|&(network, size)| Subject::Network(network, size)));
     let records = cases.in_turn("scenes", &subjects, |subject| {

@@ -16,12 +16,12 @@ mod case;
 mod rival;
 
 pub use case::{Case, Joint, System};
-pub use rival::Rival;
+pub use rival::{Rival, Use};
 
 use crate::cases::Cases;
 use crate::options::{Quick, Ratios, Segments};
 use crate::study::{self, Found, Study, data};
-use crate::systems::{Told, add_omissions, turns};
+use crate::systems::{Told, add_omissions, grid, turns};
 use clap::{Args, FromArgMatches};
 use rival::{Errors, work};
 use serde::Serialize;
@@ -91,10 +91,8 @@ pub struct Results {
 /// A scene that cannot be built or has no reference; a rival's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut hoists = Vec::new();
-    for &segments in &config.segments {
-        for &ratio in &config.ratios {
-            hoists.extend(config.joints.iter().map(|&joint| (segments, ratio, joint)));
-        }
+    for (segments, ratio) in grid(&config.segments, &config.ratios) {
+        hoists.extend(config.joints.iter().map(|&joint| (segments, ratio, joint)));
     }
     // Each has its time, which a pass of a long cable exceeds.
     let parts = cases.in_turn("rivals", &hoists, |&(segments, ratio, joint)| {
@@ -160,10 +158,10 @@ fn rows(case: &Case, rivals: &[&Rival], share: Duration) -> Vec<Value> {
         let each = (joints * rival.cables()) as f64;
         let errors = errors.filter(|_| known.is_some());
         json!({
-            "segments": case.segments(),
-            "mass_ratio": case.mass_ratio(),
+            "segments": case.segments,
+            "mass_ratio": case.mass_ratio,
             "joints": joints,
-            "joint_rows": case.joint().rows(),
+            "joint_rows": case.joint.rows(),
             "solver": rival.family(),
             "options": rival.to_string(),
             "cables": rival.cables(),
@@ -388,7 +386,10 @@ mod tests {
     #[test]
     fn what_cannot_take_part_is_left_out_with_its_reason() {
         let dense: Choice = "dense".parse().unwrap();
-        let rivals = [Rival::Solver(dense), "faer:llt".parse().unwrap()];
+        let rivals = [
+            Rival::Solver(dense, Use::Plain),
+            "faer:llt".parse().unwrap(),
+        ];
         let case = Case::new(Joint::Cosserat, 300, 10.0).unwrap();
         let (present, omissions) = taking_part(&rivals, &case);
         assert_eq!(present.len(), usize::from(cfg!(feature = "faer")));

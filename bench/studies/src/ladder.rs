@@ -20,7 +20,6 @@ mod case;
 mod extras;
 mod measure;
 mod record;
-mod settings;
 mod study;
 mod table;
 mod trial;
@@ -33,7 +32,7 @@ pub(crate) use study::{STUDY, are_networks};
 pub use table::{CLAIMS, LEGEND, claim_rows, data_of, sheet_of};
 
 use crate::cases::{Cases, shared};
-use crate::systems::{add_omissions, at_rung, entrants, rungs};
+use crate::systems::{add_omissions, at_rung, entrants, grid, rungs};
 use case::{Case, Subject};
 use measure::{task_rows, timed};
 use rayon::prelude::*;
@@ -122,7 +121,7 @@ impl Config {
             let own = self.own.iter().cloned().map(Box::new);
             return own.map(Subject::Own).collect();
         }
-        let hoist = |segments, mass_ratio| {
+        let hoist = |(segments, mass_ratio)| {
             Subject::Hoist(Box::new(HoistParams {
                 segments,
                 mass_ratio,
@@ -130,8 +129,8 @@ impl Config {
                 ..self.scene.clone()
             }))
         };
-        let over_ratios = |&n: &usize| self.ratios.iter().map(move |&r| hoist(n, r));
-        self.segments.iter().flat_map(over_ratios).collect()
+        let hoists = grid(&self.segments, &self.ratios).into_iter();
+        hoists.map(hoist).collect()
     }
 }
 

@@ -7,7 +7,7 @@
 use crate::cases::Cases;
 use crate::options::{Backends, Ratios, Refused, Segments, count};
 use crate::study::{self, Found, Study, data};
-use crate::systems::Fewest;
+use crate::systems::{Fewest, grid};
 use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use taut_ground::choice::Choice;
@@ -286,17 +286,13 @@ fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
         return Err(Refused("`--limit` is 0: it must be at least 1".to_owned()).into());
     }
     let mut tasks = Vec::new();
-    for &segments in &segments {
-        for &mass_ratio in &ratios {
-            tasks.extend(choices.iter().map(|choice| {
-                let params = HoistParams {
-                    segments,
-                    mass_ratio,
-                    ..HoistParams::default()
-                };
-                (params, choice)
-            }));
-        }
+    for (segments, mass_ratio) in grid(&segments, &ratios) {
+        let params = HoistParams {
+            segments,
+            mass_ratio,
+            ..HoistParams::default()
+        };
+        tasks.extend(choices.iter().map(|choice| (params.clone(), choice)));
     }
     let run = |(params, choice): &(HoistParams, &Choice)| rows(params, choice, limit);
     let mut all = Results::default();

@@ -4,6 +4,7 @@
 //! | part | holds |
 //! |---|---|
 //! | [`State`] | a scene at a moment, whose system all solvers solve, with its multipliers in 32 digits; one solve there |
+//! | [`grid`] | the hoists of a sweep |
 //! | [`entrants`], [`rungs`] | who takes part, with which limits of iterations, and why the others do not |
 //! | [`turns`] | times of rivals that take turns |
 //! | [`Fewest`] | the fewest iterations that reach an error |
@@ -35,6 +36,13 @@ pub fn at_rung(choice: &Choice, rung: usize) -> Choice {
         },
         form: choice.form,
     }
+}
+
+/// All pairs of a number of segments and a mass ratio.
+#[must_use]
+pub fn grid(segments: &[usize], ratios: &[f64]) -> Vec<(usize, f64)> {
+    let over_ratios = |&n: &usize| ratios.iter().map(move |&ratio| (n, ratio));
+    segments.iter().flat_map(over_ratios).collect()
 }
 
 /// The limits of iterations that a solver has a row for; 0 alone where it is direct.

@@ -62,9 +62,10 @@ pub type System = (SymBlockMatrix, Vec<f64>);
 /// A hoist, the systems of its step in both forms, and the solution.
 #[derive(Debug)]
 pub struct Case {
-    joint: Joint,
-    segments: usize,
-    mass_ratio: f64,
+    pub joint: Joint,
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
     state: State,
     schur: System,
     kkt: System,
@@ -91,22 +92,6 @@ impl Case {
             schur,
             kkt: stepper.assembled(Form::Kkt)?,
         })
-    }
-
-    #[must_use]
-    pub fn joint(&self) -> Joint {
-        self.joint
-    }
-
-    #[must_use]
-    pub fn segments(&self) -> usize {
-        self.segments
-    }
-
-    /// Load over segment mass.
-    #[must_use]
-    pub fn mass_ratio(&self) -> f64 {
-        self.mass_ratio
     }
 
     /// S with its right-hand side.
