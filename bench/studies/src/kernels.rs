@@ -21,7 +21,7 @@ pub use rival::{Rival, Use};
 use crate::cases::Cases;
 use crate::options::{Quick, Ratios, Segments};
 use crate::study::{self, Found, Study, data};
-use crate::systems::{Told, add_omissions, grid, turns};
+use crate::systems::{Told, add_omissions, grid, taking_part, turns};
 use clap::{Args, FromArgMatches};
 use rival::{Errors, work};
 use serde::Serialize;
@@ -97,7 +97,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     // Each has its time, which a pass of a long cable exceeds.
     let parts = cases.in_turn("rivals", &hoists, |&(segments, ratio, joint)| {
         let case = Case::new(joint, segments, ratio)?;
-        let (rivals, omissions) = taking_part(&config.rivals, &case);
+        let (rivals, omissions) = entrants(&config.rivals, &case);
         Ok::<_, StepError>((rows(&case, &rivals, config.share), omissions))
     })?;
     let mut results = Results::default();
@@ -109,30 +109,19 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
 }
 
 /// Rivals that take part in a case, and reasons against the others.
-fn taking_part<'a>(rivals: &'a [Rival], case: &Case) -> (Vec<&'a Rival>, Vec<Omission>) {
-    let (mut present, mut omissions) = (Vec::new(), Vec::new());
-    for rival in rivals {
-        let rows = case.schur().0.dim();
-        let reason = match rival.check() {
-            Err(e) => Some(e.to_string()),
-            Ok(()) if rival.is_dense() && rows > DENSE_ROWS => {
-                Some(format!("cubic cost beyond {DENSE_ROWS} rows"))
-            }
-            Ok(()) => None,
-        };
-        match reason {
-            None => present.push(rival),
-            Some(reason) => omissions.push(Omission {
-                backend: rival.family(),
-                reason,
-            }),
+fn entrants(rivals: &[Rival], case: &Case) -> (Vec<Rival>, Vec<Omission>) {
+    let rows = case.schur().0.dim();
+    taking_part(rivals, Rival::family, |rival| match rival.check() {
+        Err(e) => Some(e.to_string()),
+        Ok(()) if rival.is_dense() && rows > DENSE_ROWS => {
+            Some(format!("cubic cost beyond {DENSE_ROWS} rows"))
         }
-    }
-    (present, omissions)
+        Ok(()) => None,
+    })
 }
 
 /// The rows of a case. Ratios are to `banded`; none where that was not run.
-fn rows(case: &Case, rivals: &[&Rival], share: Duration) -> Vec<Value> {
+fn rows(case: &Case, rivals: &[Rival], share: Duration) -> Vec<Value> {
     let works: Vec<_> = rivals.iter().map(|rival| work(case, rival)).collect();
     let (errors, works): (Vec<_>, Vec<_>) = works
         .into_iter()
@@ -151,7 +140,7 @@ fn rows(case: &Case, rivals: &[&Rival], share: Duration) -> Vec<Value> {
     let ours = ours.and_then(|k| times[k].as_ref().ok().copied());
     let joints = case.schur().0.pattern().blocks();
     let row = |((rival, errors), time): (
-        (&&Rival, Option<Errors>),
+        (&Rival, Option<Errors>),
         Result<turns::Time, StepError>,
     )| {
         let known = time.as_ref().ok();
@@ -391,7 +380,7 @@ mod tests {
             "faer:llt".parse().unwrap(),
         ];
         let case = Case::new(Joint::Cosserat, 300, 10.0).unwrap();
-        let (present, omissions) = taking_part(&rivals, &case);
+        let (present, omissions) = entrants(&rivals, &case);
         assert_eq!(present.len(), usize::from(cfg!(feature = "faer")));
         assert!(omissions[0].reason.contains("cubic"), "{omissions:?}");
     }
@@ -401,7 +390,7 @@ mod tests {
     fn a_failure_is_told_with_its_reason() {
         let case = Case::new(Joint::Spherical, 4, 10.0).unwrap();
         let rivals = ["dense", "gauss-seidel:iterations=0"].map(|n| n.parse::<Rival>().unwrap());
-        let rows = rows(&case, &rivals.each_ref(), Duration::ZERO);
+        let rows = rows(&case, &rivals, Duration::ZERO);
         assert!(rows[0]["ns_per_joint"].is_number() && rows[1]["ns_per_joint"].is_null());
         let shown = plain(&tables(SHEETS, &json!({ "records": rows })));
         assert!(shown.contains("gauss-seidel failed: "), "{shown}");

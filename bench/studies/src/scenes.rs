@@ -22,6 +22,7 @@ use crate::systems::{Start, add_omissions, at_rung, entrants, rungs};
 use measure::{Case, Task};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
@@ -199,31 +200,13 @@ pub struct Record {
     pub error: Option<String>,
 }
 
-/// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms of the
-/// minima. Iterative solvers stand there with their lowest limit of iterations only, which they use up: what an
-/// iteration costs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Growth {
-    /// Name of the scene.
-    pub scene: String,
-    /// Load over segment mass.
-    pub mass_ratio: f64,
-    /// Backend and form.
-    pub backend: String,
-    /// Limit of iterations; 0 for direct solvers.
-    pub iterations: usize,
-    pub exponent: f64,
-    /// Fewest and most rows of the sizes that it comes from.
-    pub rows: [usize; 2],
-}
-
 /// All rows, what they show, what is missing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
     /// Rows, case by case, solvers in the order asked for, iterations ascending.
     pub records: Vec<Record>,
-    /// Cost against size.
-    pub growth: Vec<Growth>,
+    /// Cost against size: see [`growth`].
+    pub growth: Vec<Value>,
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }
@@ -341,8 +324,10 @@ fn tasks(config: &Config, case: &Case) -> (Vec<Task>, Vec<Omission>) {
     (tasks, omissions)
 }
 
-/// Exponents of every scene and solver with three sizes or more, of iterations at their lowest limit.
-fn growth(records: &[Record]) -> Vec<Growth> {
+/// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms of the
+/// minima, for every scene and solver with three sizes or more, from the fewest to the most rows. Iterative solvers stand
+/// there with their lowest limit of iterations only, which they use up: what an iteration costs.
+fn growth(records: &[Record]) -> Vec<Value> {
     let limits = records.iter().map(|r| r.iterations).filter(|k| *k > 0);
     let lowest = limits.min().unwrap_or(0);
     let least = records.iter().filter(|r| r.iterations <= lowest);
@@ -360,14 +345,14 @@ fn growth(records: &[Record]) -> Vec<Growth> {
         let rows = own.map(|r| r.rows);
         let (least, most) = (rows.clone().min()?, rows.max()?);
         let (scene, ratio, backend, iterations) = of;
-        Some(Growth {
-            scene,
-            mass_ratio: f64::from_bits(ratio),
-            backend,
-            iterations,
-            exponent,
-            rows: [least, most],
-        })
+        Some(json!({
+            "scene": scene,
+            "mass_ratio": f64::from_bits(ratio),
+            "backend": backend,
+            "iterations": iterations,
+            "exponent": exponent,
+            "rows": [least, most],
+        }))
     };
     distinct(least.map(key))
         .into_iter()

@@ -55,6 +55,25 @@ pub fn rungs(choice: &Choice, limits: &[usize]) -> Vec<usize> {
     }
 }
 
+/// Those that take part, and the others with the reason against them.
+pub(crate) fn taking_part<T: Clone>(
+    all: &[T],
+    family: impl Fn(&T) -> String,
+    reason: impl Fn(&T) -> Option<String>,
+) -> (Vec<T>, Vec<Omission>) {
+    let (mut present, mut omissions) = (Vec::new(), Vec::new());
+    for one in all {
+        match reason(one) {
+            None => present.push(one.clone()),
+            Some(reason) => omissions.push(Omission {
+                backend: family(one),
+                reason,
+            }),
+        }
+    }
+    (present, omissions)
+}
+
 /// The solvers that take part on systems of so many rows, and why the others do not: the dense one, whose cost is cubic,
 /// has no place beyond `most_dense` rows unless it stands alone.
 #[must_use]
@@ -63,27 +82,16 @@ pub fn entrants(
     most_dense: usize,
     rows: impl Fn(&Choice) -> usize,
 ) -> (Vec<Choice>, Vec<Omission>) {
-    let (mut present, mut omissions) = (Vec::new(), Vec::new());
     let is_dense = |choice: &Choice| choice.backend.name() == "dense";
     let alone = choices.iter().all(is_dense);
-    for choice in choices {
-        let reason = match choice.check() {
-            Err(e) => Some(e.to_string()),
-            Ok(()) if is_dense(choice) && rows(choice) > most_dense && !alone => Some(format!(
-                "cubic cost at {} rows; ask for it alone with --backends",
-                rows(choice)
-            )),
-            Ok(()) => None,
-        };
-        match reason {
-            None => present.push(choice.clone()),
-            Some(reason) => omissions.push(Omission {
-                backend: choice.family(),
-                reason,
-            }),
-        }
-    }
-    (present, omissions)
+    taking_part(choices, Choice::family, |choice| match choice.check() {
+        Err(e) => Some(e.to_string()),
+        Ok(()) if is_dense(choice) && rows(choice) > most_dense && !alone => Some(format!(
+            "cubic cost at {} rows; ask for it alone with --backends",
+            rows(choice)
+        )),
+        Ok(()) => None,
+    })
 }
 
 /// Adds those that are not there yet.

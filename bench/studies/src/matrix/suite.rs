@@ -137,46 +137,27 @@ pub struct Entry {
     pub bytes: u64,
 }
 
-/// Sizes, states, compliances; the largest size has the first state and compliance only.
-type Grades = ([usize; 4], &'static [State], &'static [Compliance]);
-
-/// The cases of the set; the small ones only if `quick`.
+/// The cases of the set; the small ones only if `quick`. The largest size has the first state and compliance only.
 #[must_use]
 pub fn cases(quick: bool) -> Vec<Case> {
     use Compliance::{Material, Stiff};
     use State::{Bent, Hanging, Slack, Straight};
     use Topology::{Chain, Net, Ring};
-    let sets: [(Topology, Grades); 3] = [
-        (
-            Chain,
-            (
-                [6, 24, 100, 1000],
-                &[Bent, Straight, Slack],
-                &[Material, Stiff],
-            ),
-        ),
-        (Ring, ([8, 24, 100, 1000], &[Hanging, Slack], &[Material])),
-        (
-            Net,
-            ([6, 24, 100, 1000], &[Hanging, Slack], &[Material, Stiff]),
-        ),
+    type Grades = (Topology, usize, &'static [State], &'static [Compliance]);
+    let sets: [Grades; 3] = [
+        (Chain, 6, &[Bent, Straight, Slack], &[Material, Stiff]),
+        (Ring, 8, &[Hanging, Slack], &[Material]),
+        (Net, 6, &[Hanging, Slack], &[Material, Stiff]),
     ];
     let mut cases = Vec::new();
-    for (topology, (sizes, states, compliances)) in sets {
-        for (rank, size) in sizes
-            .into_iter()
-            .enumerate()
-            .take(if quick { 2 } else { 4 })
-        {
-            let largest = rank == 3;
-            let states = if largest { &states[..1] } else { states };
-            let compliances = if largest {
-                &compliances[..1]
-            } else {
-                compliances
-            };
-            for &state in states {
-                for &compliance in compliances {
+    for (topology, smallest, states, compliances) in sets {
+        for (rank, size) in [smallest, 24, 100, 1000].into_iter().enumerate() {
+            if quick && rank > 1 {
+                break;
+            }
+            let most = if rank == 3 { 1 } else { usize::MAX };
+            for &state in states.iter().take(most) {
+                for &compliance in compliances.iter().take(most) {
                     cases.extend([1.0, 1e3, 1e5, 1e6].map(|mass_ratio| Case {
                         topology,
                         size,

@@ -45,14 +45,17 @@ struct Rival<'a> {
 }
 
 impl<'a> Rival<'a> {
-    /// Makes two passes, the second of which says how long one is.
-    fn new(work: Result<Work<'a>, StepError>) -> Self {
-        let (mut passes, mut slow) = (1, false);
+    /// Makes two passes, the second of which says how long one is, and is the only sample without a share of time.
+    fn new(work: Result<Work<'a>, StepError>, share: Duration) -> Self {
+        let (mut passes, mut slow, mut samples) = (1, false, Vec::new());
         let work = work.and_then(|mut work| {
             work(1)?;
-            let [time, ..] = work(1)?;
-            slow = time > VISIT * 10;
-            passes = (SAMPLE.as_nanos() / time.as_nanos().max(1)) as usize;
+            let times = work(1)?;
+            slow = times[0] > VISIT * 10;
+            passes = (SAMPLE.as_nanos() / times[0].as_nanos().max(1)) as usize;
+            if share.is_zero() {
+                samples.push(times.map(|time| time.as_nanos() as f64));
+            }
             Ok(work)
         });
         Self {
@@ -60,7 +63,7 @@ impl<'a> Rival<'a> {
             passes: passes.clamp(1, MOST_PASSES),
             slow,
             spent: Duration::ZERO,
-            samples: Vec::new(),
+            samples,
         }
     }
 
@@ -135,18 +138,23 @@ fn summary(samples: impl Iterator<Item = f64>) -> Time {
 }
 
 /// Times of rivals, round by round, until each has had its share and enough samples. Who has had more time than the
-/// rounds so far waits. One that fails neither stops the others nor is waited for.
+/// rounds so far waits. Without a share a pass of each is all. One that fails neither stops the others nor is waited for.
 #[must_use]
 pub fn times<'a>(
     works: impl IntoIterator<Item = Result<Work<'a>, StepError>>,
     share: Duration,
 ) -> Vec<Result<[Time; 3], StepError>> {
-    let mut rivals: Vec<Rival<'_>> = works.into_iter().map(Rival::new).collect();
+    let rivals = works.into_iter().map(|work| Rival::new(work, share));
+    let mut rivals: Vec<Rival<'_>> = rivals.collect();
     let clock = Instant::now();
     let all = share * u32::try_from(rivals.len()).unwrap_or(u32::MAX);
     let mut due = Duration::ZERO;
     let some_run = |rivals: &[Rival<'_>]| rivals.iter().any(|rival| rival.work.is_ok());
-    while some_run(&rivals) && (clock.elapsed() < all || !rivals.iter().all(Rival::is_done)) {
+    let is_timed = !share.is_zero();
+    while is_timed
+        && some_run(&rivals)
+        && (clock.elapsed() < all || !rivals.iter().all(Rival::is_done))
+    {
         for rival in &mut rivals {
             if rival.spent <= due {
                 rival.visit();
@@ -181,7 +189,7 @@ mod tests {
             std::thread::sleep(SAMPLE * u32::try_from(passes).unwrap_or(1));
             Ok([SAMPLE; 3])
         };
-        let all = times([fails(), Ok(Box::new(works) as Work<'_>)], Duration::ZERO);
+        let all = times([fails(), Ok(Box::new(works) as Work<'_>)], VISIT);
         assert!(all[0].is_err());
         assert!(
             all[1]
