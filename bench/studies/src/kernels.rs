@@ -393,6 +393,6 @@ mod tests {
         let rows = rows(&case, &rivals, Duration::ZERO);
         assert!(rows[0]["ns_per_joint"].is_number() && rows[1]["ns_per_joint"].is_null());
         let shown = plain(&tables(SHEETS, &json!({ "records": rows })));
-        assert!(shown.contains("gauss-seidel failed: "), "{shown}");
+        assert!(shown.contains("gauss-seidel:joints failed: "), "{shown}");
     }
 }

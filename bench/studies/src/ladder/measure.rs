@@ -127,6 +127,9 @@ fn measure_row(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Unti
     (row, settled)
 }
 
+/// A residual's excess over what a claim says of it.
+type Over = fn(f64, f64, Option<f64>) -> f64;
+
 /// What the solves from the common states come to: the largest errors, and counts of all.
 #[derive(Default)]
 struct Algebra {
@@ -142,31 +145,27 @@ struct Algebra {
 /// one, as they would in a run.
 fn solves(case: &Case, trial: &Trial, options: StepOptions) -> Result<Algebra, StepError> {
     let tolerance = trial.choice.backend.tolerance();
-    let mut stepper = case.at_common_states(options)?;
-    let mut all = Algebra::default();
-    for i in 0..case.reference.states.len() {
-        case.put(i, &mut stepper)?;
+    let solved = case.in_each(options, |stepper| {
         let report = stepper.solve()?;
-        let Some(exact) = i.checked_sub(1).map(|i| &case.exact[i]) else {
-            continue;
-        };
         let (a, b, x) = stepper.system();
         let errors = backward_error(a, b, x).map_err(failed)?;
-        all.iterations += report.iterations;
-        all.normwise = worse(all.normwise, errors.normwise);
-        all.componentwise = worse(all.componentwise, errors.componentwise);
-        let forward = forward_error(stepper.multipliers(), exact);
-        all.forward = worse(all.forward, forward);
+        let mut claims = [0; 3];
         if report.solve.is_claim() {
             let r = taut_solver::residual(a, b, x).map_err(failed)?;
             let scale = if norm(b) > 0.0 { norm(b) } else { 1.0 };
-            let size = norm(&r) / scale;
-            let is_true =
-                [over_letter, over].map(|over| over(size, errors.normwise, tolerance) <= 1.0);
-            all.claims[0] += 1;
-            all.claims[1] += usize::from(is_true[0]);
-            all.claims[2] += usize::from(is_true[1]);
+            let is_true = |over: Over| over(norm(&r) / scale, errors.normwise, tolerance) <= 1.0;
+            claims = [true, is_true(over_letter), is_true(over)].map(usize::from);
         }
+        let multipliers = stepper.multipliers().to_vec();
+        Ok((report.iterations, claims, errors, multipliers))
+    })?;
+    let mut all = Algebra::default();
+    for ((iterations, claims, errors, multipliers), exact) in solved.into_iter().zip(&case.exact) {
+        all.iterations += iterations;
+        all.claims = std::array::from_fn(|k| all.claims[k] + claims[k]);
+        all.normwise = worse(all.normwise, errors.normwise);
+        all.componentwise = worse(all.componentwise, errors.componentwise);
+        all.forward = worse(all.forward, forward_error(&multipliers, exact));
     }
     Ok(all)
 }
