@@ -8,9 +8,9 @@ pub use check::checks;
 pub use style::{MARK, verdict};
 pub(crate) use style::{least, mark_bad, mark_least};
 
+use crate::settings::distinct;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
-use std::fmt::Write;
 use taut_ground::choice::Omission;
 use taut_solver::Backend;
 
@@ -114,17 +114,23 @@ pub fn ratio(r: f64) -> String {
     }
 }
 
-/// Backends left out, with reasons; empty if there are none.
+/// Backends left out, together by reason; empty if there are none.
 #[must_use]
 pub fn omissions(omissions: &[Omission]) -> String {
-    let mut out = String::new();
-    if !omissions.is_empty() {
-        let _ = writeln!(out, "\nLeft out");
+    if omissions.is_empty() {
+        return String::new();
     }
-    for Omission { backend, reason } in omissions {
-        let _ = writeln!(out, "  {backend}: {reason}");
+    let mut t = wrapped(&[]);
+    for reason in distinct(omissions.iter().map(|o| o.reason.as_str())) {
+        let of = omissions.iter().filter(|o| o.reason == reason);
+        let backends: Vec<&str> = of.map(|o| o.backend.as_str()).collect();
+        t.add_row([backends.join(", "), reason.to_owned()]);
     }
-    out
+    for column in t.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    // Its header is empty.
+    format!("\nLeft out\n{}", text(&t).trim_start_matches('\n'))
 }
 
 /// Table of all backends with licences; shows which are compiled in.

@@ -14,6 +14,7 @@ use taut_ground::matrix::dump::{self, Label};
 use taut_ground::matrix::sequence::{INDEX, Recorder, Wanted, Written};
 use taut_ground::{pace, source};
 use taut_integrator::Stepper;
+use taut_output::check::ExperimentError;
 use taut_output::table::MARK;
 use taut_studies::matrix::{self, suite};
 use taut_studies::options::overrides;
@@ -285,9 +286,11 @@ pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Fail
     files::make_folder(&args.out)?;
     let [json] = files::open([("--json", args.json.as_deref())], &[])?;
     let bar = console.progress(0).with_message("matrices");
-    let entries = suite::generate(&suite::cases(args.quick), &args.out, args.gzip, &bar)?;
+    let unmade = |e: ExperimentError| Failure::Input(e.to_string());
+    let cases = suite::cases(args.quick);
+    let entries = suite::generate(&cases, &args.out, args.gzip, &bar).map_err(unmade)?;
     let steps = if args.quick { 60 } else { 600 };
-    let sequence = suite::generate_sequence(steps, &args.out, args.gzip, &bar)?;
+    let sequence = suite::generate_sequence(steps, &args.out, args.gzip, &bar).map_err(unmade)?;
     bar.finish_and_clear();
     if !json.as_ref().is_some_and(Output::is_stdout) {
         let bytes: u64 = entries.iter().map(|e| e.bytes).sum();

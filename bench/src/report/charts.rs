@@ -6,7 +6,7 @@ use taut_output::plan::FLOOR;
 use taut_output::plot::{Axis, Chart, Look, Mark, Series, Shape};
 use taut_output::settings::distinct;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::{Extras, Pattern, Record, SceneKey, Step, Trace};
+use taut_studies::ladder::{Extras, Pattern, Record, SceneKey, Trace};
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
     Series {
@@ -105,116 +105,6 @@ pub(super) fn profiles(scores: &[Scores]) -> Vec<Chart> {
     scores.iter().map(chart).collect()
 }
 
-/// A step's time against the number of segments.
-pub(super) fn sizes(extras: &Extras) -> Vec<Chart> {
-    let backends = distinct(extras.sizes.iter().map(|s| s.backend.as_str()));
-    let of = |backend: &str| {
-        let own = extras.sizes.iter().filter(|s| s.backend == backend);
-        let points = own.map(|s| [s.segments as f64, s.step_ns * 1e-3]);
-        series(backend, points.collect())
-    };
-    one(Chart {
-        title: "time of a step, load/segment 10³".to_owned(),
-        x: Axis::log("segments (1)"),
-        y: Axis::log("whole step (µs)"),
-        series: backends.into_iter().map(of).collect(),
-    })
-}
-
-/// Forward errors against mass ratio, without and with a refinement, and the condition of S.
-pub(super) fn mass_ratios(extras: &Extras) -> Vec<Chart> {
-    let errors = |refinements: usize, title: &str| {
-        let rungs: Vec<_> = extras
-            .ladder
-            .iter()
-            .filter(|r| r.refinements == refinements)
-            .collect();
-        let backends = distinct(rungs.iter().map(|r| r.backend.as_str()));
-        let of = |backend: &str| {
-            let own = rungs.iter().filter(|r| r.backend == backend);
-            let own = own.filter(|r| r.forward_error.is_finite());
-            let points = own.map(|r| [r.mass_ratio, r.forward_error.max(FLOOR)]);
-            series(backend, points.collect())
-        };
-        Chart {
-            title: title.to_owned(),
-            x: Axis::log("load/segment mass ratio (1)"),
-            y: Axis::log("relative error of the multipliers (1)"),
-            series: backends.into_iter().map(of).collect(),
-        }
-    };
-    let condition = Chart {
-        title: "condition of S".to_owned(),
-        x: Axis::log("load/segment mass ratio (1)"),
-        y: Axis::log("‖S‖₁ ‖S⁻¹‖₁ (1)"),
-        series: vec![Series::new(
-            "24 segments",
-            extras.conditions.clone(),
-            Mark::LineAndPoints,
-        )],
-    };
-    [
-        condition,
-        errors(0, "forward error, no refinement"),
-        errors(1, "forward error, one refinement"),
-    ]
-    .into_iter()
-    .filter(has_points)
-    .collect()
-}
-
-/// Error of the motion against its cost, Δt along each curve.
-pub(super) fn time_steps(extras: &Extras) -> Vec<Chart> {
-    let point = |s: &Step, by_cost: bool| {
-        let error = s.load_error_m.filter(|e| e.is_finite())?.max(FLOOR);
-        Some(if by_cost {
-            [error * 1e3, s.second_ns * 1e-6]
-        } else {
-            [s.dt * 1e3, error * 1e3]
-        })
-    };
-    let by_scheme = || extras.steps.iter().filter(|s| s.backend.is_none());
-    let schemes = distinct(by_scheme().map(|s| s.scheme.as_str()));
-    let of = |by_cost: bool| {
-        let line = |scheme: &&str| {
-            let own = by_scheme().filter(|s| s.scheme == *scheme);
-            let points = own.filter_map(|s| point(s, by_cost)).collect();
-            Series::new(*scheme, points, Mark::LineAndPoints)
-        };
-        schemes.iter().map(line).collect()
-    };
-    let backends = distinct(extras.steps.iter().filter_map(|s| s.backend.as_deref()));
-    let solver = |backend: &&str| {
-        let own = extras.steps.iter();
-        let own = own.filter(|s| s.backend.as_deref() == Some(*backend));
-        series(backend, own.filter_map(|s| point(s, true)).collect())
-    };
-    let axes = |title: &str, series: Vec<Series>| Chart {
-        title: title.to_owned(),
-        x: Axis::log("largest error of the load's place (mm)"),
-        y: Axis::log("median step × steps of a second (ms)"),
-        series,
-    };
-    let charts = [
-        axes(
-            "work against precision of the motion: every solver, over Δt",
-            backends.iter().map(solver).collect(),
-        ),
-        axes(
-            "work against precision of the motion: schemes, over Δt",
-            of(true),
-        ),
-        Chart {
-            title: "order of the schemes".to_owned(),
-            x: Axis::log("Δt (ms)"),
-            y: Axis::log("largest error of the load's place (mm)"),
-            series: of(false),
-        }
-        .with_orders(),
-    ];
-    charts.into_iter().filter(has_points).collect()
-}
-
 /// The times of single steps beside the time that a frame has.
 pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
     let count = trace.step_ns.len();
@@ -244,26 +134,12 @@ pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
         Mark::Guide,
     );
     let series = [steps, limit].into_iter().chain(levels).collect();
-    one(Chart {
+    vec![Chart {
         title: "time of each step".to_owned(),
         x: Axis::linear("simulated time (s)"),
         y: Axis::log("wall-clock time of the step (ms)"),
         series,
-    })
-}
-
-/// Energies over time.
-pub(super) fn energies(extras: &Extras) -> Vec<Chart> {
-    let lines = extras
-        .energies
-        .iter()
-        .map(|e| Series::new(e.scheme.clone(), e.points.clone(), Mark::Line));
-    one(Chart {
-        title: "total energy of a swing from 0.3 rad, 24 segments, load/segment 10³".to_owned(),
-        x: Axis::linear("simulated time (s)"),
-        y: Axis::linear("change over the largest kinetic energy (1)"),
-        series: lines.collect(),
-    })
+    }]
 }
 
 /// The blocks of S and of its factor, row 0 on top.
@@ -299,37 +175,4 @@ pub(super) fn patterns(extras: &Extras) -> Vec<Chart> {
         }
     };
     extras.patterns.iter().map(chart).collect()
-}
-
-fn has_points(chart: &Chart) -> bool {
-    chart.series.iter().any(|s| !s.points.is_empty())
-}
-
-/// The chart, unless it is empty.
-fn one(chart: Chart) -> Vec<Chart> {
-    Some(chart).filter(has_points).into_iter().collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use taut_studies::ladder::Rung;
-
-    #[test]
-    fn what_is_no_number_is_not_drawn_as_exact() {
-        let rung = |forward_error| Rung {
-            backend: "banded".to_owned(),
-            mass_ratio: 1.0,
-            refinements: 0,
-            forward_error,
-        };
-        let extras = Extras {
-            ladder: [1e-9, f64::NAN, 0.0].map(rung).to_vec(),
-            ..Extras::default()
-        };
-        let charts = mass_ratios(&extras);
-        let series = charts.iter().flat_map(|c| &c.series);
-        let points: Vec<[f64; 2]> = series.flat_map(|s| s.points.clone()).collect();
-        assert_eq!(points, [[1.0, 1e-9], [1.0, FLOOR]]);
-    }
 }

@@ -11,9 +11,8 @@ use serde_json::{Value, json};
 use taut_ground::choice::Omission;
 use taut_output::notation::number;
 use taut_output::plot::Chart;
-use taut_output::settings::distinct;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::{self, Answer, Extras, Record, Trace};
+use taut_studies::ladder::{self, Answer, Record, Trace};
 
 /// Work against precision of the report's scenes.
 pub(super) fn work_precision(report: &Report) -> Vec<Chart> {
@@ -33,40 +32,9 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
              digits. Along a curve: iterations, or a direct solver's refinement. Lower left is better.",
             &work_precision(report),
         )?,
-        figures(
-            "motion",
-            "The time step",
-            "Error of a motion against its cost, Δt ever smaller along each curve: 24 segments, load/segment 10³, \
-             the anchor moved aside; against the paper's step extrapolated to Δt = 0. The cost is the median time of \
-             a step, all its phases, times the steps of a simulated second. Solvers at their defaults, with the default \
-             scheme and without guard: direct ones differ in cost alone, an iteration ends where what it leaves \
-             unconverged is more than what the time step does. A run that was lost is not shown, and a solver all of \
-             whose runs were is in the legend alone.",
-            &charts::time_steps(extras),
-        )?,
         profiles(&scores, &report.omissions)?,
         means(&scores),
-        figures(
-            "sizes",
-            "Time against elements",
-            &sizes(extras),
-            &charts::sizes(extras),
-        )?,
-        figures(
-            "mass-ratios",
-            "Condition and error against mass ratio",
-            "What forming S loses, up to roundoff × mass ratio in a straight cable and less in a bent one, one refinement \
-             from the pieces J, M and Σ brings back. A bent cable of 24 segments, the material stiff enough for the load. \
-             Direct solvers alone: what iterations leave is what they were allowed, and stands in the first plots.",
-            &charts::mass_ratios(extras),
-        )?,
         trace(&extras.trace)?,
-        figures(
-            "energy",
-            "Energy over time",
-            "A scheme's own damping, and its noise. Total energy of bodies, weight and joints.",
-            &charts::energies(extras),
-        )?,
         figures(
             "patterns",
             "Patterns",
@@ -98,29 +66,6 @@ fn answer(records: &[Record]) -> Option<Section> {
         title: "Which solver".to_owned(),
         body,
     })
-}
-
-/// Caption of the plot of sizes; names the solvers that it leaves out.
-fn sizes(extras: &Extras) -> String {
-    let named = |of: &dyn Fn(&str) -> bool| {
-        let all = distinct(extras.steps.iter().filter_map(|s| s.backend.as_deref()));
-        let names: Vec<&str> = all.into_iter().filter(|name| of(name)).collect();
-        names.join(", ")
-    };
-    let absent = named(&|name| extras.sizes.iter().all(|s| s.backend != name));
-    let absent = if absent.is_empty() {
-        String::new()
-    } else {
-        format!(
-            " Left out: {absent}: the dense solver, whose cost is cubic, and what is lost at the smallest \
-             size already."
-        )
-    };
-    format!(
-        "A straight line of slope 1 is a cost in proportion to the cable's elements. Iterations stop at their default \
-         limits, whatever error they have come to: their cost is that of the limit, no more. A curve ends where a step \
-         takes twice the time that its measurement has, or where a run is lost.{absent}"
-    )
 }
 
 /// The times of single steps, and what most of them keep.

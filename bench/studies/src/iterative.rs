@@ -8,7 +8,7 @@
 //! the last that did not and the first that did.
 //!
 //! The time is that from the pieces to the multipliers: assembly, factorisation or preconditioner, solve, and what the
-//! direct solver refines; the least of several. The direct solver that a time is compared with is the cheaper of that
+//! direct solver refines; the least of several, of solvers that take [turns](crate::systems::turns). The direct solver that a time is compared with is the cheaper of that
 //! without and with one refinement that reaches the error.
 //!
 //! As measured, iterations win on no cable. From the pieces to the multipliers (assembly and solve; 24, 100, 1000
@@ -20,23 +20,25 @@
 //! 8 nodes they win: `gauss-seidel:groups` and `cg:group` by 1.8 to 2.1 at every error, `cg:jacobi` by up to 2.0
 //! (`taut study iterative`).
 
-mod case;
-mod search;
-mod study;
 mod table;
-mod verdict;
-
-pub(crate) use study::STUDY;
-pub use verdict::{Verdict, verdicts};
 
 use crate::cases::Cases;
-use case::Case;
+use crate::options::{Backends, Quick, Ratios, Segments, count};
+use crate::scenes;
+use crate::study::{self, Found, Study, data};
+use crate::systems::turns::{self, Work};
+use crate::systems::{Fewest, Start, State, Told, at_rung, entrants, grid};
+use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
+use table::{SHEETS, conclusions};
 use taut_ground::choice::{Choice, Omission};
-use taut_integrator::StepError;
-use taut_model::Network;
+use taut_ground::reference::reference_choice;
+use taut_integrator::{Phase, StepError, StepOptions};
+use taut_model::{HoistParams, Network, Scene};
 use taut_output::check::ExperimentError;
+use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
+use taut_output::settings::{Setting, counts, list, numbers, set, solvers, step};
 
 /// Steps from the start to the state of a case.
 pub const WARM_UP: usize = 30;
@@ -102,23 +104,16 @@ pub fn choices() -> Vec<Choice> {
     all.filter(|choice| choice.backend.is_iterative()).collect()
 }
 
-/// Where an iteration starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Start {
-    /// From zero.
-    Cold,
-    /// From the multipliers of the step before.
-    Warm,
-}
-
-impl Start {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Cold, Self::Warm];
-}
+/// Phases that are timed.
+const PHASES: [Phase; 4] = [
+    Phase::Assemble,
+    Phase::Factorize,
+    Phase::Solve,
+    Phase::Refine,
+];
 
 /// One row: a solver, a start and an error to reach on a case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the scene.
     pub scene: String,
@@ -166,6 +161,148 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
+/// A state that the solvers are compared on, with what its rows share.
+struct Case {
+    shared: Record,
+    state: State,
+}
+
+impl Case {
+    fn hoist(config: &Config, segments: usize, mass_ratio: f64) -> Result<Self, StepError> {
+        let params = HoistParams {
+            segments,
+            mass_ratio,
+            initial_angle: ANGLE,
+            seed: 7,
+            ..HoistParams::default()
+        };
+        Self::new(config, "hoist", segments, mass_ratio, params.build()?)
+    }
+
+    fn network(config: &Config, network: Network, size: usize) -> Result<Self, StepError> {
+        let scenes = scenes::Config::default();
+        let mass_ratio = scenes.ratios.first().copied().unwrap_or(1.0);
+        let params = scenes.params(network, size, mass_ratio);
+        let scene = scenes::swinging(&params, config.dt)?;
+        Self::new(config, network.name(), size, mass_ratio, scene)
+    }
+
+    fn new(
+        config: &Config,
+        name: &str,
+        size: usize,
+        mass_ratio: f64,
+        scene: Scene,
+    ) -> Result<Self, StepError> {
+        let options = reference_choice().options(config.dt);
+        let state = State::after(WARM_UP, scene, options)?;
+        let shared = Record {
+            scene: name.to_owned(),
+            size,
+            mass_ratio,
+            rows: state.rows(),
+            error: f64::NAN,
+            ..Record::default()
+        };
+        Ok(Self { shared, state })
+    }
+
+    /// Solves with those options.
+    fn work(&self, options: StepOptions, start: Start) -> Result<Work<'_>, StepError> {
+        let mut stepper = self.state.stepper(options, start)?;
+        Ok(Box::new(move |passes| {
+            turns::sum(passes, || {
+                self.state.put(&mut stepper, start)?;
+                let phases = stepper.solve()?.phases;
+                Ok([PHASES.map(|phase| phases.of(phase)).iter().sum(); 3])
+            })
+        }))
+    }
+
+    /// The rows of a solver from a start, without their times, each with the step that takes its time. The direct solver
+    /// has no start, and refinements for iterations.
+    fn untimed(
+        &self,
+        config: &Config,
+        choice: &Choice,
+        start: Option<Start>,
+    ) -> Vec<(Record, Option<StepOptions>)> {
+        let step = |k| match start {
+            Some(_) => limited(config, choice, k),
+            None => StepOptions {
+                refinements: k,
+                ..choice.plain_options(config.dt)
+            },
+        };
+        let begin = start.unwrap_or(Start::Cold);
+        let error = |k| Ok(self.state.solve(step(k), begin)?.forward);
+        let limit = start.map_or(1, |_| config.limit);
+        let mut search = Fewest::new(limit, usize::MAX, error);
+        let row = |&target: &f64| {
+            let nothing = start.map_or_else(|| search.error(0), |s| Ok(self.state.guessed(s)));
+            let found = nothing.and_then(|error| {
+                if error <= target {
+                    return Ok((Some(0), error));
+                }
+                let found = search.within(target)?;
+                Ok((found, search.error(found.unwrap_or(limit))?))
+            });
+            let failure = found.as_ref().err().map(ToString::to_string);
+            let (iterations, error) = found.unwrap_or((None, f64::NAN));
+            let row = Record {
+                backend: choice.family(),
+                start,
+                target,
+                iterations,
+                error,
+                failure,
+                ..self.shared.clone()
+            };
+            let timed = iterations.filter(|k| *k > 0 || start.is_none());
+            (row, timed.map(step))
+        };
+        config.targets.iter().map(row).collect()
+    }
+
+    /// The rows: the direct solver's, then for each solver and start those of all errors.
+    fn rows(&self, config: &Config, choices: &[Choice]) -> Vec<Record> {
+        let mut rows = self.untimed(config, &reference_choice(), None);
+        for choice in choices {
+            for start in Start::ALL {
+                rows.extend(self.untimed(config, choice, Some(start)));
+            }
+        }
+        let timed = rows.iter().filter_map(|(row, options)| {
+            let start = row.start.unwrap_or(Start::Cold);
+            Some(self.work(options.clone()?, start))
+        });
+        let mut times = turns::times(timed, config.timing_budget).into_iter();
+        let mut rows: Vec<Record> = rows
+            .into_iter()
+            .map(|(mut row, options)| {
+                match options.and_then(|_| times.next()) {
+                    Some(Ok([time, ..])) => row.ns = Some(time.least),
+                    Some(Err(e)) => row.failure = Some(e.to_string()),
+                    None => {}
+                }
+                row
+            })
+            .collect();
+        let direct: Vec<Option<f64>> = rows.iter().map(|row| row.ns).collect();
+        for (k, row) in rows.iter_mut().enumerate() {
+            row.direct_ns = direct[k % config.targets.len()];
+        }
+        rows
+    }
+}
+
+/// The step with so many iterations, whatever error they leave.
+fn limited(config: &Config, choice: &Choice, iterations: usize) -> StepOptions {
+    let mut choice = at_rung(choice, iterations);
+    choice.backend = choice.backend.with_tolerance(0.0);
+    choice.plain_options(config.dt)
+}
+
 /// A scene that the solvers are compared on.
 #[derive(Debug, Clone, Copy)]
 enum Subject {
@@ -173,48 +310,22 @@ enum Subject {
     Network(Network, usize),
 }
 
-impl Subject {
-    fn case(self, config: &Config) -> Result<Case, StepError> {
-        match self {
-            Self::Hoist(segments, ratio) => Case::hoist(config, segments, ratio),
-            Self::Network(network, size) => Case::network(config, network, size),
-        }
-    }
-}
-
 /// Runs all cases, one after the other, since their times are measured.
 ///
 /// # Errors
 /// A scene that cannot be built, the direct solver's failure; an iterative solver's own is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
-    let mut omissions = Vec::new();
-    let mut choices = Vec::new();
-    for choice in &config.choices {
-        match choice.check() {
-            Ok(()) => choices.push(choice),
-            Err(e) => omissions.push(Omission {
-                backend: choice.family(),
-                reason: e.to_string(),
-            }),
-        }
-    }
-    let mut subjects = Vec::new();
-    for &segments in &config.segments {
-        let ratios = config.ratios.iter();
-        subjects.extend(ratios.map(|&ratio| Subject::Hoist(segments, ratio)));
-    }
+    let (choices, omissions) = entrants(&config.choices, 0, |_| 0);
+    let hoists = grid(&config.segments, &config.ratios).into_iter();
+    let mut subjects: Vec<Subject> = hoists.map(|(n, ratio)| Subject::Hoist(n, ratio)).collect();
     let networks = config.networks.iter();
     subjects.extend(networks.map(|&(network, size)| Subject::Network(network, size)));
     let records = cases.in_turn("scenes", &subjects, |subject| {
-        let case = subject.case(config)?;
-        let direct = case.direct(config)?;
-        let mut records = direct.clone();
-        for choice in &choices {
-            for start in Start::ALL {
-                records.extend(case.iterative(config, choice, start, &direct));
-            }
-        }
-        Ok::<_, StepError>(records)
+        let case = match *subject {
+            Subject::Hoist(segments, ratio) => Case::hoist(config, segments, ratio),
+            Subject::Network(network, size) => Case::network(config, network, size),
+        }?;
+        Ok::<_, StepError>(case.rows(config, &choices))
     })?;
     Ok(Results {
         records: records.all()?.concat(),
@@ -222,10 +333,116 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     })
 }
 
+/// `taut study iterative`.
+pub(crate) const STUDY: Study = Study {
+    name: "iterative",
+    title: "time of iterations to an error",
+    about: "Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver",
+    examples: &["--quick --backends cg:group"],
+    mark: ("", "target"),
+    options: Options::augment_args,
+    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    sheets: SHEETS,
+    plots: PLOTS,
+    ..study::PLAIN
+};
+
+#[derive(Debug, Args)]
+struct Options {
+    #[command(flatten)]
+    segments: Segments,
+    #[command(flatten)]
+    ratios: Ratios,
+    #[command(flatten)]
+    backends: Backends,
+    /// Most iterations tried
+    #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
+    iterations: Option<usize>,
+    #[command(flatten)]
+    quick: Quick,
+}
+
+const LEGEND: &str = "\
+Each cell: fewest iterations that reach the error of the multipliers against extended precision (∞-norm): µs from the
+pieces to the multipliers (assembly, factorisation, solve), × the direct solver's time over it: above 1 it wins. First
+row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
+reached; guess: the step before is as near as that";
+
+fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    let config = config(options)?;
+    let results = run(&config, cases)?;
+    let told = Told {
+        settings: settings(&config),
+        heading: format!(
+            "hoist at {ANGLE} rad and networks, state after {WARM_UP} steps of 1/{:.0} s, up to {} iterations",
+            1.0 / config.dt,
+            config.limit
+        ),
+        legend: LEGEND,
+        sheets: SHEETS,
+        rows: data(&results.records)?,
+        conclusion: conclusions(&results.records, config.limit),
+        omissions: results.omissions,
+    };
+    Ok(told.into())
+}
+
+fn config(options: &Options) -> Result<Config, ExperimentError> {
+    let mut config = options.quick.of(Config::quick);
+    if !options.segments.segments.is_empty() || !options.ratios.ratios.is_empty() {
+        // Both are the hoist's.
+        config.networks.clear();
+    }
+    options.segments.replace(&mut config.segments);
+    options.ratios.replace(&mut config.ratios)?;
+    options.backends.replace(&mut config.choices)?;
+    if let Some(direct) = config.choices.iter().find(|c| !c.backend.is_iterative()) {
+        return Err(format!(
+            "`--backends {direct}`: `taut study iterative` takes iterative solvers, gauss-seidel, cg and minres"
+        )
+        .into());
+    }
+    if let Some(name) = options.backends.backends.iter().find(|b| b.contains('=')) {
+        return Err(format!(
+            "`{name}`: the study looks for the iterations itself, without a tolerance; use `--iterations`"
+        )
+        .into());
+    }
+    config.limit = options.iterations.unwrap_or(config.limit);
+    if config.limit == 0 {
+        return Err("`--iterations` is 0: it must be at least 1".into());
+    }
+    Ok(config)
+}
+
+fn settings(config: &Config) -> Vec<Setting> {
+    let network = |(network, size): &(Network, usize)| format!("{} of {size}", network.name());
+    set([
+        ("segments", counts(&config.segments)),
+        ("load/segment", numbers(&config.ratios)),
+        ("networks", list(&config.networks, network)),
+        ("solvers", solvers(&config.choices)),
+        ("errors", numbers(&config.targets)),
+        ("iterations at most", config.limit.to_string()),
+        ("Δt", step(config.dt)),
+        ("steps before", WARM_UP.to_string()),
+    ])
+}
+
+const PLOTS: &[Plan] = &[Plan {
+    id: PRECISION,
+    title: "Work against precision",
+    text: "Least time from the pieces to multipliers within the error, iterations from zero (cold) or from the \
+                   step before (warm), beside the direct solver. Lower left is better.",
+    panels: &["scene", "size", "mass_ratio", "start"],
+    x: error(&["target"], "relative error of the multipliers (1)"),
+    y: positive(&["ns"], "assembly, factorisation, solve (µs)", 1e-3),
+    ..PLAIN
+}];
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use search::Search;
 
     fn tiny() -> Config {
         Config {
@@ -266,47 +483,16 @@ mod tests {
         );
         let case = Case::hoist(&config, 6, 1e3).unwrap();
         for choice in config.choices.iter().filter(|c| c.check().is_ok()) {
-            let mut search = Search {
-                case: &case,
-                config: &config,
-                choice,
-                start: Start::Warm,
-                known: Vec::new(),
+            let error = |k| {
+                let options = limited(&config, choice, k);
+                Ok(case.state.solve(options, Start::Warm)?.forward)
             };
-            let Some(k) = search.fewest(1e-4).unwrap() else {
+            let mut search = Fewest::new(config.limit, usize::MAX, error);
+            let Some(k) = search.within(1e-4).unwrap() else {
                 continue;
             };
             assert!(search.error(k).unwrap() <= 1e-4);
             assert!(k <= 1 || search.error(k - 1).unwrap() > 1e-4, "{choice}");
         }
-    }
-
-    #[test]
-    fn a_verdict_counts_cases_and_names_the_fastest() {
-        let case = Case::hoist(&tiny(), 3, 1.0).unwrap();
-        let row = |backend: &str, size: usize, ns: f64| Record {
-            size,
-            iterations: Some(1),
-            ns: Some(ns),
-            direct_ns: Some(100.0),
-            ..case.row(backend.to_owned(), Some(Start::Warm), 1e-2)
-        };
-        let rows = [
-            row("a", 1, 50.0),
-            row("b", 1, 25.0),
-            row("a", 2, 200.0),
-            row("b", 2, 400.0),
-        ];
-        let all = verdicts(&rows);
-        let warm = all.iter().find(|v| v.start == Start::Warm).unwrap();
-        assert_eq!((warm.cases, warm.wins.len()), (2, 1));
-        assert_eq!(
-            (warm.wins[0].backend.as_str(), warm.wins[0].gain()),
-            ("b", Some(4.0))
-        );
-        assert_eq!(warm.nearest, None);
-        let losing = verdicts(&rows[2..]);
-        let nearest = losing.iter().find_map(|v| v.nearest.clone()).unwrap();
-        assert_eq!((nearest.backend.as_str(), nearest.gain()), ("a", Some(0.5)));
     }
 }

@@ -1,40 +1,39 @@
 //! Cost of one linear solve, ours beside others' in the same run: every solver factorises and
-//! solves the same matrices, in turns.
+//! solves the same matrices, in [turns](crate::systems::turns).
 //!
 //! A case is the system of one step of the hoist, hanging at an angle, with joints of 3, 5 or 6 rows between its
 //! segments; its ends are ball joints. A pass is what each step repeats: factorisation and solve of the assembled system,
-//! by a solver that has analysed the pattern before. The rivals take turns of about [`VISIT`] each, so that what slows
-//! the machine for a while slows all, and a slow one waits until the others have had as much time. A turn begins with
-//! passes that are not timed, and is cut into samples long enough for the clock. Least times are compared; medians stand
-//! beside them.
+//! by a solver that has analysed the pattern before. Least times are compared; medians stand beside them.
 //!
 //! A solver of this workspace takes the matrix as it is assembled; where it is a library's, the copy into the library's
 //! format is timed. LAPACK takes it as a band, the filling of which is not timed. A solve with refinement is that of the
 //! step itself, residual from the pieces included, by the step's own clock.
 //!
 //! Forward errors are those of the multipliers against the KKT system in extended precision, backward errors those of
-//! the system that was solved.
+//! the system that was solved; of several right-hand sides the largest backward error, the first forward error.
 
 mod case;
 mod rival;
-mod study;
-mod table;
-mod timing;
 
 pub use case::{Case, Joint, System};
-pub use rival::Rival;
-pub(crate) use study::STUDY;
+pub use rival::{Rival, Use};
 
 use crate::cases::Cases;
-use serde::{Deserialize, Serialize};
+use crate::options::{Quick, Ratios, Segments};
+use crate::study::{self, Found, Study, data};
+use crate::systems::{Told, add_omissions, grid, taking_part, turns};
+use clap::{Args, FromArgMatches};
+use rival::{Errors, work};
+use serde::Serialize;
+use serde_json::{Value, json};
 use std::time::Duration;
 use taut_ground::choice::Omission;
 use taut_integrator::StepError;
 use taut_output::check::ExperimentError;
-use timing::Contestant;
-
-/// Time of a rival's turn.
-pub const VISIT: Duration = Duration::from_millis(1);
+use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
+use taut_output::row::{Row, has_no_error, number_of};
+use taut_output::settings::{Setting, counts, list, numbers, seconds, set, step};
+use taut_output::sheet::{self, Sheet, Show, column};
 
 /// Rows beyond which the dense solver, whose cost is cubic, is left out.
 pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
@@ -77,49 +76,11 @@ impl Config {
     }
 }
 
-/// One row: a rival on a case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// Segments of the cable.
-    pub segments: usize,
-    /// Load over segment mass.
-    pub mass_ratio: f64,
-    /// Joints, ends included: block rows of S.
-    pub joints: usize,
-    /// Rows of a joint between segments.
-    pub joint_rows: usize,
-    /// Who solves, without iterations.
-    pub solver: String,
-    /// All its options, as the command line reads them.
-    pub options: String,
-    /// Cables, or right-hand sides of one cable, that a pass solves.
-    pub cables: usize,
-    /// Factorisation and solve for each joint of each cable or right-hand side, least of the samples \[ns].
-    pub ns_per_joint: f64,
-    /// The same, median.
-    pub ns_per_joint_median: f64,
-    /// `ns_per_joint` over that of `banded` in the same case; none where that was not run.
-    pub ratio: Option<f64>,
-    /// `ns_per_joint_median` over that of `banded`.
-    pub ratio_median: Option<f64>,
-    pub samples: usize,
-    /// Normwise backward error on the system that was solved, S or the KKT matrix; of several cables the largest.
-    pub backward_error: f64,
-    /// Componentwise backward error, likewise.
-    pub backward_error_componentwise: f64,
-    /// ‖μ − μ*‖∞ / ‖μ*‖∞ of the multipliers against the KKT system in extended precision; of several cables that of the
-    /// first.
-    pub forward_error: f64,
-    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
-    /// means not measured.
-    pub error: Option<String>,
-}
-
 /// All rows, and what is missing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
     /// Rows: segments, ratios, joints, rivals in the order asked for.
-    pub records: Vec<Record>,
+    pub records: Vec<Value>,
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }
@@ -130,105 +91,231 @@ pub struct Results {
 /// A scene that cannot be built or has no reference; a rival's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut hoists = Vec::new();
-    for &segments in &config.segments {
-        for &ratio in &config.ratios {
-            hoists.extend(config.joints.iter().map(|&joint| (segments, ratio, joint)));
-        }
+    for (segments, ratio) in grid(&config.segments, &config.ratios) {
+        hoists.extend(config.joints.iter().map(|&joint| (segments, ratio, joint)));
     }
     // Each has its time, which a pass of a long cable exceeds.
     let parts = cases.in_turn("rivals", &hoists, |&(segments, ratio, joint)| {
         let case = Case::new(joint, segments, ratio)?;
-        let (rivals, omissions) = taking_part(&config.rivals, &case);
+        let (rivals, omissions) = entrants(&config.rivals, &case);
         Ok::<_, StepError>((rows(&case, &rivals, config.share), omissions))
     })?;
     let mut results = Results::default();
     for (records, omissions) in parts.all()? {
         results.records.extend(records);
-        let new = |o: &Omission| !results.omissions.contains(o);
-        let new: Vec<Omission> = omissions.into_iter().filter(new).collect();
-        results.omissions.extend(new);
+        add_omissions(&mut results.omissions, omissions);
     }
     Ok(results)
 }
 
 /// Rivals that take part in a case, and reasons against the others.
-fn taking_part<'a>(rivals: &'a [Rival], case: &Case) -> (Vec<&'a Rival>, Vec<Omission>) {
-    let (mut present, mut omissions) = (Vec::new(), Vec::new());
-    for rival in rivals {
-        let rows = case.schur().0.dim();
-        let reason = match rival.check() {
-            Err(e) => Some(e.to_string()),
-            Ok(()) if rival.is_dense() && rows > DENSE_ROWS => {
-                Some(format!("cubic cost beyond {DENSE_ROWS} rows"))
-            }
-            Ok(()) => None,
-        };
-        match reason {
-            None => present.push(rival),
-            Some(reason) => omissions.push(Omission {
-                backend: rival.family(),
-                reason,
-            }),
+fn entrants(rivals: &[Rival], case: &Case) -> (Vec<Rival>, Vec<Omission>) {
+    let rows = case.schur().0.dim();
+    taking_part(rivals, Rival::family, |rival| match rival.check() {
+        Err(e) => Some(e.to_string()),
+        Ok(()) if rival.is_dense() && rows > DENSE_ROWS => {
+            Some(format!("cubic cost beyond {DENSE_ROWS} rows"))
         }
-    }
-    (present, omissions)
+        Ok(()) => None,
+    })
 }
 
-fn rows(case: &Case, rivals: &[&Rival], share: Duration) -> Vec<Record> {
-    let prepare = |rival: &&Rival| Contestant::new(case, rival);
-    let mut contestants: Vec<_> = rivals.iter().map(prepare).collect();
-    timing::in_turns(&mut contestants, share);
-    let rows = rivals.iter().zip(&contestants);
-    let mut rows: Vec<Record> = rows.map(|(rival, c)| row(case, rival, c)).collect();
-    let ours = rows.iter().find(|r| r.options == "banded");
-    let ours = ours.map(|r| (r.ns_per_joint, r.ns_per_joint_median));
-    if let Some((least, median)) = ours {
-        for row in &mut rows {
-            row.ratio = Some(row.ns_per_joint / least);
-            row.ratio_median = Some(row.ns_per_joint_median / median);
-        }
-    }
-    rows
-}
-
-fn row(case: &Case, rival: &Rival, contestant: &Contestant<'_>) -> Record {
+/// The rows of a case. Ratios are to `banded`; none where that was not run.
+fn rows(case: &Case, rivals: &[Rival], share: Duration) -> Vec<Value> {
+    let works: Vec<_> = rivals.iter().map(|rival| work(case, rival)).collect();
+    let (errors, works): (Vec<_>, Vec<_>) = works
+        .into_iter()
+        .map(|prepared| match prepared {
+            Ok((errors, work)) => (Some(errors), Ok(work)),
+            Err(e) => (None, Err(e)),
+        })
+        .unzip();
+    let times: Vec<_> = turns::times(works, share)
+        .into_iter()
+        .map(|time| time.map(|[time, ..]| time))
+        .collect();
+    let ours = rivals
+        .iter()
+        .position(|rival| rival.to_string() == "banded");
+    let ours = ours.and_then(|k| times[k].as_ref().ok().copied());
     let joints = case.schur().0.pattern().blocks();
-    let mut row = Record {
-        segments: case.segments(),
-        mass_ratio: case.mass_ratio(),
-        joints,
-        joint_rows: case.joint().rows(),
-        solver: rival.family(),
-        options: rival.to_string(),
-        cables: rival.cables(),
-        ns_per_joint: f64::NAN,
-        ns_per_joint_median: f64::NAN,
-        ratio: None,
-        ratio_median: None,
-        samples: contestant.samples(),
-        backward_error: f64::NAN,
-        backward_error_componentwise: f64::NAN,
-        forward_error: f64::NAN,
-        error: None,
+    let row = |((rival, errors), time): (
+        (&Rival, Option<Errors>),
+        Result<turns::Time, StepError>,
+    )| {
+        let known = time.as_ref().ok();
+        let each = (joints * rival.cables()) as f64;
+        let errors = errors.filter(|_| known.is_some());
+        json!({
+            "segments": case.segments,
+            "mass_ratio": case.mass_ratio,
+            "joints": joints,
+            "joint_rows": case.joint.rows(),
+            "solver": rival.family(),
+            "options": rival.to_string(),
+            "cables": rival.cables(),
+            "ns_per_joint": known.map(|t| t.least / each),
+            "ns_per_joint_median": known.map(|t| t.median / each),
+            "ratio": ours.map(|ours| Some(known?.least / each / (ours.least / joints as f64))),
+            "ratio_median": ours.map(|ours| Some(known?.median / each / (ours.median / joints as f64))),
+            "samples": known.map_or(0, |t| t.samples),
+            "backward_error": errors.map(|e| e.backward.normwise),
+            "backward_error_componentwise": errors.map(|e| e.backward.componentwise),
+            "forward_error": errors.map(|e| e.forward),
+            "error": time.as_ref().err().map(ToString::to_string),
+        })
     };
-    match contestant.measured() {
-        Err(e) => row.error = Some(e.to_string()),
-        Ok((errors, time)) => {
-            let each = (joints * rival.cables()) as f64;
-            row.ns_per_joint = time.least / each;
-            row.ns_per_joint_median = time.median / each;
-            row.backward_error = errors.backward.normwise;
-            row.backward_error_componentwise = errors.backward.componentwise;
-            row.forward_error = errors.forward;
+    rivals.iter().zip(errors).zip(times).map(row).collect()
+}
+
+/// `taut study kernels`.
+pub(crate) const STUDY: Study = Study {
+    name: "kernels",
+    title: "factorisation and solve alone",
+    about: "Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run",
+    examples: &["--backends banded,faer:llt"],
+    mark: ("records", "joint_rows"),
+    options: Options::augment_args,
+    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    sheets: SHEETS,
+    plots: PLOTS,
+    ..study::PLAIN
+};
+
+#[derive(Debug, Args)]
+struct Options {
+    #[command(flatten)]
+    segments: Segments,
+    #[command(flatten)]
+    ratios: Ratios,
+    /// Solvers: a backend with options after colons, `/kkt` for the KKT form; NAME+refine, NAME+many, lapack:lower, lapack:upper
+    #[arg(long, value_delimiter = ',', value_name = "B")]
+    backends: Vec<String>,
+    #[command(flatten)]
+    quick: Quick,
+}
+
+const LEGEND: &str = "\
+ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded:
+over banded's of the same table; normwise, compon.: backward errors on the system solved, the latter of its worst row;
+error: relative error of the multipliers against the KKT system in extended precision. All take turns on the same
+matrices. +refine: with one refinement from the pieces, by the step's clock; umfpack: with its own refinement, its
+default; +many: 8 right-hand sides a factorisation, each; lapack: dpbtrf and dpbtrs, without filling the band";
+
+fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = options.quick.of(Config::quick);
+    options.segments.replace(&mut config.segments);
+    options.ratios.replace(&mut config.ratios)?;
+    if !options.backends.is_empty() {
+        config.rivals.clear();
+        for name in &options.backends {
+            let rival: Rival = name.parse()?;
+            rival.check()?;
+            if !config.rivals.contains(&rival) {
+                config.rivals.push(rival);
+            }
         }
     }
-    row
+    let results = run(&config, cases)?;
+    let told = Told {
+        settings: settings(&config),
+        heading: "hoist: hanging at an angle, Δt = 1/60 s, one thread".to_owned(),
+        legend: LEGEND,
+        sheets: SHEETS,
+        rows: data(&results)?,
+        conclusion: String::new(),
+        omissions: results.omissions,
+    };
+    Ok(told.into())
+}
+
+fn settings(config: &Config) -> Vec<Setting> {
+    set([
+        ("segments", counts(&config.segments)),
+        ("load/segment", numbers(&config.ratios)),
+        (
+            "rows of a joint",
+            list(&config.joints, |joint| joint.rows().to_string()),
+        ),
+        ("solvers", list(&config.rivals, ToString::to_string)),
+        ("time of each", seconds(config.share.as_secs_f64())),
+        ("Δt", step(1.0 / 60.0)),
+        ("threads", "1".to_owned()),
+    ])
+}
+
+const PLOTS: &[Plan] = &[
+    Plan {
+        id: PRECISION,
+        title: "Work against precision",
+        text: "Factorisation and solve of one system. Lower left is better.",
+        list: "records",
+        panels: &["joint_rows", "mass_ratio", "segments"],
+        series: &["solver"],
+        x: error(&["forward_error"], "relative error of the multipliers (1)"),
+        y: positive(
+            &["ns_per_joint"],
+            "factorise and solve, per joint (ns)",
+            1.0,
+        ),
+        ..PLAIN
+    },
+    Plan {
+        id: "sizes",
+        title: "Time against elements",
+        text: "A level line is a cost in proportion to the cable's elements.",
+        list: "records",
+        panels: &["joint_rows", "mass_ratio"],
+        series: &["solver"],
+        x: positive(&["segments"], "segments (1)", 1.0),
+        y: positive(
+            &["ns_per_joint"],
+            "factorise and solve, per joint (ns)",
+            1.0,
+        ),
+        ..PLAIN
+    },
+];
+
+const SHEETS: &[Sheet] = &[Sheet {
+    list: "records",
+    shared: &[
+        column("segments", "{} segments"),
+        column("joint_rows", "{}").shown(Show::Row(joints)),
+        column("mass_ratio", "mass ratio {}").shown(Show::Ratio),
+    ],
+    columns: &[
+        column("solver", "solver"),
+        column("ns_per_joint", "ns/joint")
+            .shown(Show::Digits(1.0))
+            .least(),
+        column("ns_per_joint_median", "median")
+            .unit("ns")
+            .shown(Show::Digits(1.0))
+            .least(),
+        column("ratio", "× banded").shown(Show::Digits(1.0)),
+        column("ratio_median", "median ×").shown(Show::Digits(1.0)),
+        column("samples", "samples"),
+        sheet::error("backward_error", "normwise"),
+        sheet::error("backward_error_componentwise", "compon."),
+        sheet::error("forward_error", "error"),
+    ],
+    counts: has_no_error,
+    ..sheet::PLAIN
+}];
+
+fn joints(row: &Row) -> String {
+    let count = |key| number_of(row, key).unwrap_or(f64::NAN);
+    format!("{} joints of {} rows", count("joints"), count("joint_rows"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::tables;
+    use crate::systems::turns::LEAST_SAMPLES;
     use taut_ground::Choice;
+    use taut_output::table::plain;
 
     fn small(rivals: Vec<Rival>) -> Config {
         Config {
@@ -246,25 +333,30 @@ mod tests {
         let compiled = config.rivals.iter().filter(|r| r.check().is_ok());
         assert_eq!(results.records.len(), 6 * compiled.count());
         for r in &results.records {
-            assert_eq!(r.error, None, "{r:?}");
-            assert_eq!(r.joints, r.segments + 1);
-            assert!(r.samples >= timing::LEAST_SAMPLES, "{r:?}");
-            let (least, median) = (r.ns_per_joint, r.ns_per_joint_median);
+            let number = |key: &str| r[key].as_f64().unwrap_or(f64::NAN);
+            assert_eq!(r["error"], Value::Null, "{r:?}");
+            assert_eq!(number("joints"), number("segments") + 1.0);
+            assert!(number("samples") >= LEAST_SAMPLES as f64, "{r:?}");
+            let (least, median) = (number("ns_per_joint"), number("ns_per_joint_median"));
             assert!(
                 least > 0.0 && least <= median && median.is_finite(),
                 "{r:?}"
             );
-            assert!(r.backward_error < 1e-13, "{r:?}");
-            assert!(r.forward_error < 1e-9, "{r:?}");
-            if r.options == "banded" {
-                assert!(r.backward_error_componentwise <= 1e-15, "{r:?}");
+            assert!(number("backward_error") < 1e-13, "{r:?}");
+            assert!(number("forward_error") < 1e-9, "{r:?}");
+            if r["options"] == "banded" {
+                assert!(number("backward_error_componentwise") <= 1e-15, "{r:?}");
             }
-            if r.options == "banded+refine" {
-                assert!(r.forward_error < 1e-15, "{r:?}");
+            if r["options"] == "banded+refine" {
+                assert!(number("forward_error") < 1e-15, "{r:?}");
             }
         }
         let refined = "banded+refine".parse::<Rival>().unwrap();
         assert_eq!(refined.check().is_ok(), cfg!(feature = "banded"));
+        let shown = plain(&tables(SHEETS, &data(&results).unwrap()));
+        let width = shown.lines().map(|l| l.chars().count()).max();
+        assert!(width <= Some(120), "{width:?}\n{shown}");
+        assert!(shown.contains("7 segments, 8 joints of 3 rows, mass ratio 1000"));
     }
 
     /// Ratios are to `banded` of the same case, and none without it.
@@ -274,21 +366,33 @@ mod tests {
         let results = run(&small(names.to_vec()), &Cases::default()).unwrap();
         let has_banded = cfg!(feature = "banded");
         for r in &results.records {
-            assert_eq!(r.ratio.is_some(), has_banded, "{r:?}");
-            assert!(
-                r.ratio
-                    .is_none_or(|x| (x == 1.0) == (r.options == "banded"))
-            );
+            let ratio = r["ratio"].as_f64();
+            assert_eq!(ratio.is_some(), has_banded, "{r:?}");
+            assert!(ratio.is_none_or(|x| (x == 1.0) == (r["options"] == "banded")));
         }
     }
 
     #[test]
     fn what_cannot_take_part_is_left_out_with_its_reason() {
         let dense: Choice = "dense".parse().unwrap();
-        let rivals = [Rival::Solver(dense), "faer:llt".parse().unwrap()];
+        let rivals = [
+            Rival::Solver(dense, Use::Plain),
+            "faer:llt".parse().unwrap(),
+        ];
         let case = Case::new(Joint::Cosserat, 300, 10.0).unwrap();
-        let (present, omissions) = taking_part(&rivals, &case);
+        let (present, omissions) = entrants(&rivals, &case);
         assert_eq!(present.len(), usize::from(cfg!(feature = "faer")));
         assert!(omissions[0].reason.contains("cubic"), "{omissions:?}");
+    }
+
+    /// One that fails is a row with its reason, beside others that have theirs.
+    #[test]
+    fn a_failure_is_told_with_its_reason() {
+        let case = Case::new(Joint::Spherical, 4, 10.0).unwrap();
+        let rivals = ["dense", "gauss-seidel:iterations=0"].map(|n| n.parse::<Rival>().unwrap());
+        let rows = rows(&case, &rivals, Duration::ZERO);
+        assert!(rows[0]["ns_per_joint"].is_number() && rows[1]["ns_per_joint"].is_null());
+        let shown = plain(&tables(SHEETS, &json!({ "records": rows })));
+        assert!(shown.contains("gauss-seidel:joints failed: "), "{shown}");
     }
 }

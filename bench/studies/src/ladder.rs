@@ -17,27 +17,24 @@
 
 mod answer;
 mod case;
-mod claims;
 mod extras;
 mod measure;
 mod record;
-mod settings;
 mod study;
 mod table;
 mod trial;
 
 pub use answer::Answer;
 pub use case::{OwnScene, is_lost};
-pub use claims::{Claims, claims};
-pub use extras::{Energies, Extras, Pattern, Rung, Size, Step, Trace};
-pub use record::nan_for_null;
+pub use extras::{Extras, Pattern, Trace};
 pub use record::{Fastest, Record, SceneKey};
 pub(crate) use study::{STUDY, are_networks};
 pub use table::{CLAIMS, LEGEND, claim_rows, data_of, sheet_of};
 
 use crate::cases::{Cases, shared};
+use crate::systems::{add_omissions, at_rung, entrants, grid, rungs};
 use case::{Case, Subject};
-use measure::{task_rows, time_rows};
+use measure::{task_rows, timed};
 use rayon::prelude::*;
 use record::mark_fastest;
 use serde::{Deserialize, Serialize};
@@ -73,7 +70,7 @@ pub struct Config {
     pub time: f64,
     /// Simulated time that the step itself has to stay stable for \[s].
     pub stability_time: f64,
-    /// Time that the timing of a row aims at; at least one pass over the common states is timed.
+    /// Time that the timing of a row aims at.
     pub timing_budget: Duration,
 }
 
@@ -124,7 +121,7 @@ impl Config {
             let own = self.own.iter().cloned().map(Box::new);
             return own.map(Subject::Own).collect();
         }
-        let hoist = |segments, mass_ratio| {
+        let hoist = |(segments, mass_ratio)| {
             Subject::Hoist(Box::new(HoistParams {
                 segments,
                 mass_ratio,
@@ -132,8 +129,8 @@ impl Config {
                 ..self.scene.clone()
             }))
         };
-        let over_ratios = |&n: &usize| self.ratios.iter().map(move |&r| hoist(n, r));
-        self.segments.iter().flat_map(over_ratios).collect()
+        let hoists = grid(&self.segments, &self.ratios).into_iter();
+        hoists.map(hoist).collect()
     }
 }
 
@@ -183,8 +180,6 @@ type Untimed = (Record, bool);
 /// A scene that cannot be built, or a reference motion that fails, with the name of the scene where that is not the hoist;
 /// a solver's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
-    let mut results = Results::default();
-    let compiled = compiled_choices(config, &mut results.omissions);
     let subjects = config.subjects();
     let made: Vec<OnceLock<Case>> = subjects.iter().map(|_| OnceLock::new()).collect();
     let case = |k: usize| {
@@ -194,72 +189,41 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let titles: Vec<_> = subjects.iter().map(Subject::title).enumerate().collect();
     let untimed = cases.parallel("physics", &titles, |(k, _)| {
         let case = case(*k)?;
-        let (tasks, omissions) = tasks(config, case, &compiled);
+        let (tasks, omissions) = tasks(config, case);
         let rows = tasks.par_iter().map(|task| task_rows(config, case, task));
         let rows: Vec<Vec<Untimed>> = rows.collect();
         Ok::<_, ExperimentError>((case.note(), rows, omissions))
     })?;
-    let timed = cases.in_turn("timing", &titles, |(k, _)| {
+    let all = cases.in_turn("timing", &titles, |(k, _)| {
         let (case, (_, rows, _)) = (case(*k)?, untimed.of(*k)?);
-        let (tasks, _) = tasks(config, case, &compiled);
-        let rows = tasks.iter().zip(rows);
-        let rows = rows.map(|(task, rows)| time_rows(config, case, task, rows));
-        Ok::<_, ExperimentError>(rows.collect::<Vec<_>>().concat())
+        let (tasks, _) = tasks(config, case);
+        Ok::<_, ExperimentError>(timed(config, case, &tasks, rows))
     })?;
+    let mut results = Results::default();
     for (note, _, omissions) in untimed.all()? {
         results.scenes.push(note);
-        results.omissions.extend(omissions);
+        add_omissions(&mut results.omissions, omissions);
     }
-    results.omissions.dedup();
-    results.records = timed.all()?.concat();
+    results.records = all.all()?.concat();
     mark_fastest(&mut results.records);
     Ok(results)
-}
-
-fn compiled_choices(config: &Config, omissions: &mut Vec<Omission>) -> Vec<Choice> {
-    let mut compiled = Vec::new();
-    for choice in &config.choices {
-        match choice.check() {
-            Ok(()) => compiled.push(choice.clone()),
-            Err(e) => omissions.push(Omission {
-                backend: choice.family(),
-                reason: e.to_string(),
-            }),
-        }
-    }
-    compiled
 }
 
 /// Rows beyond which the dense solver, whose cost is cubic, would outlast all others together.
 const DENSE_ROWS: usize = 200;
 
 /// The work of a case, and which solvers have no rows.
-fn tasks(config: &Config, case: &Case, choices: &[Choice]) -> (Vec<Task>, Vec<Omission>) {
-    let (mut tasks, mut omissions) = (Vec::new(), Vec::new());
+fn tasks(config: &Config, case: &Case) -> (Vec<Task>, Vec<Omission>) {
     let rows = case.exact.first().map_or(0, Vec::len);
-    let place = case.segments();
-    let place = place.map_or_else(|| case.name.clone(), |n| format!("{n} segments"));
-    for choice in choices {
-        if choice.backend.name() == "dense" && rows > DENSE_ROWS && choices.len() > 1 {
-            let reason = format!("cubic cost at {rows} rows; ask for it alone with --backends");
-            let backend = format!("{}, {place}", choice.family());
-            omissions.push(Omission { backend, reason });
-            continue;
-        }
-        let rungs = if choice.backend.is_iterative() {
-            config.iterations.clone()
-        } else {
-            vec![0]
-        };
-        tasks.extend(
-            methods(case.has_contacts(), Some(choice) == choices.first())
-                .into_iter()
-                .map(|contacts| Task {
-                    choice: choice.clone(),
-                    contacts,
-                    rungs: rungs.clone(),
-                }),
-        );
+    let (choices, omissions) = entrants(&config.choices, DENSE_ROWS, |_| rows);
+    let mut tasks = Vec::new();
+    for choice in &choices {
+        let methods = methods(case.has_contacts(), Some(choice) == choices.first());
+        tasks.extend(methods.into_iter().map(|contacts| Task {
+            choice: choice.clone(),
+            contacts,
+            rungs: rungs(choice, &config.iterations),
+        }));
     }
     (tasks, omissions)
 }
@@ -267,10 +231,7 @@ fn tasks(config: &Config, case: &Case, choices: &[Choice]) -> (Vec<Task>, Vec<Om
 impl Task {
     fn trial_at(&self, rung: usize) -> Trial {
         Trial {
-            choice: Choice {
-                backend: self.choice.backend.with_iterations(rung),
-                form: self.choice.form,
-            },
+            choice: at_rung(&self.choice, rung),
             contacts: self.contacts,
         }
     }

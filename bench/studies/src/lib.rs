@@ -36,6 +36,7 @@
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `checks` | experiments that end in checks: what `hard` and `paper` share |
 //! | `cases` | what a study runs one by one, keeps in a file and deals to shards |
+//! | `systems` | solvers on systems: the engine of the studies that compare solvers |
 //! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
 //! | `options` | options that several experiments read |
 
@@ -66,3 +67,4 @@ pub mod stability;
 pub mod statics;
 pub mod studies;
 pub mod study;
+pub mod systems;

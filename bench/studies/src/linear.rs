@@ -30,19 +30,23 @@
 //! up to 10¹⁰ times their inertia about it, and M̃⁻¹ is as inexact: with Δv corrected once, r₁ of a bent cable of 100
 //! segments was 7·10⁻¹² at 10⁹, corrected twice it is 10⁻¹⁵.
 
-mod study;
-mod table;
-
-pub(crate) use study::STUDY;
-
 use crate::cases::Cases;
+use crate::options::{Backends, Quick, Ratios, Segments, choice};
+use crate::study::{self, Found, Study, data};
+use crate::systems::{Start, State, Told, add_omissions, entrants};
+use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::poses::{self, Pose};
-use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper};
-use taut_model::{HoistParams, Scene, SceneError};
+use taut_integrator::{StepError, StepOptions};
+use taut_model::{HoistParams, SceneError};
 use taut_output::check::ExperimentError;
-use taut_solver::{backward_error, forward_error};
+use taut_output::notation::number;
+use taut_output::plan::{PLAIN, Plan, error, positive};
+use taut_output::row::{Row, has_no_error, number_of, text_of};
+use taut_output::settings::{Setting, counts, list, numbers, set, solvers, step};
+use taut_output::sheet::{self, Across, Sheet, Show, column};
+use taut_output::table::ratio;
 
 /// Largest relative error of the multipliers for a direct solver with one refinement.
 pub const BAR: f64 = 1e-12;
@@ -50,8 +54,8 @@ pub const BAR: f64 = 1e-12;
 /// The mass ratio up to which it is to reach it.
 pub const BAR_RATIO: f64 = 1e9;
 
-/// Segments beyond which the dense solver, whose cost is cubic, would outlast all others together.
-const DENSE_SEGMENTS: usize = 32;
+/// Rows beyond which the dense solver, whose cost is cubic, would outlast all others together: of 32 segments.
+const DENSE_ROWS: usize = 200;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -127,29 +131,18 @@ impl Config {
         })
     }
 
-    /// Why a solver has no rows for a number of segments.
-    fn omitted(&self, choice: &Choice, segments: usize) -> Option<String> {
-        if let Err(e) = choice.check() {
-            return Some(e.to_string());
-        }
-        let dense = |c: &Choice| c.backend.name() == "dense";
-        let dense = dense(choice) && !self.choices.iter().all(dense);
-        (dense && segments > DENSE_SEGMENTS)
-            .then(|| format!("cubic cost at {segments} segments; ask for it alone with --backends"))
+    /// Who has rows for a number of segments, and why the others have none.
+    fn entrants(&self, segments: usize) -> (Vec<Choice>, Vec<Omission>) {
+        let rows = 6 * (segments + 1);
+        entrants(&self.choices, DENSE_ROWS, |_| rows)
     }
 
     /// The solvers without rows, and why.
     #[must_use]
     pub fn omissions(&self) -> Vec<Omission> {
-        let mut omissions: Vec<Omission> = Vec::new();
-        for choice in &self.choices {
-            for &segments in &self.segments {
-                let omission = self.omitted(choice, segments).map(|reason| Omission {
-                    backend: choice.family(),
-                    reason,
-                });
-                omissions.extend(omission.filter(|o| !omissions.contains(o)));
-            }
+        let mut omissions = Vec::new();
+        for &segments in &self.segments {
+            add_omissions(&mut omissions, self.entrants(segments).1);
         }
         omissions
     }
@@ -185,99 +178,48 @@ pub struct Record {
     pub error: Option<String>,
 }
 
-/// A scene of the sweep with what all its rows share.
-struct Case {
+/// The rows of a scene.
+fn rows(
+    config: &Config,
+    segments: usize,
     pose: Pose,
-    params: HoistParams,
-    ea: f64,
-    scene: Scene,
-    /// The multipliers that the geometric stiffness is made of: those of the state without it \[N, N m].
-    tension: Vec<f64>,
-    /// The exact multipliers.
-    exact: Vec<f64>,
-}
-
-impl Case {
-    fn new(
-        config: &Config,
-        segments: usize,
-        pose: Pose,
-        mass_ratio: f64,
-    ) -> Result<Self, StepError> {
-        let params = config.params(segments, mass_ratio)?;
-        let scene = poses::hoist(&params, pose)?;
-        let step = |stiffness| StepOptions {
-            stiffness,
-            ..config.step.clone()
-        };
-        let mut soft = Stepper::new(scene.clone(), step(GeometricStiffness::Off))?;
-        let impulses = soft.reference_multipliers()?;
-        let tension: Vec<f64> = impulses.iter().map(|mu| mu / config.step.dt).collect();
-        let mut stepper = Stepper::new(scene.clone(), config.step.clone())?;
-        stepper.set_tension(&tension)?;
-        let exact = stepper.reference_multipliers()?;
-        let ea = params.resolve()?.stiffness.ea;
-        Ok(Self {
-            pose,
-            params,
-            ea,
-            scene,
-            tension,
-            exact,
-        })
-    }
-
-    fn rows(&self, config: &Config) -> Vec<Record> {
-        let segments = self.params.segments;
-        let choices = config.choices.iter();
-        let with_rows = choices.filter(|c| config.omitted(c, segments).is_none());
-        with_rows
-            .flat_map(|c| config.refinements.iter().map(move |&k| (c, k)))
-            .map(|(choice, refinements)| self.row(config, choice, refinements))
-            .collect()
-    }
-
-    fn row(&self, config: &Config, choice: &Choice, refinements: usize) -> Record {
-        let mut row = Record {
-            pose: self.pose,
-            segments: self.params.segments,
-            mass_ratio: self.params.mass_ratio,
-            ea: self.ea,
-            backend: choice.family(),
-            options: choice.to_string(),
-            direct: !choice.backend.is_iterative(),
-            refinements,
-            forward_error: f64::NAN,
-            backward_error: f64::NAN,
-            iterations: 0,
-            error: None,
-        };
+    mass_ratio: f64,
+) -> Result<Vec<Record>, StepError> {
+    let params = config.params(segments, mass_ratio)?;
+    let state = State::tense(poses::hoist(&params, pose)?, &config.step)?;
+    let ea = params.resolve()?.stiffness.ea;
+    let row = |choice: &Choice, refinements: usize| {
         let options = StepOptions {
             form: choice.form,
             backend: choice.backend.clone(),
             refinements,
             ..config.step.clone()
         };
-        if let Err(e) = self.measure(options, &mut row) {
-            row.error = Some(e.to_string());
+        let solved = state.solve(options, Start::Cold);
+        let known = solved.as_ref().ok();
+        Record {
+            pose,
+            segments,
+            mass_ratio,
+            ea,
+            backend: choice.family(),
+            options: choice.to_string(),
+            direct: !choice.backend.is_iterative(),
+            refinements,
+            forward_error: known.map_or(f64::NAN, |s| s.forward),
+            backward_error: known.map_or(f64::NAN, |s| s.backward.normwise),
+            iterations: known.map_or(0, |s| s.iterations),
+            error: solved.as_ref().err().map(ToString::to_string),
         }
-        row
-    }
-
-    fn measure(&self, options: StepOptions, row: &mut Record) -> Result<(), StepError> {
-        let mut stepper = Stepper::new(self.scene.clone(), options)?;
-        stepper.set_tension(&self.tension)?;
-        row.iterations = stepper.solve()?.iterations;
-        row.forward_error = forward_error(stepper.multipliers(), &self.exact);
-        let (a, b, x) = stepper.system();
-        let errors = backward_error(a, b, x).map_err(|source| StepError::Solve {
-            source,
-            culprit: None,
-            time: 0.0,
-        })?;
-        row.backward_error = errors.normwise;
-        Ok(())
-    }
+    };
+    let (entrants, _) = config.entrants(segments);
+    let rows = entrants.iter().flat_map(|choice| {
+        let refinements = config.refinements.iter();
+        refinements
+            .map(|&refinements| row(choice, refinements))
+            .collect::<Vec<_>>()
+    });
+    Ok(rows.collect())
 }
 
 /// Solves every scene with every solver, in parallel, each scene a case. Rows are ordered by segments, pose, ratio, solver,
@@ -293,7 +235,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentErro
         }
     }
     let rows = cases.parallel("scenes", &scenes, |&(segments, pose, ratio)| {
-        Ok::<_, StepError>(Case::new(config, segments, pose, ratio)?.rows(config))
+        rows(config, segments, pose, ratio)
     })?;
     Ok(rows.all()?.concat())
 }
@@ -351,6 +293,154 @@ pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
         });
     }
     verdicts
+}
+
+/// `taut study linear`.
+pub(crate) const STUDY: Study = Study {
+    name: "linear",
+    title: "errors of the multipliers against mass ratio",
+    about: "Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²",
+    examples: &["--segments 24"],
+    mark: ("", "pose"),
+    options: Options::augment_args,
+    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    sheets: SHEETS,
+    plots: PLOTS,
+    ..study::PLAIN
+};
+
+#[derive(Debug, Args)]
+struct Options {
+    #[command(flatten)]
+    segments: Segments,
+    #[command(flatten)]
+    ratios: Ratios,
+    #[command(flatten)]
+    backends: Backends,
+    #[command(flatten)]
+    quick: Quick,
+}
+
+const LEGEND: &str = "\
+Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements, compared by
+the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
+their own, to 1e-12";
+
+fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = options.quick.of(Config::quick);
+    options.segments.replace(&mut config.segments);
+    options.ratios.replace(&mut config.ratios)?;
+    let named = &options.backends.backends;
+    if !named.is_empty() {
+        config.choices.clear();
+        for name in named {
+            let choice = choice(name)?;
+            let choice = if name.contains("iterations=") {
+                choice
+            } else {
+                patient(&choice)
+            };
+            if !config.choices.contains(&choice) {
+                config.choices.push(choice);
+            }
+        }
+    }
+    let records = run(&config, cases)?;
+    let told = Told {
+        settings: settings(&config),
+        heading: format!(
+            "hoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}",
+            config.max_strain,
+            1.0 / config.step.dt,
+            config.step.scheme
+        ),
+        legend: LEGEND,
+        sheets: SHEETS,
+        rows: data(&records)?,
+        conclusion: bars(&verdicts(&records)),
+        omissions: config.omissions(),
+    };
+    Ok(told.into())
+}
+
+fn settings(config: &Config) -> Vec<Setting> {
+    set([
+        ("segments", counts(&config.segments)),
+        ("load/segment", numbers(&config.ratios)),
+        ("poses", list(&config.poses, ToString::to_string)),
+        ("solvers", solvers(&config.choices)),
+        ("refinements", counts(&config.refinements)),
+        ("largest strain", number(config.max_strain)),
+        ("scheme", config.step.scheme.to_string()),
+        ("Δt", step(config.step.dt)),
+    ])
+}
+
+const PLOTS: &[Plan] = &[Plan {
+    id: "mass-ratios",
+    title: "Error against mass ratio",
+    text: "What forming S loses, about roundoff × mass ratio, refinement from the pieces brings back.",
+    panels: &["pose", "segments", "refinements"],
+    x: positive(&["mass_ratio"], "load/segment mass ratio (1)", 1.0),
+    y: error(&["forward_error"], "relative error of the multipliers (1)"),
+    ..PLAIN
+}];
+
+const SHEETS: &[Sheet] = &[Sheet {
+    shared: &[column("pose", "{}"), column("segments", "{} segments")],
+    columns: &[column("options", "solver").shown(Show::Row(backend))],
+    across: Some(Across {
+        by: &[column("mass_ratio", "{}").shown(Show::Ratio)],
+        cells: &[sheet::error("forward_error", "").shown(Show::Error(0))],
+        several: true,
+        most: 5,
+    }),
+    counts: has_no_error,
+    ..sheet::PLAIN
+}];
+
+/// The solver without its limit of iterations, which all have.
+fn backend(row: &Row) -> String {
+    text_of(row, "backend").to_owned()
+}
+
+const BARS: Sheet = Sheet {
+    columns: &[
+        column("backend", "solver"),
+        column("limit", "kept up to").shown(Show::Row(kept)),
+        column("worst_forward_error", "largest").shown(Show::Error(1)),
+        column("worst_mass_ratio", "at ratio").shown(Show::Ratio),
+        column("worst_pose", "pose"),
+        column("worst_segments", "segments"),
+    ],
+    ..sheet::PLAIN
+};
+
+fn kept(row: &Row) -> String {
+    number_of(row, "limit").map_or("nowhere".to_owned(), ratio)
+}
+
+/// Which direct solvers keep the bar.
+fn bars(verdicts: &[Verdict]) -> String {
+    if verdicts.is_empty() {
+        return String::new();
+    }
+    let missed = verdicts.iter().filter(|v| !v.holds());
+    let missed: Vec<&str> = missed.map(|v| v.backend.as_str()).collect();
+    let all = verdicts.len();
+    let who = if missed.is_empty() {
+        format!("all {all} direct solvers")
+    } else {
+        let held = all - missed.len();
+        format!(
+            "{held} of {all} direct solvers, not with\n{}",
+            missed.join(", ")
+        )
+    };
+    format!(
+        "\nOne refinement, ratios up to {BAR_RATIO:.0e}: errors of at most {BAR:.0e} with {who}\n{}",
+        BARS.of(&verdicts)
+    )
 }
 
 #[cfg(test)]
@@ -447,5 +537,21 @@ mod tests {
         assert_eq!(failed.worst.mass_ratio, 1.0);
         // Nothing within the bar's range: nothing to say.
         assert_eq!(verdicts(&[at(1e10, 1e-16)]), []);
+    }
+
+    #[test]
+    fn the_widest_table_fits_into_120_columns() {
+        let config = Config {
+            segments: vec![3],
+            ..Config::default()
+        };
+        let records = run(&config, &Cases::default()).unwrap();
+        let text = taut_output::table::plain(&SHEETS[0].text(&data(&records).unwrap()));
+        let heading = text.lines().find(|l| l.contains("solver")).unwrap();
+        let ratios: Vec<&str> = heading.split_whitespace().skip(1).collect();
+        assert_eq!(ratios, ["1", "1000", "1e6", "1e9", "1e12"]);
+        let width = text.lines().map(|l| l.chars().count()).max();
+        assert!(width <= Some(120), "{width:?}\n{text}");
+        assert!(text.contains("straight, 3 segments") && text.contains("bent, 3 segments"));
     }
 }

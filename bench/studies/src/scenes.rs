@@ -11,22 +11,25 @@
 
 mod measure;
 mod study;
-mod table;
 
 pub use measure::swinging;
 pub(crate) use study::STUDY;
-pub use study::{Options, run as run_study};
 pub use taut_ground::reference::reference_choice;
 
 use crate::cases::{Cases, shared};
+use crate::systems::turns::{self, Time, Work};
+use crate::systems::{Start, add_omissions, at_rung, entrants, rungs};
+use measure::{Case, Task};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_integrator::{Elimination, StepError};
 use taut_model::{Network, NetworkParams};
 use taut_output::check::ExperimentError;
+use taut_output::settings::distinct;
 use taut_solver::{Backend, SolveReport};
 
 /// Largest relative error of the multipliers and of the load's place, for a direct solver with
@@ -140,8 +143,8 @@ impl Config {
     }
 }
 
-/// One row: a solver on a case.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// One row: a solver on a case. A number that is not known is none.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the scene.
     pub scene: String,
@@ -172,15 +175,15 @@ pub struct Record {
     #[serde(skip)]
     pub said: Option<SolveReport>,
     /// Whole step, median \[ns].
-    pub step_ns: f64,
+    pub step_ns: Option<f64>,
     /// Whole step, minimum \[ns].
-    pub step_ns_min: f64,
+    pub step_ns_min: Option<f64>,
     /// Linear solve with its refinement, median \[ns].
-    pub solve_ns: f64,
+    pub solve_ns: Option<f64>,
     /// Linear solve with its refinement, minimum \[ns].
-    pub solve_ns_min: f64,
+    pub solve_ns_min: Option<f64>,
     /// The median over the number of rows \[ns].
-    pub solve_ns_per_row: f64,
+    pub solve_ns_per_row: Option<f64>,
     /// Relative error of the multipliers against extended precision; none where the case has no reference.
     pub forward_error: Option<f64>,
     /// `forward_error` without refinement.
@@ -197,45 +200,16 @@ pub struct Record {
     pub error: Option<String>,
 }
 
-/// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms of the
-/// minima. Iterative solvers stand there with their lowest limit of iterations only, which they use up: what an
-/// iteration costs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Growth {
-    /// Name of the scene.
-    pub scene: String,
-    /// Load over segment mass.
-    pub mass_ratio: f64,
-    /// Backend and form.
-    pub backend: String,
-    /// Limit of iterations; 0 for direct solvers.
-    pub iterations: usize,
-    pub exponent: f64,
-    /// Fewest and most rows of the sizes that it comes from.
-    pub rows: [usize; 2],
-}
-
 /// All rows, what they show, what is missing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
     /// Rows, case by case, solvers in the order asked for, iterations ascending.
     pub records: Vec<Record>,
-    /// Cost against size.
-    pub growth: Vec<Growth>,
+    /// Cost against size: see [`growth`].
+    pub growth: Vec<Value>,
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }
-
-/// A row's work.
-#[derive(Debug, Clone, PartialEq)]
-struct Task {
-    choice: Choice,
-    elimination: Elimination,
-    rung: usize,
-}
-
-/// A row with what its solver said, which is not written with it.
-type Said = (Record, Option<SolveReport>);
 
 /// Runs it. A network of a size and a mass ratio is a case, with all its rows.
 ///
@@ -248,131 +222,142 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
             wanted.extend(sizes.iter().map(|&size| (*network, size, ratio)));
         }
     }
-    let made: Vec<OnceLock<measure::Case>> = wanted.iter().map(|_| OnceLock::new()).collect();
+    let made: Vec<OnceLock<Case>> = wanted.iter().map(|_| OnceLock::new()).collect();
     let networks: Vec<_> = wanted.into_iter().enumerate().collect();
     let case = |&(k, (network, size, ratio)): &(usize, (Network, usize, f64))| {
         let params = config.params(network, size, ratio);
-        shared(&made[k], || measure::Case::new(config, size, &params))
+        shared(&made[k], || Case::new(config, size, &params))
     };
     let untimed = cases.parallel("errors", &networks, |network| {
         let case = case(network)?;
         let (tasks, omissions) = tasks(config, case);
         let row = |task: &Task| measure::row(config, case, task);
-        let rows: Vec<Record> = tasks.par_iter().map(row).collect();
-        let rows: Vec<Said> = rows
-            .into_iter()
-            .map(|row| (row.clone(), row.said))
-            .collect();
+        let rows: Vec<(Record, Option<SolveReport>)> = tasks.par_iter().map(row).collect();
         Ok::<_, StepError>((rows, omissions))
     })?;
     let timed = cases.in_turn("timing", &networks, |network| {
         let (case, (rows, _)) = (case(network)?, untimed.of(network.0)?);
         let (tasks, _) = tasks(config, case);
-        let mut rows = rows.clone();
-        for (task, (row, _)) in tasks.iter().zip(&mut rows) {
-            measure::time(config, case, task, row);
-        }
-        Ok::<_, ExperimentError>(rows)
+        let sound = tasks.iter().zip(rows);
+        let sound = sound.filter(|(_, (row, _))| row.error.is_none());
+        let works = sound.map(|(task, _)| work(config, case, task));
+        let times = turns::times(works, config.timing_budget).into_iter();
+        let times = times.map(|times| times.map_err(|e| e.to_string()));
+        Ok::<_, ExperimentError>(times.collect::<Vec<_>>())
     })?;
     let mut results = Results::default();
-    for (_, omissions) in untimed.all()? {
-        let new = omissions
-            .into_iter()
-            .filter(|o| !results.omissions.contains(o));
-        let new: Vec<Omission> = new.collect();
-        results.omissions.extend(new);
+    for ((rows, omissions), times) in untimed.all()?.into_iter().zip(timed.all()?) {
+        add_omissions(&mut results.omissions, omissions);
+        let mut times = times.into_iter();
+        for (row, said) in rows {
+            let time = if row.error.is_none() {
+                times.next()
+            } else {
+                None
+            };
+            let row = Record { said, ..row };
+            results
+                .records
+                .push(time.map_or(row.clone(), |time| row.timed(time)));
+        }
     }
-    let rows = timed.all()?.into_iter().flatten();
-    results.records = rows.map(|(row, said)| Record { said, ..row }).collect();
     results.growth = growth(&results.records);
     Ok(results)
 }
 
+impl Record {
+    /// The row with times of the step and of its linear solve.
+    fn timed(self, times: Result<[Time; 3], String>) -> Self {
+        match times {
+            Ok([step, solve, _]) => Self {
+                step_ns: Some(step.median),
+                step_ns_min: Some(step.least),
+                solve_ns: Some(solve.median),
+                solve_ns_min: Some(solve.least),
+                solve_ns_per_row: Some(solve.median / self.rows as f64),
+                ..self
+            },
+            Err(e) => Self {
+                error: Some(e),
+                ..self
+            },
+        }
+    }
+}
+
+/// Steps from the common state, and of these the linear solve.
+fn work<'a>(config: &Config, case: &'a Case, task: &Task) -> Result<Work<'a>, StepError> {
+    let mut stepper = case.state.stepper(task.options(config), Start::Warm)?;
+    Ok(Box::new(move |passes| {
+        turns::sum(passes, || {
+            case.state.put(&mut stepper, Start::Warm)?;
+            Ok(turns::spent(&stepper.step()?.phases))
+        })
+    }))
+}
+
 /// The rows of a case, and which solvers have none.
-fn tasks(config: &Config, case: &measure::Case) -> (Vec<Task>, Vec<Omission>) {
-    let (mut tasks, mut omissions) = (Vec::new(), Vec::new());
-    for choice in &config.choices {
-        if let Some(reason) = omitted(case, choice, config.choices.len() == 1) {
+fn tasks(config: &Config, case: &Case) -> (Vec<Task>, Vec<Omission>) {
+    let rows = case.state.rows();
+    let (choices, mut omissions) = entrants(&config.choices, DENSE_ROWS, |_| rows);
+    let mut tasks = Vec::new();
+    for choice in &choices {
+        if choice.backend.is_iterative() && rows > RUN_ROWS && config.choices.len() > 1 {
             omissions.push(Omission {
                 backend: choice.family(),
-                reason,
+                reason: format!("no iterations beyond {RUN_ROWS} rows"),
             });
             continue;
         }
-        let rungs = if choice.backend.is_iterative() {
-            config.iterations.clone()
-        } else {
-            vec![0]
-        };
-        tasks.extend(rungs.into_iter().map(|rung| Task {
-            choice: measure::at_rung(choice, rung),
-            elimination: Elimination::Auto,
+        let task = |rung, elimination| Task {
+            choice: at_rung(choice, rung),
+            elimination,
             rung,
-        }));
+        };
+        let rungs = rungs(choice, &config.iterations).into_iter();
+        tasks.extend(rungs.map(|rung| task(rung, Elimination::Auto)));
         // The scene's order against that of minimum degree, where the order is the backend's to take.
         if choice.backend == Backend::Banded && case.network == Network::Ring {
-            let orders = [Elimination::Scene, Elimination::MinimumDegree];
-            tasks.extend(orders.map(|elimination| Task {
-                choice: choice.clone(),
-                elimination,
-                rung: 0,
-            }));
+            tasks.extend([Elimination::Scene, Elimination::MinimumDegree].map(|e| task(0, e)));
         }
     }
     (tasks, omissions)
 }
 
-/// Why a solver has no rows for a case.
-fn omitted(case: &measure::Case, choice: &Choice, alone: bool) -> Option<String> {
-    if let Err(e) = choice.check() {
-        return Some(e.to_string());
-    }
-    let dense = choice.backend.name() == "dense";
-    if dense && case.rows > DENSE_ROWS && !alone {
-        return Some(format!("cubic cost beyond {DENSE_ROWS} rows"));
-    }
-    (choice.backend.is_iterative() && case.rows > RUN_ROWS && !alone)
-        .then(|| format!("no iterations beyond {RUN_ROWS} rows"))
-}
-
-/// Exponents of every scene and solver with three sizes or more, of iterations at their lowest limit.
-fn growth(records: &[Record]) -> Vec<Growth> {
-    let mut found: Vec<Growth> = Vec::new();
+/// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms of the
+/// minima, for every scene and solver with three sizes or more, from the fewest to the most rows. Iterative solvers stand
+/// there with their lowest limit of iterations only, which they use up: what an iteration costs.
+fn growth(records: &[Record]) -> Vec<Value> {
     let limits = records.iter().map(|r| r.iterations).filter(|k| *k > 0);
     let lowest = limits.min().unwrap_or(0);
-    for r in records.iter().filter(|r| r.iterations <= lowest) {
-        let same = |o: &&Record| {
-            (&o.scene, &o.backend, o.iterations) == (&r.scene, &r.backend, r.iterations)
-                && o.mass_ratio == r.mass_ratio
-        };
-        let known = found.iter().any(|g| {
-            (&g.scene, &g.backend, g.iterations) == (&r.scene, &r.backend, r.iterations)
-                && g.mass_ratio == r.mass_ratio
+    let least = records.iter().filter(|r| r.iterations <= lowest);
+    let key = |r: &Record| {
+        let ratio = r.mass_ratio.to_bits();
+        (r.scene.clone(), ratio, r.backend.clone(), r.iterations)
+    };
+    let growth = |of: (String, u64, String, usize)| {
+        let own = records.iter().filter(|r| key(r) == of);
+        let points = own.clone().filter_map(|r| {
+            let ns = r.solve_ns_min.filter(|ns| *ns > 0.0)?;
+            Some(((r.rows as f64).ln(), ns.ln()))
         });
-        if known {
-            continue;
-        }
-        let points: Vec<(f64, f64)> = records
-            .iter()
-            .filter(same)
-            .filter(|o| o.solve_ns_min.is_finite() && o.solve_ns_min > 0.0)
-            .map(|o| ((o.rows as f64).ln(), o.solve_ns_min.ln()))
-            .collect();
-        let Some(exponent) = slope(&points) else {
-            continue;
-        };
-        let rows = records.iter().filter(same).map(|o| o.rows);
-        let least = rows.clone().min().unwrap_or(0);
-        found.push(Growth {
-            scene: r.scene.clone(),
-            mass_ratio: r.mass_ratio,
-            backend: r.backend.clone(),
-            iterations: r.iterations,
-            exponent,
-            rows: [least, rows.max().unwrap_or(0)],
-        });
-    }
-    found
+        let exponent = slope(&points.collect::<Vec<_>>())?;
+        let rows = own.map(|r| r.rows);
+        let (least, most) = (rows.clone().min()?, rows.max()?);
+        let (scene, ratio, backend, iterations) = of;
+        Some(json!({
+            "scene": scene,
+            "mass_ratio": f64::from_bits(ratio),
+            "backend": backend,
+            "iterations": iterations,
+            "exponent": exponent,
+            "rows": [least, most],
+        }))
+    };
+    distinct(least.map(key))
+        .into_iter()
+        .filter_map(growth)
+        .collect()
 }
 
 /// Slope of the least-squares line through three points or more.
@@ -417,12 +402,12 @@ mod tests {
         }
         for r in &results.records {
             assert_eq!(r.error, None, "{r:?}");
-            assert!(r.solve_ns > 0.0 && r.step_ns >= r.solve_ns, "{r:?}");
+            assert!(r.solve_ns > Some(0.0) && r.step_ns >= r.solve_ns, "{r:?}");
             assert!(r.within_bar.is_none_or(|kept| kept), "{r:?}");
             assert_eq!(r.within_bar.is_some(), r.iterations == 0, "{r:?}");
         }
         let text = taut_output::table::plain(&crate::study::tables(
-            table::SHEETS,
+            study::SHEETS,
             &crate::study::data(&results).unwrap(),
         ));
         let width = text.lines().map(|l| l.chars().count()).max();

@@ -4,19 +4,25 @@
 //! pattern once and factorises the matrix of every step; an iteration starts from its solution of the step before. The
 //! whole is done three times, from a cold start each: times are the least of the passes, errors the same in all.
 
-mod study;
-
-pub(crate) use study::STUDY;
-
 use crate::cases::Cases;
-use serde::{Deserialize, Serialize};
-use std::time::Instant;
-use taut_ground::choice::{Choice, Omission};
+use crate::options::{Backends, Iterations};
+use crate::study::{self, Found, Study};
+use crate::systems::{Told, at_rung, entrants, rungs};
+use clap::{Args, FromArgMatches};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
-use taut_ground::matrix::sequence::{FORMS, Sequence, Stretch, Systems};
+use taut_ground::matrix::sequence::{self, FORMS, INDEX, Sequence, Stretch, Systems};
 use taut_ground::trajectory::Timing;
 use taut_output::check::ExperimentError;
-use taut_solver::{SolveError, Status, backward_error, forward_error};
+use taut_output::plan::{PLAIN, PRECISION, Plan, error, linear, positive};
+use taut_output::plot::Mark;
+use taut_output::row::{has_ended, has_no_error, iterations};
+use taut_output::settings::{counts, set, solvers};
+use taut_output::sheet::{self, Sheet, Show, column};
+use taut_solver::{SolveError, backward_error, forward_error};
 
 /// Passes through the sequence.
 const PASSES: usize = 3;
@@ -24,133 +30,13 @@ const PASSES: usize = 3;
 /// Rows beyond which the dense solver is left out unless it is asked for.
 const DENSE_ROWS: usize = 300;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// Solvers; iterative ones run over the limits of iterations.
-    pub choices: Vec<Choice>,
-    /// The solvers were asked for by name.
-    pub named: bool,
-    pub iterations: Vec<usize>,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            choices: Choice::all(),
-            named: false,
-            iterations: vec![10, 100],
-        }
-    }
-}
-
-/// A solver on a sequence.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// Backend and form, without iterations.
-    pub backend: String,
-    /// All options of the backend, as the command line reads them.
-    pub options: String,
-    /// Limit of iterations; 0 for direct solvers.
-    pub iterations: usize,
-    /// Mean iterations of a step.
-    pub iterations_used: f64,
-    /// Steps solved: all of them, or those before the one that failed.
-    pub steps: usize,
-    /// Analyses, one for each pattern.
-    pub analyses: usize,
-    /// Analysis, the longest \[ns].
-    pub analyze_ns: f64,
-    /// Factorisation, median of the steps \[ns].
-    pub factorize_ns: f64,
-    /// Solve, median of the steps \[ns].
-    pub solve_ns: f64,
-    /// Factorisation and solve, the longest of the steps \[ns].
-    pub longest_ns: f64,
-    /// Steps whose solver claims a solution.
-    pub claimed: usize,
-    /// Normwise backward error, largest of the steps.
-    pub backward_error: f64,
-    /// Componentwise backward error, largest of the steps.
-    pub backward_error_componentwise: f64,
-    /// ‖x − x*‖∞ / ‖x*‖∞, largest of the steps; none where x* is not known.
-    pub forward_error: Option<f64>,
-    /// The step with this error.
-    pub worst_step: Option<u64>,
-    /// Factorisation of each step \[ns].
-    pub factorize_ns_by_step: Vec<f64>,
-    /// Solve of each step \[ns].
-    pub solve_ns_by_step: Vec<f64>,
-    /// Iterations of each step; none of direct solvers.
-    pub iterations_by_step: Option<Vec<usize>>,
-    pub forward_error_by_step: Option<Vec<f64>>,
-    /// Why it ended before the last step.
-    pub error: Option<String>,
-}
-
-/// All rows, and what is missing.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Results {
-    /// Rows, solvers in the order asked for, iterations ascending.
-    pub records: Vec<Record>,
-    #[serde(skip)]
-    pub omissions: Vec<Omission>,
-}
-
-/// Runs all solvers through a sequence, one after the other. What is not known of the exact solutions is found before the first.
-///
-/// # Errors
-/// Errors of the cases; a solver's own failure is a row.
-pub fn run(
-    sequence: &mut Sequence,
-    config: &Config,
-    cases: &Cases,
-) -> Result<Results, ExperimentError> {
-    let mut omissions = Vec::new();
-    let mut tasks = Vec::new();
-    for choice in &config.choices {
-        if let Some(reason) = left_out(sequence, choice, config.named) {
-            omissions.push(Omission {
-                backend: choice.family(),
-                reason,
-            });
-        } else if choice.backend.is_iterative() {
-            tasks.extend(config.iterations.iter().map(|&limit| (choice, limit)));
-        } else {
-            tasks.push((choice, 0));
-        }
-    }
-    let mut is_solved = false;
-    let records = cases.in_turn("solvers", &tasks, |&(choice, limit)| {
-        if !std::mem::replace(&mut is_solved, true) {
-            let systems = sequence.stretches.iter_mut().flat_map(|s| &mut s.systems);
-            systems.for_each(Systems::solve_exactly);
-        }
-        Ok::<_, ExperimentError>(row(sequence, choice, limit))
-    })?;
-    Ok(Results {
-        records: records.all()?,
-        omissions,
-    })
-}
-
-fn left_out(sequence: &Sequence, choice: &Choice, named: bool) -> Option<String> {
-    if let Err(e) = choice.check() {
-        return Some(e.to_string());
-    }
-    let stretches = sequence.stretches.iter();
-    let rows = stretches.map(|stretch| systems(stretch, choice).first().dim());
-    let rows = rows.max().unwrap_or(0);
-    let is_slow = choice.backend.name() == "dense" && rows > DENSE_ROWS && !named;
-    is_slow.then(|| format!("cubic cost at {rows} rows; ask for it with --backends"))
-}
-
 /// The systems that a solver is given.
 fn systems<'a>(stretch: &'a Stretch, choice: &Choice) -> &'a Systems {
     let form = FORMS.iter().position(|form| *form == choice.form);
     &stretch.systems[form.unwrap_or_default()]
 }
 
-/// Measurements of a solver, step by step.
+/// Measurements of a solver, step by step; times in ns.
 #[derive(Default)]
 struct Steps {
     analyze_ns: Vec<f64>,
@@ -161,39 +47,8 @@ struct Steps {
     normwise: f64,
     componentwise: f64,
     errors: Option<Vec<f64>>,
-}
-
-fn row(sequence: &Sequence, choice: &Choice, limit: usize) -> Record {
-    let choice = Choice {
-        backend: match limit {
-            0 => choice.backend.clone(),
-            _ => choice.backend.with_iterations(limit),
-        },
-        form: choice.form,
-    };
-    let mut steps = Steps::default();
-    let told = |e: SolveError, steps: &Steps| {
-        let step = sequence.first + steps.solve_ns.len() as u64;
-        format!("step {step}: {e}")
-    };
-    let mut failed = go_through(sequence, &choice, &mut steps)
-        .err()
-        .map(|e| told(e, &steps));
-    for _ in 1..PASSES {
-        let mut again = Steps::default();
-        let result = go_through(sequence, &choice, &mut again);
-        failed = failed.or(result.err().map(|e| told(e, &again)));
-        let shorten = |times: &mut [f64], again: &[f64]| {
-            times
-                .iter_mut()
-                .zip(again)
-                .for_each(|(a, b)| *a = a.min(*b));
-        };
-        shorten(&mut steps.analyze_ns, &again.analyze_ns);
-        shorten(&mut steps.factorize_ns, &again.factorize_ns);
-        shorten(&mut steps.solve_ns, &again.solve_ns);
-    }
-    record(&choice, limit, sequence.first, steps, failed)
+    /// Why it ended before the last step.
+    failure: Option<String>,
 }
 
 /// One pass: the steps until one fails.
@@ -217,8 +72,7 @@ fn go_through(sequence: &Sequence, choice: &Choice, steps: &mut Steps) -> Result
             steps.solve_ns.push(since(start));
             steps.factorize_ns.push(factorized);
             steps.iterations.push(report.iterations);
-            steps.claimed +=
-                usize::from(matches!(report.status, Status::Direct | Status::Converged));
+            steps.claimed += usize::from(report.is_claim());
             let errors = backward_error(&matrix, b, &x)?;
             steps.normwise = worse(steps.normwise, errors.normwise);
             steps.componentwise = worse(steps.componentwise, errors.componentwise);
@@ -231,17 +85,40 @@ fn go_through(sequence: &Sequence, choice: &Choice, steps: &mut Steps) -> Result
     Ok(())
 }
 
-fn record(
-    choice: &Choice,
-    limit: usize,
-    first: u64,
-    steps: Steps,
-    error: Option<String>,
-) -> Record {
+impl Steps {
+    /// One pass.
+    fn of(sequence: &Sequence, choice: &Choice) -> Self {
+        let mut steps = Self::default();
+        if let Err(e) = go_through(sequence, choice, &mut steps) {
+            let step = sequence.first + steps.solve_ns.len() as u64;
+            steps.failure = Some(format!("step {step}: {e}"));
+        }
+        steps
+    }
+
+    /// With the least times of this pass and another.
+    fn or_faster(mut self, other: Self) -> Self {
+        for (times, others) in [
+            (&mut self.analyze_ns, &other.analyze_ns),
+            (&mut self.factorize_ns, &other.factorize_ns),
+            (&mut self.solve_ns, &other.solve_ns),
+        ] {
+            let both = times.iter_mut().zip(others);
+            both.for_each(|(time, other)| *time = time.min(*other));
+        }
+        self.failure = self.failure.or(other.failure);
+        self
+    }
+}
+
+/// The row of a solver: medians and the longest of the steps' times, the largest of their errors, then step by step.
+fn row(sequence: &Sequence, choice: &Choice, limit: usize) -> Value {
+    let passes = (0..PASSES).map(|_| Steps::of(sequence, choice));
+    let steps = passes.reduce(Steps::or_faster).unwrap_or_default();
     let count = steps.solve_ns.len();
     let median = |times: &[f64]| {
-        let nanoseconds = times.iter().map(|ns| *ns as u64);
-        Timing::of(nanoseconds.map(std::time::Duration::from_nanos)).median
+        let durations = times.iter().map(|ns| Duration::from_nanos(*ns as u64));
+        Timing::of(durations).median
     };
     let both = steps.factorize_ns.iter().zip(&steps.solve_ns);
     let largest = |all: &[f64]| all.iter().copied().reduce(worse);
@@ -249,28 +126,183 @@ fn record(
     let errors = steps.errors.filter(|errors| errors.len() == count);
     let forward_error = errors.as_deref().and_then(largest);
     let worst = |errors: &Vec<f64>| errors.iter().position(|e| Some(*e) == forward_error);
-    let worst_step = errors.as_ref().and_then(worst);
+    let worst = errors.as_ref().and_then(worst);
     let iterations: usize = steps.iterations.iter().sum();
-    Record {
-        backend: choice.family(),
-        options: choice.to_string(),
-        iterations: limit,
-        iterations_used: iterations as f64 / count.max(1) as f64,
-        steps: count,
-        analyses: steps.analyze_ns.len(),
-        analyze_ns: largest(&steps.analyze_ns).unwrap_or(f64::NAN),
-        factorize_ns: median(&steps.factorize_ns),
-        solve_ns: median(&steps.solve_ns),
-        longest_ns: both.map(|(a, b)| a + b).reduce(worse).unwrap_or(f64::NAN),
-        claimed: steps.claimed,
-        backward_error: steps.normwise,
-        backward_error_componentwise: steps.componentwise,
-        forward_error,
-        worst_step: worst_step.map(|at| first + at as u64),
-        factorize_ns_by_step: steps.factorize_ns,
-        solve_ns_by_step: steps.solve_ns,
-        iterations_by_step: (limit > 0).then_some(steps.iterations),
-        forward_error_by_step: errors,
-        error,
-    }
+    json!({
+        "backend": choice.family(),
+        "options": choice.to_string(),
+        "iterations": limit,
+        "iterations_used": iterations as f64 / count.max(1) as f64,
+        "steps": count,
+        "analyses": steps.analyze_ns.len(),
+        "analyze_ns": largest(&steps.analyze_ns),
+        "factorize_ns": median(&steps.factorize_ns),
+        "solve_ns": median(&steps.solve_ns),
+        "longest_ns": both.map(|(a, b)| a + b).reduce(worse),
+        "claimed": steps.claimed,
+        "backward_error": steps.normwise,
+        "backward_error_componentwise": steps.componentwise,
+        "forward_error": forward_error,
+        "worst_step": worst.map(|at| sequence.first + at as u64),
+        "factorize_ns_by_step": steps.factorize_ns,
+        "solve_ns_by_step": steps.solve_ns,
+        "iterations_by_step": (limit > 0).then_some(steps.iterations),
+        "forward_error_by_step": errors,
+        "error": steps.failure,
+    })
 }
+
+/// `taut study sequence`.
+pub(crate) const STUDY: Study = Study {
+    name: "sequence",
+    title: "sequences of systems",
+    about: "Systems of consecutive steps from a folder: one analysis, refactorisation, warm start",
+    details: "The folder is one that `taut dump SCENE --steps A..B --out DIR` wrote: sequence.csv has a line a step with its number, its time and the number N of its pattern; FORM_N.mtx, of the forms schur and kkt, is the matrix of the first step of a pattern; FORM_N_values.mtx, FORM_N_rhs.mtx and FORM_N_exact.mtx are arrays with a column a step: the values of all entries in the order of FORM_N.mtx, right-hand sides, and exact solutions, which the study finds itself where they are not there.",
+    examples: &["target/sequence --backends banded,cg:group,umfpack/kkt"],
+    mark: ("records", "solve_ns_by_step"),
+    options: Options::augment_args,
+    reads: |matches| {
+        let folder = matches.get_one::<PathBuf>("folder");
+        folder
+            .map(|folder| folder.join(INDEX))
+            .into_iter()
+            .collect()
+    },
+    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    sheets: SHEETS,
+    plots: PLOTS,
+    ..study::PLAIN
+};
+
+#[derive(Debug, Args)]
+struct Options {
+    /// Folder of the sequence
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    #[command(flatten)]
+    backends: Backends,
+    #[command(flatten)]
+    iterations: Iterations,
+}
+
+const LEGEND: &str = "\
+iter: mean of a step, of the limit; analyse: the pattern, once; factorise, solve: medians of the steps; longest: both in
+the longest step; claims: steps whose solver claims a solution; compon.: componentwise backward error; error: relative
+error of x in the largest norm; errors are the largest of all steps";
+
+/// Runs all solvers through a sequence, one after the other. What is not known of the exact solutions is found before the
+/// first.
+fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    options.backends.refuse_limits()?;
+    let choices = options.backends.choices()?;
+    let mut limits = vec![10, 100];
+    options.iterations.replace(&mut limits)?;
+    let mut sequence = sequence::read(&options.folder)?;
+    let (steps, patterns) = (sequence.len(), sequence.stretches.len());
+    let rows = |choice: &Choice| {
+        let stretches = sequence.stretches.iter();
+        let rows = stretches.map(|stretch| systems(stretch, choice).first().dim());
+        rows.max().unwrap_or(0)
+    };
+    let is_named = !options.backends.backends.is_empty();
+    let most_dense = if is_named { usize::MAX } else { DENSE_ROWS };
+    let (present, omissions) = entrants(&choices, most_dense, rows);
+    let tasks: Vec<(Choice, usize)> = present
+        .iter()
+        .flat_map(|choice| {
+            rungs(choice, &limits)
+                .into_iter()
+                .map(|rung| (at_rung(choice, rung), rung))
+        })
+        .collect();
+    let mut is_solved = false;
+    let records = cases.in_turn("solvers", &tasks, |(choice, limit)| {
+        if !std::mem::replace(&mut is_solved, true) {
+            let systems = sequence.stretches.iter_mut().flat_map(|s| &mut s.systems);
+            systems.for_each(Systems::solve_exactly);
+        }
+        Ok::<_, ExperimentError>(row(&sequence, choice, *limit))
+    })?;
+    let folder = options.folder.display();
+    let told = Told {
+        settings: set([
+            ("sequence", folder.to_string()),
+            ("systems", steps.to_string()),
+            ("patterns", patterns.to_string()),
+            ("solvers", solvers(&choices)),
+            ("iterations", counts(&limits)),
+        ]),
+        heading: format!("{folder}: {steps} systems, patterns: {patterns}"),
+        legend: LEGEND,
+        sheets: SHEETS,
+        rows: json!({ "records": records.all()? }),
+        conclusion: String::new(),
+        omissions,
+    };
+    Ok(told.into())
+}
+
+const SHEETS: &[Sheet] = &[Sheet {
+    list: "records",
+    columns: &[
+        column("backend", "solver"),
+        column("iterations", "iter").shown(Show::Row(iterations)),
+        sheet::time("analyze_ns", "analyse"),
+        sheet::time("factorize_ns", "factorise"),
+        sheet::time("solve_ns", "solve"),
+        sheet::time("longest_ns", "longest"),
+        column("claimed", "claims"),
+        sheet::error("backward_error_componentwise", "compon."),
+        sheet::error("forward_error", "error"),
+        column("worst_step", "in step"),
+    ],
+    counts: |row| has_no_error(row) && has_ended(row),
+    ..sheet::PLAIN
+}];
+
+/// A plot of the steps, a panel for each limit of iterations.
+const BY_STEP: Plan = Plan {
+    list: "records",
+    panels: &["iterations"],
+    x: linear(&[], "steps of the sequence (1)", 1.0),
+    mark: Mark::Line,
+    ..PLAIN
+};
+
+const PLOTS: &[Plan] = &[
+    Plan {
+        id: PRECISION,
+        title: "Work against precision",
+        text: "Factorisation and solve, medians, against the largest error of the steps. Along a curve: iterations. Lower left \
+               is better.",
+        list: "records",
+        x: error(&["forward_error"], "relative error of x (1)"),
+        y: positive(
+            &["factorize_ns", "solve_ns"],
+            "factorise and solve (µs)",
+            1e-3,
+        ),
+        ..PLAIN
+    },
+    Plan {
+        id: "error-by-step",
+        title: "Error by step",
+        text: "Relative error of x in the largest norm.",
+        y: error(&["forward_error_by_step"], "relative error of x (1)"),
+        ..BY_STEP
+    },
+    Plan {
+        id: "factorise-by-step",
+        title: "Factorisation by step",
+        text: "Refactorisation with the analysis of the first step; the least of the passes.",
+        y: positive(&["factorize_ns_by_step"], "factorise (µs)", 1e-3),
+        ..BY_STEP
+    },
+    Plan {
+        id: "solve-by-step",
+        title: "Solve by step",
+        text: "Iterations start from the solution of the step before.",
+        y: positive(&["solve_ns_by_step"], "solve (µs)", 1e-3),
+        ..BY_STEP
+    },
+];

@@ -4,12 +4,11 @@
 //! along z exactly, so that x and y stay zero to the last bit and the step's transverse instability at large mass
 //! ratios has nothing to grow from: what is measured here is the solver.
 
-mod study;
-mod table;
-
-pub(crate) use study::STUDY;
-
 use crate::cases::Cases;
+use crate::options::{Backends, Ratios, Refused, Segments, count};
+use crate::study::{self, Found, Study, data};
+use crate::systems::{Fewest, grid};
+use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use taut_ground::choice::Choice;
 use taut_ground::pace;
@@ -17,6 +16,10 @@ use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::ExperimentError;
+use taut_output::row::{Row, is, number_of};
+use taut_output::settings::{counts, numbers, set, solvers, step};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
+use taut_output::table::MARK;
 use taut_solver::Status;
 
 /// Steps of [`hold`]: half a second at 60 Hz.
@@ -162,11 +165,11 @@ pub struct Needed {
     pub limit: usize,
 }
 
-/// Finds the fewest iterations a step for each level by doubling and bisection (the error falls with the iterations,
-/// but not strictly: the count is the smallest that the bisection meets).
+/// Finds the fewest iterations a step for each level, to 2 % above 64 (the error falls with the iterations, but not
+/// strictly: the count is the smallest that is met).
 ///
 /// # Errors
-/// As [`Stepper::step`].
+/// As [`HoistParams::resolve`].
 pub fn iterations_needed(
     params: &HoistParams,
     options: &StepOptions,
@@ -174,130 +177,207 @@ pub fn iterations_needed(
     levels: &[f64],
     limit: usize,
 ) -> Result<Vec<Needed>, StepError> {
+    hanging(params)?;
     // The stopping test is off: the count is what is asked for. An iteration that diverges has not met the level.
     let error_with = |iterations: usize| {
-        let backend = options
-            .backend
-            .with_iterations(iterations)
-            .with_tolerance(0.0);
+        let backend = options.backend.with_iterations(iterations);
         let options = StepOptions {
-            backend,
+            backend: backend.with_tolerance(0.0),
             ..options.clone()
         };
-        hold(params, &options).map_or(f64::INFINITY, |held| held.error)
+        Ok(hold(params, &options).map_or(f64::INFINITY, |held| held.error))
     };
-    hanging(params)?;
-    let mut needed = Vec::new();
-    let (mut low, mut high, mut reachable) = (0, 1, true);
-    for &level in levels {
-        // No level below an unreachable one is reachable.
-        let mut met = reachable && error_with(high) <= level;
-        while reachable && !met && high < limit {
-            low = high;
-            high = (2 * high).min(limit);
-            met = error_with(high) <= level;
-        }
-        reachable = met;
-        let (mut below, mut enough) = (low, high);
-        while met && enough - below > 1 + below / 64 {
-            let middle = below.midpoint(enough);
-            if error_with(middle) <= level {
-                enough = middle;
-            } else {
-                below = middle;
-            }
-        }
-        needed.push(Needed {
+    let mut search = Fewest::new(limit, 64, error_with);
+    let needed = levels.iter().map(|&level| {
+        Ok(Needed {
             backend: family.to_owned(),
             segments: params.segments,
             mass_ratio: params.mass_ratio,
             warm_start: options.warm_start,
             level,
-            iterations: met.then_some(enough),
+            iterations: search.within(level)?,
             limit,
-        });
-        // A stricter level needs at least as many.
-        low = below;
-        high = enough;
-    }
-    Ok(needed)
+        })
+    });
+    needed.collect()
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// Numbers of segments.
-    pub segments: Vec<usize>,
-    /// Mass ratios load/segment.
-    pub ratios: Vec<f64>,
-    pub choices: Vec<Choice>,
-    /// Relative errors of the elongation that iterations are counted for, strictest last.
-    pub levels: Vec<f64>,
-    /// Most iterations tried.
-    pub limit: usize,
-    /// Δt \[s].
-    pub dt: f64,
-}
-
-/// Rows of a sweep.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Results {
+/// Rows of the study.
+#[derive(Default, Serialize, Deserialize)]
+struct Results {
     /// Direct solvers: the cable damped to rest.
-    pub settled: Vec<Settled>,
+    settled: Vec<Settled>,
     /// Iterative solvers: iterations needed, warm and cold.
-    pub needed: Vec<Needed>,
+    needed: Vec<Needed>,
 }
 
-/// Most steps of [`settle`] in a sweep: the load's bounce at the largest ratios takes a few hundred.
+/// Most steps of [`settle`] in the study: the load's bounce at the largest ratios takes a few hundred.
 const SETTLE_STEPS: usize = 6000;
 
-/// Settles the cable with every direct solver and counts the iterations of the others, in parallel; each solver on each scene
-/// is a case.
-///
-/// # Errors
-/// As [`Stepper::step`].
-pub fn sweep(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
-    let mut tasks = Vec::new();
-    for &segments in &config.segments {
-        for &mass_ratio in &config.ratios {
-            tasks.extend(config.choices.iter().map(|choice| {
-                let params = HoistParams {
-                    segments,
-                    mass_ratio,
-                    ..HoistParams::default()
-                };
-                (params, choice)
-            }));
-        }
+/// Δt \[s].
+const DT: f64 = 1.0 / 60.0;
+
+/// Relative errors of the elongation that iterations are counted for.
+const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-9];
+
+/// A solver on a cable: settled where it is direct, else its iterations, warm and cold.
+fn rows(params: &HoistParams, choice: &Choice, limit: usize) -> Result<Results, StepError> {
+    let mut rows = Results::default();
+    if !choice.backend.is_iterative() {
+        rows.settled.push(settle(params, choice, DT, SETTLE_STEPS)?);
+        return Ok(rows);
     }
-    let run = |(params, choice): &(HoistParams, &Choice)| sweep_one(config, params, choice);
+    for warm_start in [true, false] {
+        let options = StepOptions {
+            warm_start,
+            ..choice.plain_options(DT)
+        };
+        let needed = iterations_needed(params, &options, &choice.family(), &LEVELS, limit)?;
+        rows.needed.extend(needed);
+    }
+    Ok(rows)
+}
+
+/// `taut static`.
+pub(crate) const STUDY: Study = Study {
+    name: "static",
+    title: "the cable hanging at rest",
+    about: "The cable hanging at rest: elongation of every direct solver, iterations that the others need",
+    examples: &["--segments 24 --ratios 1,1e3,1e5 --json static.json"],
+    details: "Unless told otherwise: 24 and 100 segments, mass ratios 1 to 10⁵, all solvers but the dense one, whose cost is cubic.",
+    writes: "the rows",
+    mark: ("settled", "sideways_m"),
+    options: Options::augment_args,
+    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    sheets: SHEETS,
+    ..study::PLAIN
+};
+
+#[derive(Debug, Args)]
+struct Options {
+    #[command(flatten)]
+    segments: Segments,
+    #[command(flatten)]
+    ratios: Ratios,
+    #[command(flatten)]
+    backends: Backends,
+    /// Most iterations tried for the iterative solvers
+    #[arg(long, default_value_t = 4096, value_name = "K", value_parser = count, allow_negative_numbers = true)]
+    limit: usize,
+}
+
+/// Legend of the second table.
+const NEEDED_LEGEND: &str = "\
+Iterations a step (to 2 % above 64) that hold the hanging cable for half a second within a relative error of its length.
+A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are
+joints; for a bent, swinging one see `taut bench`.";
+
+/// Settles the cable with every direct solver and counts the iterations of the others, in parallel; each solver on each
+/// scene is a case. The dense solver, whose cost is cubic, takes part where it is named.
+fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    let is_named = !options.backends.backends.is_empty();
+    let fits = |c: &Choice| is_named || (c.check().is_ok() && c.backend.name() != "dense");
+    let mut choices = options.backends.choices()?;
+    choices.retain(fits);
+    let (mut segments, mut ratios) = (vec![24, 100], vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5]);
+    options.segments.replace(&mut segments);
+    options.ratios.replace(&mut ratios)?;
+    let limit = options.limit;
+    if limit == 0 {
+        return Err(Refused("`--limit` is 0: it must be at least 1".to_owned()).into());
+    }
+    let mut tasks = Vec::new();
+    for (segments, mass_ratio) in grid(&segments, &ratios) {
+        let params = HoistParams {
+            segments,
+            mass_ratio,
+            ..HoistParams::default()
+        };
+        tasks.extend(choices.iter().map(|choice| (params.clone(), choice)));
+    }
+    let run = |(params, choice): &(HoistParams, &Choice)| rows(params, choice, limit);
     let mut all = Results::default();
     for mut part in cases.parallel("solvers", &tasks, run)?.all()? {
         all.settled.append(&mut part.settled);
         all.needed.append(&mut part.needed);
     }
-    Ok(all)
+    let rows = data(&all)?;
+    let [settled, needed] = SHEETS.map(|sheet| sheet.text(&rows));
+    Ok(Found {
+        settings: set([
+            ("segments", counts(&segments)),
+            ("load/segment", numbers(&ratios)),
+            ("solvers", solvers(&choices)),
+            ("most iterations", limit.to_string()),
+            ("Δt", step(DT)),
+        ]),
+        text: format!(
+            "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{settled}\n{NEEDED_LEGEND}\n\
+             {needed}"
+        ),
+        rows,
+        ..Found::default()
+    })
 }
 
-fn sweep_one(config: &Config, params: &HoistParams, choice: &Choice) -> Result<Results, StepError> {
-    let mut part = Results::default();
-    if !choice.backend.is_iterative() {
-        part.settled
-            .push(settle(params, choice, config.dt, SETTLE_STEPS)?);
-        return Ok(part);
+const SOLVER: Column = column("backend", "solver");
+const SEGMENTS: Column = column("segments", "segments");
+const RATIO: Column = column("mass_ratio", "ratio").shown(Show::Ratio);
+
+/// The cables damped to rest, and the iterations needed, the levels side by side.
+const SHEETS: &[Sheet; 2] = &[SETTLED, NEEDED];
+
+const SETTLED: Sheet = Sheet {
+    list: "settled",
+    columns: &[
+        SOLVER,
+        SEGMENTS,
+        RATIO,
+        column("steps", "steps"),
+        column("elongation_m", "elongation")
+            .unit("m")
+            .shown(Show::Fixed(9)),
+        sheet::error("error", "vs discrete"),
+        column("error_continuum", "vs MgL/YA").shown(Show::Error(1)),
+        column("sideways_m", "sideways")
+            .unit("m")
+            .shown(Show::Error(1)),
+    ],
+    rivals: &["segments", "mass_ratio"],
+    ..sheet::PLAIN
+};
+
+const NEEDED: Sheet = Sheet {
+    list: "needed",
+    columns: &[
+        SOLVER,
+        SEGMENTS,
+        RATIO,
+        column("warm_start", "start").shown(Show::Row(start)),
+    ],
+    across: Some(Across {
+        by: &[column("level", "{}").shown(Show::Error(0))],
+        cells: &[column("iterations", "")
+            .shown(Show::Row(iterations))
+            .least()],
+        several: false,
+        most: usize::MAX,
+    }),
+    rivals: &["segments", "mass_ratio"],
+    ..sheet::PLAIN
+};
+
+fn start(row: &Row) -> String {
+    if is(row, "warm_start") {
+        "warm"
+    } else {
+        "cold"
     }
-    for warm_start in [true, false] {
-        let options = StepOptions {
-            warm_start,
-            ..choice.plain_options(config.dt)
-        };
-        let rows = iterations_needed(
-            params,
-            &options,
-            &choice.family(),
-            &config.levels,
-            config.limit,
-        )?;
-        part.needed.extend(rows);
-    }
-    Ok(part)
+    .to_owned()
+}
+
+fn iterations(row: &Row) -> String {
+    let [needed, limit] = ["iterations", "limit"].map(|key| number_of(row, key));
+    let more = || format!("> {}", limit.unwrap_or(f64::NAN));
+    needed.map_or_else(more, |n| n.to_string())
 }

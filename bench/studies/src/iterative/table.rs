@@ -1,6 +1,6 @@
 //! Iterations and times to given errors as tables, then where iterations win.
 
-use super::{Record, Start, verdicts};
+use super::{Record, Start};
 use serde_json::{Value, json};
 use taut_output::row::{Row, number_of, text_of};
 use taut_output::settings::distinct;
@@ -119,6 +119,66 @@ fn unreached(records: &[Record]) -> Vec<Value> {
     keys.iter().map(row).collect()
 }
 
+/// Result for one error and start: the cases where iterations win.
+#[derive(Debug, Clone, PartialEq)]
+struct Verdict {
+    target: f64,
+    start: Start,
+    /// Cases whose start is not within the error already.
+    cases: usize,
+    /// Rows faster than the direct solver, the fastest of each case, the largest gain first.
+    wins: Vec<Record>,
+    /// The row that loses least if none wins.
+    nearest: Option<Record>,
+}
+
+/// A verdict for each start and error.
+fn verdicts(records: &[Record]) -> Vec<Verdict> {
+    let mut targets: Vec<f64> = records.iter().map(|r| r.target).collect();
+    targets.sort_by(|a, b| b.total_cmp(a));
+    targets.dedup();
+    let mut verdicts = Vec::new();
+    for start in Start::ALL {
+        for &target in &targets {
+            let of = |r: &&Record| r.start == Some(start) && r.target == target;
+            let (mut fastest, mut cases) = (Vec::new(), 0);
+            let scene = |r: &Record| (r.scene.clone(), r.size, r.mass_ratio.to_bits());
+            for case in records.chunk_by(|a, b| scene(a) == scene(b)) {
+                let own: Vec<&Record> = case.iter().filter(of).collect();
+                cases += usize::from(own.iter().any(|r| r.iterations != Some(0)));
+                let reached = own.into_iter().filter(|r| r.gain().is_some());
+                fastest.extend(
+                    reached
+                        .max_by(|a, b| {
+                            a.gain()
+                                .partial_cmp(&b.gain())
+                                .unwrap_or(std::cmp::Ordering::Equal)
+                        })
+                        .cloned(),
+                );
+            }
+            fastest.sort_by(|a, b| {
+                b.gain()
+                    .partial_cmp(&a.gain())
+                    .unwrap_or(std::cmp::Ordering::Equal)
+            });
+            let nearest = fastest.first().cloned();
+            let wins: Vec<Record> = fastest
+                .into_iter()
+                .filter(|r| r.gain() > Some(1.0))
+                .collect();
+            verdicts.push(Verdict {
+                target,
+                start,
+                cases,
+                nearest: nearest.filter(|_| wins.is_empty()),
+                wins,
+            });
+        }
+    }
+    verdicts
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -153,5 +213,36 @@ mod tests {
         ] {
             assert!(text.contains(words), "{words}\n{text}");
         }
+    }
+
+    #[test]
+    fn a_verdict_counts_cases_and_names_the_fastest() {
+        let row = |backend: &str, size: usize, ns: f64| Record {
+            size,
+            iterations: Some(1),
+            ns: Some(ns),
+            direct_ns: Some(100.0),
+            backend: backend.to_owned(),
+            start: Some(Start::Warm),
+            target: 1e-2,
+            ..Record::default()
+        };
+        let rows = [
+            row("a", 1, 50.0),
+            row("b", 1, 25.0),
+            row("a", 2, 200.0),
+            row("b", 2, 400.0),
+        ];
+        let all = verdicts(&rows);
+        let warm = all.iter().find(|v| v.start == Start::Warm).unwrap();
+        assert_eq!((warm.cases, warm.wins.len()), (2, 1));
+        assert_eq!(
+            (warm.wins[0].backend.as_str(), warm.wins[0].gain()),
+            ("b", Some(4.0))
+        );
+        assert_eq!(warm.nearest, None);
+        let losing = verdicts(&rows[2..]);
+        let nearest = losing.iter().find_map(|v| v.nearest.clone()).unwrap();
+        assert_eq!((nearest.backend.as_str(), nearest.gain()), ("a", Some(0.5)));
     }
 }

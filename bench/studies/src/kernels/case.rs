@@ -1,10 +1,12 @@
 //! The systems that all solve: those of one step of the hoist.
 
+use crate::systems::{Start, State};
 use serde::Serialize;
 use taut_ground::choice::Choice;
-use taut_integrator::{Form, GeometricStiffness, StepError, StepOptions, Stepper};
-use taut_model::{HoistParams, JointKind, Scene};
-use taut_solver::{Backend, SolveError, SymBlockMatrix, reference_solution};
+use taut_ground::reference::reference_choice;
+use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, JointKind};
+use taut_solver::SymBlockMatrix;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -60,16 +62,13 @@ pub type System = (SymBlockMatrix, Vec<f64>);
 /// A hoist, the systems of its step in both forms, and the solution.
 #[derive(Debug)]
 pub struct Case {
-    joint: Joint,
-    segments: usize,
-    mass_ratio: f64,
-    scene: Scene,
-    /// The multipliers that the geometric stiffness is made of: those of the state without it \[N, N m].
-    tension: Vec<f64>,
+    pub joint: Joint,
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    state: State,
     schur: System,
     kkt: System,
-    /// The multipliers in the order of S, to the last digit.
-    exact: Vec<f64>,
 }
 
 impl Case {
@@ -79,42 +78,20 @@ impl Case {
     /// A scene that cannot be built, a step that no solver compiled in can take, no reference.
     pub fn new(joint: Joint, segments: usize, mass_ratio: f64) -> Result<Self, StepError> {
         let scene = joint.hoist(segments, mass_ratio).build()?;
-        let options = options()?;
-        let tension = tension(&scene, &options)?;
-        let mut stepper = Stepper::new(scene.clone(), options)?;
-        stepper.set_tension(&tension)?;
+        let options = reference_choice().plain_options(DT);
+        let state = State::tense(scene, &options)?;
+        let mut stepper = state.stepper(options, Start::Cold)?;
         stepper.solve()?;
-        let schur = system(&stepper);
-        let kkt = stepper.assembled(Form::Kkt)?;
-        let exact = reference_solution(&kkt.0, &kkt.1).map_err(failed)?;
+        let (a, b, _) = stepper.system();
+        let schur = (a.clone(), b.to_vec());
         Ok(Self {
             joint,
             segments,
             mass_ratio,
-            exact: multipliers(&kkt.0, &exact),
-            scene,
-            tension,
+            state,
             schur,
-            kkt,
+            kkt: stepper.assembled(Form::Kkt)?,
         })
-    }
-
-    /// The joints between the segments.
-    #[must_use]
-    pub fn joint(&self) -> Joint {
-        self.joint
-    }
-
-    /// Number of segments.
-    #[must_use]
-    pub fn segments(&self) -> usize {
-        self.segments
-    }
-
-    /// Load over segment mass.
-    #[must_use]
-    pub fn mass_ratio(&self) -> f64 {
-        self.mass_ratio
     }
 
     /// S with its right-hand side.
@@ -129,15 +106,9 @@ impl Case {
         (&self.kkt.0, &self.kkt.1)
     }
 
-    /// The exact multipliers in the order of S \[N s, N m s].
     #[must_use]
-    pub fn exact(&self) -> &[f64] {
-        &self.exact
-    }
-
-    /// Tensions that form the geometric stiffness.
-    pub(super) fn tension(&self) -> &[f64] {
-        &self.tension
+    pub(super) fn state(&self) -> &State {
+        &self.state
     }
 
     /// A stepper of the scene that solves S with a solver and refines once, from the pieces.
@@ -146,31 +117,8 @@ impl Case {
             refinements: 1,
             ..choice.plain_options(DT)
         };
-        Stepper::new(self.scene.clone(), options)
+        self.state.stepper(options, Start::Cold)
     }
-}
-
-/// S of the last solve.
-fn system(stepper: &Stepper) -> System {
-    let (a, b, _) = stepper.system();
-    (a.clone(), b.to_vec())
-}
-
-/// The default step with the first solver that is compiled in.
-fn options() -> Result<StepOptions, StepError> {
-    let backend = Backend::preferred().map_err(failed)?;
-    Ok(Choice::schur(backend).plain_options(DT))
-}
-
-/// λ of the state without geometric stiffness.
-fn tension(scene: &Scene, options: &StepOptions) -> Result<Vec<f64>, StepError> {
-    let options = StepOptions {
-        stiffness: GeometricStiffness::Off,
-        ..options.clone()
-    };
-    let mut stepper = Stepper::new(scene.clone(), options)?;
-    stepper.solve()?;
-    Ok(stepper.multipliers().iter().map(|mu| mu / DT).collect())
 }
 
 /// The multipliers in a solution of the KKT system, in the order of S: −μ stands where the diagonal, −Σ, is not
@@ -187,19 +135,10 @@ pub(super) fn multipliers(kkt: &SymBlockMatrix, x: &[f64]) -> Vec<f64> {
     mu
 }
 
-/// A solver's error as that of a step at time 0.
-pub(super) fn failed(source: SolveError) -> StepError {
-    StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taut_solver::forward_error;
+    use taut_solver::{forward_error, reference_solution};
 
     #[test]
     fn the_two_forms_have_the_same_multipliers() {
@@ -207,9 +146,9 @@ mod tests {
             let case = Case::new(joint, 9, 100.0).unwrap();
             let (a, b) = case.schur();
             assert_eq!(a.pattern().size(4), joint.rows());
-            assert_eq!(a.dim(), case.exact().len());
+            assert_eq!(a.dim(), case.state().exact().len());
             let x = reference_solution(a, b).unwrap();
-            let error = forward_error(&x, case.exact());
+            let error = forward_error(&x, case.state().exact());
             assert!(error > 0.0 && error < 1e-11, "{joint:?}: {error}");
         }
     }
@@ -217,10 +156,9 @@ mod tests {
     #[test]
     fn a_refining_step_solves_the_same_matrix() {
         let case = Case::new(Joint::Untwisted, 9, 100.0).unwrap();
-        let choice = Choice::schur(Backend::preferred().unwrap());
-        let mut stepper = case.refining(&choice).unwrap();
+        let mut stepper = case.refining(&reference_choice()).unwrap();
         for _ in 0..2 {
-            stepper.set_tension(case.tension()).unwrap();
+            case.state().put(&mut stepper, Start::Cold).unwrap();
             stepper.solve().unwrap();
             let (a, b, _) = stepper.system();
             let (expected, rhs) = case.schur();

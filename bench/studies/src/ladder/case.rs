@@ -177,13 +177,7 @@ impl Case {
             failure: None,
         };
         let plain = reference_choice().plain_options(config.dt);
-        let mut stepper = case.at_common_states(plain.clone())?;
-        for i in 0..case.reference.states.len() {
-            case.put(i, &mut stepper)?;
-            if i > 0 {
-                case.exact.push(stepper.reference_multipliers()?);
-            }
-        }
+        case.exact = case.in_each(plain.clone(), Stepper::reference_multipliers)?;
         if case.has_contacts() {
             let (velocities, error) = trial::reference(&case, config.dt)?;
             (case.velocities, case.velocity_error) = (velocities, Some(error));
@@ -219,6 +213,23 @@ impl Case {
     pub(super) fn put(&self, state: usize, stepper: &mut Stepper) -> Result<(), StepError> {
         self.reference.states[state].put(stepper)?;
         self.motion.inputs.apply(stepper)
+    }
+
+    /// Findings in each common state, taken in turn by a stepper of these options; not in the first, which iterations only
+    /// start from.
+    pub(super) fn in_each<R>(
+        &self,
+        options: StepOptions,
+        mut of: impl FnMut(&mut Stepper) -> Result<R, StepError>,
+    ) -> Result<Vec<R>, StepError> {
+        let mut stepper = self.at_common_states(options)?;
+        let states = 0..self.reference.states.len();
+        let mut all = states.map(|state| {
+            self.put(state, &mut stepper)?;
+            of(&mut stepper)
+        });
+        all.next().transpose()?;
+        all.collect()
     }
 
     /// When a run is lost: a hoist where a joint is open by a segment's length, any other by its own lengths.

@@ -4,12 +4,13 @@
 use super::trial::{self, Trial};
 use super::{Case, Config, Record, Task, Untimed};
 use crate::statics;
-use std::time::{Duration, Instant};
+use crate::systems::failed;
+use crate::systems::turns::{self, Work};
 use taut_ground::claim::{over, over_letter};
 use taut_ground::errors::worse;
 use taut_ground::pace;
-use taut_ground::trajectory::{Timing, Trajectory, simulate_driven, steps_in};
-use taut_integrator::{Phase, StepError, StepOptions, StepReport};
+use taut_ground::trajectory::{Trajectory, simulate_driven, steps_in};
+use taut_integrator::{StepError, StepOptions};
 use taut_solver::{backward_error, forward_error};
 
 /// The untimed part of all rows of a task.
@@ -126,8 +127,50 @@ fn measure_row(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Unti
     (row, settled)
 }
 
-/// Errors of the multipliers on the common states. Iterations start from zero at the first state, which is not measured,
-/// and from their own last multipliers at each later one, as they would in a run.
+/// A residual's excess over what a claim says of it.
+type Over = fn(f64, f64, Option<f64>) -> f64;
+
+/// What the solves from the common states come to: the largest errors, and counts of all.
+#[derive(Default)]
+struct Algebra {
+    iterations: usize,
+    /// Claims of a solution, those that are true by the letter, those that are true to rounding.
+    claims: [usize; 3],
+    forward: f64,
+    normwise: f64,
+    componentwise: f64,
+}
+
+/// Iterations start from zero at the first state, which is not measured, and from their own last multipliers at each later
+/// one, as they would in a run.
+fn solves(case: &Case, trial: &Trial, options: StepOptions) -> Result<Algebra, StepError> {
+    let tolerance = trial.choice.backend.tolerance();
+    let solved = case.in_each(options, |stepper| {
+        let report = stepper.solve()?;
+        let (a, b, x) = stepper.system();
+        let errors = backward_error(a, b, x).map_err(failed)?;
+        let mut claims = [0; 3];
+        if report.solve.is_claim() {
+            let r = taut_solver::residual(a, b, x).map_err(failed)?;
+            let scale = if norm(b) > 0.0 { norm(b) } else { 1.0 };
+            let is_true = |over: Over| over(norm(&r) / scale, errors.normwise, tolerance) <= 1.0;
+            claims = [true, is_true(over_letter), is_true(over)].map(usize::from);
+        }
+        let multipliers = stepper.multipliers().to_vec();
+        Ok((report.iterations, claims, errors, multipliers))
+    })?;
+    let mut all = Algebra::default();
+    for ((iterations, claims, errors, multipliers), exact) in solved.into_iter().zip(&case.exact) {
+        all.iterations += iterations;
+        all.claims = std::array::from_fn(|k| all.claims[k] + claims[k]);
+        all.normwise = worse(all.normwise, errors.normwise);
+        all.componentwise = worse(all.componentwise, errors.componentwise);
+        all.forward = worse(all.forward, forward_error(&multipliers, exact));
+    }
+    Ok(all)
+}
+
+/// Errors of the multipliers on the common states.
 fn measure_algebra(
     config: &Config,
     case: &Case,
@@ -139,58 +182,20 @@ fn measure_algebra(
         refinements: 0,
         ..options.clone()
     };
-    let tolerance = trial.choice.backend.tolerance();
-    let mut stepper = case.at_common_states(unrefined)?;
-    let (mut iterations, mut claimed, mut verified, mut to_rounding) = (0, 0, 0, 0);
-    row.backward_error = 0.0;
-    row.backward_error_componentwise = 0.0;
-    row.forward_error_unrefined = 0.0;
-    for (i, state) in case.reference.states.iter().enumerate() {
-        case.put(i, &mut stepper)?;
-        let report = stepper.solve()?;
-        let Some(exact) = i.checked_sub(1).map(|i| &case.exact[i]) else {
-            continue;
-        };
-        iterations += report.iterations;
-        let (a, b, x) = stepper.system();
-        let solve_error = |source| StepError::Solve {
-            source,
-            culprit: None,
-            time: state.time,
-        };
-        let errors = backward_error(a, b, x).map_err(solve_error)?;
-        row.backward_error = worse(row.backward_error, errors.normwise);
-        row.backward_error_componentwise =
-            worse(row.backward_error_componentwise, errors.componentwise);
-        let error = forward_error(stepper.multipliers(), exact);
-        row.forward_error_unrefined = worse(row.forward_error_unrefined, error);
-        if report.solve.is_claim() {
-            claimed += 1;
-            let r = taut_solver::residual(a, b, x).map_err(solve_error)?;
-            let scale = if norm(b) > 0.0 { norm(b) } else { 1.0 };
-            let size = norm(&r) / scale;
-            verified += usize::from(over_letter(size, errors.normwise, tolerance) <= 1.0);
-            to_rounding += usize::from(over(size, errors.normwise, tolerance) <= 1.0);
-        }
-    }
-    row.iterations_used = iterations as f64 / row.frames as f64;
-    row.claimed_converged = Some(claimed);
-    row.verified_converged = Some(verified);
-    row.verified_to_rounding = Some(to_rounding);
-    row.forward_error = row.forward_error_unrefined;
-    if options.refinements > 0 {
-        let mut stepper = case.at_common_states(options)?;
-        row.forward_error = 0.0;
-        for i in 0..case.reference.states.len() {
-            case.put(i, &mut stepper)?;
-            let Some(exact) = i.checked_sub(1).map(|i| &case.exact[i]) else {
-                continue;
-            };
-            stepper.solve()?;
-            let error = forward_error(stepper.multipliers(), exact);
-            row.forward_error = worse(row.forward_error, error);
-        }
-    }
+    let plain = solves(case, trial, unrefined)?;
+    row.backward_error = plain.normwise;
+    row.backward_error_componentwise = plain.componentwise;
+    row.forward_error_unrefined = plain.forward;
+    row.iterations_used = plain.iterations as f64 / row.frames as f64;
+    [
+        row.claimed_converged,
+        row.verified_converged,
+        row.verified_to_rounding,
+    ] = plain.claims.map(Some);
+    row.forward_error = match options.refinements {
+        0 => plain.forward,
+        _ => solves(case, trial, options)?.forward,
+    };
     Ok(())
 }
 
@@ -210,67 +215,72 @@ fn run_physics(config: &Config, case: &Case, trial: &Trial) -> Result<Trajectory
     ))
 }
 
-/// The rows of a task with their times, taken one after the other.
-pub(super) fn time_rows(
+/// Steps from the common states in turn, warm started as in a run, taken as they come.
+pub(super) fn work<'a>(
     config: &Config,
-    case: &Case,
-    task: &Task,
-    rows: &[Untimed],
-) -> Vec<Record> {
-    let mut known: Option<[f64; 4]> = None;
-    let mut timed = Vec::new();
-    for (row, is_settled) in rows {
-        let mut row = row.clone();
-        // Rows that converged below their limit do the same work as the row before.
-        let times = known.map_or_else(
-            || time_row(config, case, &task.trial_at(row.iterations)),
-            Ok,
-        );
-        match times {
-            Ok(times) => {
-                [row.step_ns, row.step_ns_min, row.solve_ns, row.refine_ns] = times;
-                known = is_settled.then_some(times);
-            }
-            Err(e) => {
-                row.error.get_or_insert(e.to_string());
-            }
-        }
-        timed.push(row);
-    }
-    timed
-}
-
-/// Steps from the common states in turn, warm started as in a run, taken as they come: [step, minimum, solve, refine]
-/// in ns.
-fn time_row(config: &Config, case: &Case, trial: &Trial) -> Result<[f64; 4], StepError> {
+    case: &'a Case,
+    trial: &Trial,
+) -> Result<Work<'a>, StepError> {
     let options = trial.plain_options(config.dt);
     let mut stepper = case.at_common_states(options.clone())?;
     let cold = vec![0.0; stepper.multipliers().len()];
-    let mut reports: Vec<StepReport> = Vec::new();
-    let start = Instant::now();
-    let mut warmed_up = false;
-    while reports.is_empty() || start.elapsed() < config.timing_budget {
-        if case.motion.inputs.names().is_empty() {
+    let mut states = (0..case.reference.states.len()).cycle();
+    let mut step = move || {
+        let state = states.next().unwrap_or_default();
+        if state == 0 && case.motion.inputs.names().is_empty() {
             stepper.set_multipliers(&cold)?;
-        } else {
+        } else if state == 0 {
             stepper = case.at_common_states(options.clone())?;
         }
-        for i in 0..case.reference.states.len() {
-            case.put(i, &mut stepper)?;
-            let report = pace::step(&mut stepper)?;
-            if i > 0 {
-                reports.push(report);
+        case.put(state, &mut stepper)?;
+        let phases = pace::step(&mut stepper)?.phases;
+        Ok::<_, StepError>((state, turns::spent(&phases)))
+    };
+    Ok(Box::new(move |passes| {
+        turns::sum(passes, || match step()? {
+            // The first state is only started from.
+            (0, _) => Ok(step()?.1),
+            (_, spent) => Ok(spent),
+        })
+    }))
+}
+
+/// Rows with their times, in the order of the tasks. Those that converged below their limit do the same work as the row
+/// before, and have its times.
+pub(super) fn timed(
+    config: &Config,
+    case: &Case,
+    tasks: &[Task],
+    rows: &[Vec<Untimed>],
+) -> Vec<Record> {
+    let all = || {
+        tasks.iter().zip(rows).flat_map(|(task, rows)| {
+            let before = std::iter::once(false).chain(rows.iter().map(|(_, settled)| *settled));
+            rows.iter()
+                .zip(before)
+                .map(move |((row, _), repeats)| (task, row, repeats))
+        })
+    };
+    let works = all().filter(|(.., repeats)| !repeats);
+    let works = works.map(|(task, row, _)| work(config, case, &task.trial_at(row.iterations)));
+    let mut times = turns::times(works, config.timing_budget).into_iter();
+    let mut last = None;
+    let timed = all().map(|(_, row, repeats)| {
+        if !repeats {
+            last = times.next();
+        }
+        let mut row = row.clone();
+        match &last {
+            Some(Ok([step, solve, refine])) => {
+                (row.step_ns, row.step_ns_min) = (step.median, step.least);
+                (row.solve_ns, row.refine_ns) = (solve.median, refine.median);
             }
+            Some(Err(e)) => {
+                row.error.get_or_insert(e.to_string());
+            }
+            None => {}
         }
-        // The first pass only warms up, unless it takes so long that it is warm after its first steps.
-        if !warmed_up && start.elapsed() < config.timing_budget / 2 {
-            reports.clear();
-        }
-        warmed_up = true;
-    }
-    let of = |f: fn(&StepReport) -> Duration| Timing::of(reports.iter().map(f));
-    let step = of(|r| r.phases.total());
-    let solve = of(|r| r.phases.linear());
-    let refine = of(|r| r.phases.of(Phase::Refine));
-    Ok([step.median, step.min, solve.median, refine.median])
+        row
+    });
+    timed.collect()
 }

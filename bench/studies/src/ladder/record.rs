@@ -96,10 +96,7 @@ pub struct Record {
 }
 
 /// A number; JSON's null is read as NaN.
-///
-/// # Errors
-/// A value that is neither.
-pub fn nan_for_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+fn nan_for_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 

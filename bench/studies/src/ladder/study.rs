@@ -1,7 +1,6 @@
 //! The study of the main job: its options, what it says, its rows with what its page shows besides.
 
-use super::extras::{measure, measure_own};
-use super::settings::settings;
+use super::extras::measure;
 use super::table::{LEGEND, answer, rows};
 use super::{Config, OwnScene, Results, SceneNote};
 use crate::cases::{Cases, CasesError};
@@ -13,6 +12,10 @@ use std::path::PathBuf;
 use taut_ground::source;
 use taut_model::{Grounded, HoistParams, Network, SceneSource};
 use taut_output::check::ExperimentError;
+use taut_output::notation::number;
+use taut_output::settings::{
+    ONE_REFINEMENT, Setting, counts, numbers, seconds, set, solvers, step,
+};
 use taut_output::table::MARK;
 
 /// `taut bench`.
@@ -276,11 +279,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
     if let Some(results) = &results {
         (reporter.say)(&told(options, &config, results)?)?;
     }
-    let extras = if config.own.is_empty() {
-        measure(&config.choices, options.quick.quick, reporter.cases)?
-    } else {
-        measure_own(&config, reporter.cases)?
-    };
+    let extras = measure(&config, reporter.cases)?;
     let results = results.ok_or(CasesError::Elsewhere)?;
     let mut settings = settings(&config)?;
     if !options.overrides.is_empty() {
@@ -296,4 +295,51 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
         omissions: results.omissions,
         ..Found::default()
     })
+}
+
+fn settings(config: &Config) -> Result<Vec<Setting>, ExperimentError> {
+    let scene = if config.own.is_empty() {
+        let hoist = config.scene.resolve()?;
+        set([
+            ("scene", "hoist".to_owned()),
+            ("length", format!("{} m", config.scene.length)),
+            ("segments of", format!("{} kg", hoist.segment_mass)),
+            ("YA", format!("{} N", number(hoist.stiffness.ea))),
+            ("anchor moved", format!("{} m", config.scene.move_x)),
+            ("segments", counts(&config.segments)),
+            ("load/segment", numbers(&config.ratios)),
+        ])
+    } else {
+        let mut own: Vec<_> = config.own.iter().map(|own| own.name.clone()).collect();
+        own.dedup();
+        set([("scenes", own.join(", "))])
+    };
+    let run = set([
+        ("solvers", solvers(&config.choices)),
+        ("iterations", counts(&config.iterations)),
+        ("refinements", ONE_REFINEMENT.to_owned()),
+        ("Δt", step(config.dt)),
+        ("simulated", seconds(config.time)),
+        ("stable for", seconds(config.stability_time)),
+    ]);
+    Ok([scene, run].concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_have_units() {
+        let settings = settings(&Config::default()).expect("a hoist");
+        let value = |name: &str| {
+            settings
+                .iter()
+                .find(|(n, _)| n == name)
+                .map(|s| s.1.as_str())
+        };
+        assert_eq!(value("Δt"), Some("1/60 s"));
+        assert_eq!(value("YA"), Some("2·10⁷ N"));
+        assert_eq!(value("segments"), Some("24, 100"));
+    }
 }

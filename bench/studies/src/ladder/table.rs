@@ -4,6 +4,7 @@ use super::{Answer, Record, Results, SceneNote};
 use crate::study::data;
 use serde_json::{Value, json};
 use taut_output::row::{Row, has_ended, has_no_error, iterations, number_of};
+use taut_output::settings::distinct;
 use taut_output::sheet::{self, Sheet, Show, column};
 use taut_output::table::{omissions, text, wrapped};
 
@@ -173,20 +174,38 @@ fn once(records: &[Record]) -> Vec<Record> {
     rows
 }
 
-/// How often the solvers' own claims of a solution were true, as rows.
+/// How often the solvers' own claims of a solution were true: those by the letter of their tolerance, those for rounding's
+/// sake alone, those that are false. A failed row claims nothing; rows that are older than the counts are left out.
 #[must_use]
 pub fn claim_rows(records: &[Record]) -> Vec<Value> {
-    let row = |c: super::Claims| {
-        json!({
-            "backend": c.backend,
-            "solves": c.solves,
-            "claimed": c.claimed,
-            "verified": c.verified,
-            "rounded": c.rounded(),
-            "false_ones": c.false_ones(),
-        })
+    let counts = |r: &Record| match (r.claimed_converged.zip(r.verified_converged), &r.error) {
+        (Some((claimed, verified)), _) => Some([
+            Some(r.frames),
+            Some(claimed),
+            Some(verified),
+            r.verified_to_rounding,
+        ]),
+        (None, Some(_)) => Some([Some(r.frames), Some(0), Some(0), Some(0)]),
+        (None, None) => None,
     };
-    super::claims(records).into_iter().map(row).collect()
+    let row = |backend: &str| {
+        let own = records.iter().filter(|r| r.backend == backend);
+        let sum = |a: Option<usize>, b| a.zip(b).map(|(a, b): (usize, usize)| a.saturating_add(b));
+        let all = own.filter_map(counts);
+        let all = all.reduce(|all, one| std::array::from_fn(|k| sum(all[k], one[k])))?;
+        let [solves, claimed, verified, to_rounding] = all;
+        let less = |a: Option<usize>, b| a.zip(b).map(|(a, b): (usize, usize)| a.saturating_sub(b));
+        Some(json!({
+            "backend": backend,
+            "solves": solves,
+            "claimed": claimed,
+            "verified": verified,
+            "rounded": less(to_rounding, verified),
+            "false_ones": less(claimed, to_rounding),
+        }))
+    };
+    let backends = distinct(records.iter().map(|r| r.backend.as_str()));
+    backends.into_iter().filter_map(row).collect()
 }
 
 fn claims(records: &[Record]) -> String {

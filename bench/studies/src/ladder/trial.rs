@@ -81,17 +81,12 @@ pub(super) fn velocities(
     case: &Case,
     options: StepOptions,
 ) -> Result<(Vec<Velocities>, f64), StepError> {
-    let mut stepper = case.at_common_states(options)?;
-    let (mut all, mut violation) = (Vec::new(), 0.0);
-    for i in 0..case.reference.states.len() {
-        case.put(i, &mut stepper)?;
-        let report = pace::step(&mut stepper)?;
-        if i > 0 {
-            all.push(moving(&stepper));
-            violation = worse(violation, report.contacts.complementarity);
-        }
-    }
-    Ok((all, violation))
+    let all = case.in_each(options, |stepper| {
+        let report = pace::step(stepper)?;
+        Ok((moving(stepper), report.contacts.complementarity))
+    })?;
+    let (velocities, violations): (Vec<_>, Vec<f64>) = all.into_iter().unzip();
+    Ok((velocities, violations.into_iter().fold(0.0, worse)))
 }
 
 fn moving(stepper: &Stepper) -> Velocities {

@@ -24,22 +24,23 @@
 //! Small systems come in both forms, and with every state and compliance; large ones in the hardest state alone, so that
 //! the set stays small. Random velocities are those of fixed seeds: the set is the same in every run.
 
-use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use taut_ground::files::{FileError, Output, make_folder};
-use taut_ground::inputs::{InputError, Inputs};
+use taut_ground::files::{Output, make_folder};
+use taut_ground::inputs::Inputs;
 use taut_ground::matrix::Matrix;
 use taut_ground::matrix::dump::{self, Dumped, Label};
 use taut_ground::matrix::exact::condition;
 use taut_ground::matrix::prepared::Problem;
-use taut_ground::matrix::sequence::{Recorder, SequenceError, Wanted};
+use taut_ground::matrix::sequence::{Recorder, Wanted};
 use taut_ground::pace;
 use taut_ground::poses::{self, Pose};
+use taut_ground::reference::reference_choice;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::{GantryParams, HoistParams, Network, NetworkParams, Scene};
+use taut_output::check::ExperimentError;
 
 /// Compliance of the stiff systems \[m/N].
 pub const STIFF: f64 = 1e-12;
@@ -136,78 +137,27 @@ pub struct Entry {
     pub bytes: u64,
 }
 
-/// Why the set was not written.
-#[derive(Debug)]
-pub enum SuiteError {
-    /// A system that cannot be made.
-    Step(String, StepError),
-    /// A file that cannot be written.
-    File(FileError),
-    /// The sequence cannot be made or written.
-    Sequence(SequenceError),
-    /// Its gantry does not have the controls that drive it.
-    Inputs(InputError),
-}
-
-impl From<SequenceError> for SuiteError {
-    fn from(e: SequenceError) -> Self {
-        Self::Sequence(e)
-    }
-}
-
-impl std::fmt::Display for SuiteError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Step(name, e) => write!(f, "{name}: {e}"),
-            Self::File(e) => e.fmt(f),
-            Self::Sequence(e) => write!(f, "{SEQUENCE}: {e}"),
-            Self::Inputs(e) => write!(f, "{SEQUENCE}: {e}"),
-        }
-    }
-}
-
-impl std::error::Error for SuiteError {}
-
-/// Sizes, states, compliances; the largest size has the first state and compliance only.
-type Grades = ([usize; 4], &'static [State], &'static [Compliance]);
-
-/// The cases of the set; the small ones only if `quick`.
+/// The cases of the set; the small ones only if `quick`. The largest size has the first state and compliance only.
 #[must_use]
 pub fn cases(quick: bool) -> Vec<Case> {
     use Compliance::{Material, Stiff};
     use State::{Bent, Hanging, Slack, Straight};
     use Topology::{Chain, Net, Ring};
-    let sets: [(Topology, Grades); 3] = [
-        (
-            Chain,
-            (
-                [6, 24, 100, 1000],
-                &[Bent, Straight, Slack],
-                &[Material, Stiff],
-            ),
-        ),
-        (Ring, ([8, 24, 100, 1000], &[Hanging, Slack], &[Material])),
-        (
-            Net,
-            ([6, 24, 100, 1000], &[Hanging, Slack], &[Material, Stiff]),
-        ),
+    type Grades = (Topology, usize, &'static [State], &'static [Compliance]);
+    let sets: [Grades; 3] = [
+        (Chain, 6, &[Bent, Straight, Slack], &[Material, Stiff]),
+        (Ring, 8, &[Hanging, Slack], &[Material]),
+        (Net, 6, &[Hanging, Slack], &[Material, Stiff]),
     ];
     let mut cases = Vec::new();
-    for (topology, (sizes, states, compliances)) in sets {
-        for (rank, size) in sizes
-            .into_iter()
-            .enumerate()
-            .take(if quick { 2 } else { 4 })
-        {
-            let largest = rank == 3;
-            let states = if largest { &states[..1] } else { states };
-            let compliances = if largest {
-                &compliances[..1]
-            } else {
-                compliances
-            };
-            for &state in states {
-                for &compliance in compliances {
+    for (topology, smallest, states, compliances) in sets {
+        for (rank, size) in [smallest, 24, 100, 1000].into_iter().enumerate() {
+            if quick && rank > 1 {
+                break;
+            }
+            let most = if rank == 3 { 1 } else { usize::MAX };
+            for &state in states.iter().take(most) {
+                for &compliance in compliances.iter().take(most) {
                     cases.extend([1.0, 1e3, 1e5, 1e6].map(|mass_ratio| Case {
                         topology,
                         size,
@@ -317,10 +267,10 @@ impl Case {
         Ok((systems, state, epsilon))
     }
 
-    fn write(&self, folder: &Path, gzip: bool) -> Result<Vec<Entry>, SuiteError> {
+    fn write(&self, folder: &Path, gzip: bool) -> Result<Vec<Entry>, ExperimentError> {
         let (systems, state, epsilon) = self
             .systems()
-            .map_err(|e| SuiteError::Step(self.name(), e))?;
+            .map_err(|e| format!("{}: {e}", self.name()))?;
         let case = Self { state, ..*self };
         let seed = match self.topology {
             Topology::Chain => CHAIN_SEED,
@@ -338,7 +288,7 @@ impl Case {
         };
         let mut entries = Vec::new();
         for system in systems {
-            let files = dump::write(&system, &label, folder, gzip).map_err(SuiteError::File)?;
+            let files = dump::write(&system, &label, folder, gzip)?;
             let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |m| m.len());
             let solution = system.x.is_ok();
             let matrix = Matrix::Symmetric(system.matrix);
@@ -380,14 +330,14 @@ fn sides(nodes: usize) -> (usize, usize) {
 /// Writes the cases and their `index.csv` to `folder`; `progress` advances once for each case.
 ///
 /// # Errors
-/// [`SuiteError`].
+/// A system that cannot be made, a file that cannot be written.
 pub fn generate(
     cases: &[Case],
     folder: &Path,
     gzip: bool,
     progress: &ProgressBar,
-) -> Result<Vec<Entry>, SuiteError> {
-    make_folder(folder).map_err(SuiteError::File)?;
+) -> Result<Vec<Entry>, ExperimentError> {
+    make_folder(folder)?;
     progress.set_length(cases.len() as u64);
     let entries: Vec<Vec<Entry>> = cases
         .par_iter()
@@ -407,7 +357,7 @@ pub fn generate(
             index.flush()
         })
     });
-    index.map_err(SuiteError::File)?;
+    index?;
     Ok(entries)
 }
 
@@ -427,13 +377,13 @@ time,trolley_speed,hoist_speed
 /// Writes the systems of the driven gantry's first steps. Returns the size of the files.
 ///
 /// # Errors
-/// [`SuiteError::Sequence`].
+/// A step that fails, a file that cannot be written.
 pub fn generate_sequence(
     steps: u64,
     folder: &Path,
     gzip: bool,
     progress: &ProgressBar,
-) -> Result<u64, SuiteError> {
+) -> Result<u64, ExperimentError> {
     let params = GantryParams {
         mass_ratio: 1e5,
         equilibrium: true,
@@ -441,10 +391,8 @@ pub fn generate_sequence(
         ..GantryParams::default()
     };
     let options = reference_choice().options(1.0 / 60.0);
-    let scene = params.build().map_err(StepError::Scene);
-    let stepper = scene.and_then(|scene| Stepper::new(scene, options));
-    let mut stepper = stepper.map_err(SequenceError::Step)?;
-    let inputs = Inputs::parse(DRIVE, stepper.scene()).map_err(SuiteError::Inputs)?;
+    let mut stepper = Stepper::new(params.build()?, options)?;
+    let inputs = Inputs::parse(DRIVE, stepper.scene())?;
     let told = format!(
         "gantry of {} segments, mass ratio 1e5, time step 1/60 s, driven by trolley and hoist",
         params.segments
@@ -458,9 +406,9 @@ pub fn generate_sequence(
     progress.set_length(steps);
     progress.set_position(0);
     for step in 0..steps {
-        inputs.apply(&mut stepper).map_err(SequenceError::Step)?;
+        inputs.apply(&mut stepper)?;
         recorder.take(step, &stepper)?;
-        pace::step(&mut stepper).map_err(SequenceError::Step)?;
+        pace::step(&mut stepper)?;
         progress.inc(1);
     }
     let files = recorder.finish()?.files;

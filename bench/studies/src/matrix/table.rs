@@ -1,14 +1,12 @@
 //! Every backend on a matrix, and the index of the graded set.
 
 use super::suite::Entry;
-use comfy_table::CellAlignment;
 use serde_json::{Value, json};
 use std::fmt::Write;
-use taut_ground::choice::Omission;
 use taut_ground::matrix::solve::{About, CONVERGED, DIRECT, Record, Results};
 use taut_output::row::{Row, iterations, number_of, text_of};
 use taut_output::sheet::{self, Column, Sheet, Show, column};
-use taut_output::table::{nanoseconds, text, wrapped};
+use taut_output::table::{nanoseconds, omissions};
 
 const SOLVER: Column = column("backend", "solver");
 const ITERATIONS: Column = column("iterations", "iter").shown(Show::Row(iterations));
@@ -72,29 +70,6 @@ fn shown_total(row: &Row) -> String {
 /// True if the row came to an end of its own, as [`Record::ended`] has it.
 fn ended(row: &Row) -> bool {
     [DIRECT, CONVERGED].contains(&text_of(row, "status"))
-}
-
-/// Backends without rows, grouped by reason.
-fn omissions(omissions: &[Omission]) -> String {
-    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
-    for Omission { backend, reason } in omissions {
-        match reasons.iter_mut().find(|(known, _)| known == reason) {
-            Some((_, backends)) => backends.push(backend),
-            None => reasons.push((reason, vec![backend])),
-        }
-    }
-    if reasons.is_empty() {
-        return String::new();
-    }
-    let mut t = wrapped(&[]);
-    for (reason, backends) in reasons {
-        t.add_row([backends.join(", "), reason.to_owned()]);
-    }
-    for column in t.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Left);
-    }
-    // Its header is empty.
-    format!("\nLeft out\n{}", text(&t).trim_start_matches('\n'))
 }
 
 /// Description of a system, in a few lines.
