@@ -530,8 +530,10 @@ fn scene(row: &Row) -> [Option<&Value>; 4] {
 /// Observed orders of the default on a scene, between its rates.
 fn orders(runs: &[&Row]) -> Value {
     let mut stable: Vec<&&Row> = runs.iter().filter(|row| is(row, "stable")).collect();
-    stable.dedup_by_key(|row| number_of(row, "dt"));
     let point = |row: &Row| [distance(row), number_of(row, "dt")].map(|x| x.unwrap_or(f64::NAN));
+    stable.sort_by(|a, b| point(b)[1].total_cmp(&point(a)[1]));
+    // The sweep over solvers repeats some.
+    stable.dedup_by_key(|row| point(row)[1].to_bits());
     let orders: Vec<String> = stable
         .windows(2)
         .map(|w| format!("{:.2}", motions::order(point(w[0]), point(w[1]))))

@@ -75,6 +75,9 @@ const MOMENTS: [f64; 2] = [5.0, 60.0];
 /// Steps of a window of energies: 20 s at 1/60 s, three swings of a cable of 10 m.
 const WINDOW: usize = 1200;
 
+/// Segments, mass ratio, scheme of a band; free ones are guarded and leave their plane.
+type Band = (usize, f64, Scheme, bool);
+
 #[derive(Debug, Clone)]
 pub struct Config {
     /// Segments and mass ratios load/segment of the swings.
@@ -84,8 +87,7 @@ pub struct Config {
     finer: usize,
     /// Schemes of swings and spins, each with its own geometric stiffness.
     pub schemes: Vec<Scheme>,
-    /// Bands: segments, mass ratio, scheme; free ones are guarded and leave their plane.
-    bands: Vec<(usize, f64, Scheme, bool)>,
+    bands: Vec<Band>,
     /// Steps of a band.
     pub steps: usize,
     /// Time steps of the free cable, descending, and its simulated time \[s].
@@ -129,7 +131,7 @@ impl Config {
 enum Task {
     /// Mass ratio, scheme, Δt \[s].
     Swing(f64, Scheme, f64),
-    Band(usize, f64, Scheme, bool),
+    Band(Band),
     Spin(Scheme, f64),
 }
 
@@ -139,8 +141,7 @@ enum Task {
 /// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     // The longest runs come first.
-    let bands = config.bands.iter();
-    let mut tasks: Vec<Task> = bands.map(|b| Task::Band(b.0, b.1, b.2, b.3)).collect();
+    let mut tasks: Vec<Task> = config.bands.iter().copied().map(Task::Band).collect();
     for &ratio in &config.ratios {
         let fine = DT / config.finer as f64;
         tasks.push(Task::Swing(ratio, config.schemes[0], fine));
@@ -151,9 +152,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     }
     let rows = cases.parallel("runs", &tasks, |task| match *task {
         Task::Swing(ratio, scheme, dt) => swing(config.segments, ratio, scheme, dt),
-        Task::Band(segments, ratio, scheme, free) => {
-            band(segments, ratio, scheme, free, config.steps)
-        }
+        Task::Band(task) => band(task, config.steps),
         Task::Spin(scheme, dt) => spin(scheme, dt, config.spin_time),
     })?;
     let (mut swings, mut bands, mut spins) = (Vec::new(), Vec::new(), Vec::new());
@@ -287,13 +286,7 @@ const FIT_PASSES: usize = 12;
 
 /// The energy of a swing over very many steps after the anchor has stopped, over the load's largest kinetic energy in the
 /// first window.
-fn band(
-    segments: usize,
-    mass_ratio: f64,
-    scheme: Scheme,
-    free: bool,
-    steps: usize,
-) -> Result<Value, StepError> {
+fn band((segments, mass_ratio, scheme, free): Band, steps: usize) -> Result<Value, StepError> {
     let scene = moved(segments, mass_ratio, free).hanging_equilibrium()?;
     let options = options(scheme, DT, free);
     let stiffness = options.stiffness.to_string();

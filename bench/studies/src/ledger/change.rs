@@ -1,6 +1,7 @@
 //! Changes of a scene and its step that a ledger tries.
 
 use super::Setup;
+use std::fmt;
 use taut_ground::Choice;
 use taut_integrator::{Form, GeometricStiffness, Scheme, StepOptions};
 use taut_model::scene_file::Part;
@@ -186,50 +187,44 @@ impl Change {
 #[must_use]
 pub fn flags(options: &StepOptions) -> String {
     let default = StepOptions::default();
-    let mut flags = Vec::new();
-    let mut flag = |differs: bool, text: String| {
-        if differs {
-            flags.push(text);
-        }
-    };
     let choice = Choice {
         backend: options.backend.clone(),
         form: options.form,
     };
-    let other = options.backend != default.backend || options.form != Form::default();
-    flag(other, format!("--backend {choice}"));
-    let usual = choice.options(options.dt).refinements;
-    flag(
-        options.refinements != usual,
-        format!("--refine {}", options.refinements),
-    );
-    flag(
-        options.scheme != default.scheme,
-        format!("--scheme {}", options.scheme),
-    );
-    let usual = GeometricStiffness::inertia(options.scheme.default_alpha());
-    flag(
-        options.stiffness != usual,
-        format!("--stiffness {}", options.stiffness),
-    );
-    if options.guard != default.guard {
-        let guard = options
-            .guard
-            .map_or("off".into(), |g| g.tolerance.to_string());
-        flag(true, format!("--guard {guard}"));
-    }
-    flag(
-        options.substeps != 1,
-        format!("--substeps {}", options.substeps),
-    );
-    flag(
-        options.elimination != default.elimination,
-        format!("--elimination {}", options.elimination),
-    );
-    flag(
-        options.contacts != default.contacts,
-        format!("--contacts {}", options.contacts),
-    );
-    flag(options.dt != default.dt, format!("--dt {}", options.dt));
-    flags.join(" ")
+    let StepOptions {
+        refinements: refine,
+        scheme,
+        stiffness,
+        substeps,
+        elimination,
+        contacts,
+        dt,
+        ..
+    } = options;
+    let is_own = options.backend == default.backend && options.form == Form::default();
+    let usual = choice.options(*dt).refinements;
+    let own = GeometricStiffness::inertia(scheme.default_alpha());
+    let guard = options.guard.as_ref();
+    let guard = guard.map_or("off".into(), |guard| guard.tolerance.to_string());
+    // True for what is as usual, the option, its value.
+    let flags: [(bool, &str, &dyn fmt::Display); 9] = [
+        (is_own, "backend", &choice),
+        (*refine == usual, "refine", refine),
+        (*scheme == default.scheme, "scheme", scheme),
+        (*stiffness == own, "stiffness", stiffness),
+        (options.guard == default.guard, "guard", &guard),
+        (*substeps == 1, "substeps", substeps),
+        (
+            *elimination == default.elimination,
+            "elimination",
+            elimination,
+        ),
+        (*contacts == default.contacts, "contacts", contacts),
+        (*dt == default.dt, "dt", dt),
+    ];
+    let differing = flags.iter().filter(|(is_usual, ..)| !is_usual);
+    let texts: Vec<String> = differing
+        .map(|(_, flag, value)| format!("--{flag} {value}"))
+        .collect();
+    texts.join(" ")
 }
