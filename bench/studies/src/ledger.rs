@@ -346,12 +346,13 @@ pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, Exp
             Ok(Some(setup)) => run(whole, &setup),
             Err(e) => (Run::lost(&e), [f64::NAN; 2]),
         };
-        let (what, how) = (change.what(), change.how(&whole.source));
+        let (what, how) = change.told(&whole.source);
         let mut line = measures.line(&what, &how, &run, times);
         line.used = change.used(own.0.used);
         lines.push((line, change));
     }
     let whole_line = measures.line("whole", "", &own.0, [1.0, own.1[1]]);
+    let what = |change: &&Change| change.told(&whole.source).0;
     let mut found = Lean {
         setup: whole.clone(),
         run: own.0,
@@ -370,7 +371,7 @@ pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, Exp
         whole: whole_line,
         lines: lines.into_iter().map(|(line, _)| line).collect(),
         lean: measures.line("lean", "", &found.run, found.times),
-        left_out: found.taken.iter().map(|change| change.what()).collect(),
+        left_out: found.taken.iter().map(what).collect(),
         setup: found.setup,
         modes: modes::rows(whole),
     })
