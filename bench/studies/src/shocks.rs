@@ -131,6 +131,9 @@ impl Config {
 /// Options of the step under a name.
 type Setting = (&'static str, StepOptions);
 
+/// A change of the guard under a name.
+type Tuned = (&'static str, fn(&mut Guard));
+
 /// The default, which is guarded and takes third differences, the default without its guard, and the paper's step.
 fn few() -> Vec<Setting> {
     let default = StepOptions::default();
@@ -157,7 +160,7 @@ fn settings() -> Vec<Setting> {
         ("implicit", implicit, true),
         ("implicit, no guard", implicit, false),
     ];
-    let guards: [(&str, fn(&mut Guard)); 6] = [
+    let guards: [Tuned; 6] = [
         ("guard tolerance 0.001", |g| g.tolerance = 0.001),
         ("guard tolerance 0.02", |g| g.tolerance = 0.02),
         ("guard substeps 4", |g| g.substeps = 4),
