@@ -35,7 +35,7 @@ pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
     };
     written.header.check(first, &same, "this program")?;
     let words = std::iter::once("taut").chain(written.header.command.iter().map(String::as_str));
-    let unknown = || CasesError::NotCases(first.clone());
+    let unknown = || CasesError::not_cases(first);
     let cli = parse::parse(words.map(OsString::from)).map_err(|_| unknown())?;
     let call = study::call(&cli)?.ok_or_else(unknown)?;
     let own = cases::header(&call)?;

@@ -5,349 +5,287 @@
 //! driven round a circle. The reference is the paper's step at no more than 1/24000 s and extrapolated to zero
 //! ([`taut_ground::reference::converged`]), whose own uncertainty stands beside the errors.
 
-mod study;
-mod table;
-
-pub(crate) use study::STUDY;
-
 use crate::cases::Cases;
+use crate::motions::{self, scientific};
+use crate::options::{
+    Backends, Iterations, Quick, Ratios, Segments, Time, number as read, pick, require_positive,
+};
+use crate::study::{self, Found, Study};
+use clap::{Args, FromArgMatches};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::sync::LazyLock;
 use taut_ground::choice::Choice;
 use taut_ground::reference::{self, Converged};
 use taut_ground::trajectory::{Timing, Trajectory, simulate, steps_in};
-use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
+use taut_integrator::{PhaseTimes, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, JointKind};
 use taut_output::check::ExperimentError;
+use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
+use taut_output::row::{Row, is, number_of, rows_of, text_of};
+use taut_output::settings::{counts, distinct, list, numbers, seconds, set, solvers, step};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 use taut_solver::Backend;
 
-/// How the anchor is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Drive {
-    /// 0.5 m sideways within 2 s.
-    Aside,
-    /// Round a horizontal circle of radius 0.25 m, one turn in 4 s.
-    Circle,
+/// `taut study accuracy`.
+pub(crate) const STUDY: Study = Study {
+    name: "accuracy",
+    title: "error of whole motions against cost",
+    about: "Error of whole motions against cost: every scheme, time step, solver and number of refinements",
+    examples: &["--quick --segments 4 --ratios 10,1e4"],
+    mark: ("records", "horizontal_m"),
+    options: Options::augment_args,
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
+    sheets: SHEETS,
+    plots: PLOTS,
+    ..study::PLAIN
+};
+
+#[derive(Debug, Args)]
+struct Options {
+    #[command(flatten)]
+    segments: Segments,
+    #[command(flatten)]
+    ratios: Ratios,
+    #[command(flatten)]
+    backends: Backends,
+    #[command(flatten)]
+    iterations: Iterations,
+    /// Time steps (s), fractions such as 1/60 too; the first is what all schemes run at
+    #[arg(long, value_delimiter = ',', value_name = "S", value_parser = read, allow_negative_numbers = true)]
+    dt: Vec<f64>,
+    #[command(flatten)]
+    time: Time,
+    #[command(flatten)]
+    quick: Quick,
 }
 
-/// One scene of the sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Case {
-    /// Kind of the inner joints.
-    pub joint: JointKind,
-    /// Segments of the cable.
-    pub segments: usize,
-    /// Load over segment mass.
-    pub mass_ratio: f64,
-    /// How the anchor is driven.
-    pub drive: Drive,
+/// What is run: every setting at the first rate, the default at each of the rates, and on the Cosserat joint with the
+/// fewest segments the default with every solver.
+struct Config {
+    segments: Vec<usize>,
+    ratios: Vec<f64>,
+    /// Steps a second, ascending.
+    rates: Vec<f64>,
+    choices: Vec<Choice>,
+    /// Mass ratios of the runs with every solver.
+    choice_ratios: Vec<f64>,
+    iterations: Vec<usize>,
+    /// Simulated time \[s].
+    time: f64,
 }
 
-impl Case {
-    /// Its parameters: L = 10 m, segments of 1 kg, YA = 2·10⁷ N, random angular velocities up to 10⁻³ rad/s.
-    #[must_use]
-    pub fn params(&self) -> HoistParams {
-        let base = HoistParams {
-            segments: self.segments,
-            mass_ratio: self.mass_ratio,
-            joint: self.joint,
-            seed: 1,
-            ..HoistParams::default()
-        };
-        match self.drive {
-            Drive::Aside => HoistParams {
-                move_x: 0.5,
-                move_duration: 2.0,
-                ..base
-            },
-            Drive::Circle => HoistParams {
-                circle_radius: 0.25,
-                circle_period: 4.0,
-                ..base
-            },
+impl Config {
+    fn new(quick: bool) -> Self {
+        let all = vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6];
+        let fastest = vec![Choice::schur(Backend::Banded)];
+        Self {
+            segments: pick(quick, [vec![24, 100], vec![24]]),
+            ratios: pick(quick, [all, vec![1e2, 1e6]]),
+            rates: vec![60.0, 120.0, 240.0],
+            choices: pick(quick, [Choice::all(), fastest]),
+            choice_ratios: pick(quick, [vec![1e2, 1e4, 1e6], vec![1e4]]),
+            iterations: pick(quick, [vec![3, 10, 30, 100, 300], vec![10]]),
+            time: pick(quick, [20.0, 2.0]),
         }
+    }
+
+    fn asked(options: &Options) -> Result<Self, ExperimentError> {
+        let mut config = Self::new(options.quick.quick);
+        options.segments.replace(&mut config.segments);
+        options.ratios.replace(&mut config.ratios)?;
+        if !options.ratios.ratios.is_empty() {
+            config.choice_ratios.clone_from(&config.ratios);
+        }
+        options.backends.refuse_limits()?;
+        options.backends.replace(&mut config.choices)?;
+        options.iterations.replace(&mut config.iterations)?;
+        if !options.dt.is_empty() {
+            config.rates = rates(&options.dt)?;
+        }
+        let frame = 1.0 / config.rates[0];
+        let needs = "it must be at least one step";
+        options.time.replace(&mut config.time, frame, 1, needs)?;
+        Ok(config)
     }
 }
 
-/// A way of stepping, with its name in the tables.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
-    pub name: &'static str,
-    /// Δt, sub-steps and backend of these are replaced by what is swept.
-    pub options: StepOptions,
-    /// Damping time of all rows in steps, τ/Δt.
-    pub damping: f64,
-    /// Sub-steps of a step.
-    pub substeps: usize,
-    /// Limit of iterations, 0 for direct solvers.
-    pub iterations: usize,
+/// Steps a second, ascending, of these time steps \[s].
+fn rates(dts: &[f64]) -> Result<Vec<f64>, ExperimentError> {
+    require_positive("a number of `--dt`", dts)?;
+    let mut rates: Vec<f64> = dts.iter().map(|dt| 1.0 / dt).collect();
+    rates.sort_by(f64::total_cmp);
+    rates.dedup();
+    let first = rates[0];
+    let whole = |rate: &f64| ((rate / first).round() - rate / first).abs() < 1e-9;
+    if !rates.iter().all(whole) {
+        return Err(
+            "`--dt`: the largest must be a whole multiple of each of the others, so that they meet"
+                .into(),
+        );
+    }
+    Ok(rates)
 }
 
-/// The default, and every other scheme and variant, each a row.
-#[must_use]
-pub fn settings() -> Vec<Setting> {
-    let options = StepOptions {
-        guard: None,
-        ..StepOptions::default()
-    };
-    let of = |name, scheme, stiffness| Setting {
-        name,
-        options: StepOptions {
-            scheme,
-            stiffness,
-            ..options.clone()
-        },
-        damping: 0.0,
-        substeps: 1,
-        iterations: 0,
-    };
-    let third = |a, gamma| Scheme::ThirdDifference { a, gamma };
-    let inertia = |alpha| GeometricStiffness::Inertia { alpha };
-    let (implicit, spook) = (Scheme::LinearlyImplicit, Scheme::Spook);
-    let off = GeometricStiffness::Off;
-    let default = Scheme::THIRD_DIFFERENCE;
-    vec![
-        Setting {
-            options: StepOptions::default(),
-            ..of("default", default, off)
-        },
-        of("no guard", default, inertia(0.4)),
-        Setting {
-            options: StepOptions::default(),
-            substeps: 2,
-            ..of("2 sub-steps", default, off)
-        },
-        of("K α 1", default, inertia(1.0)),
-        of("no K", default, off),
-        of("3rd .26 -.005", third(0.26, -0.005), inertia(0.255)),
-        of("3rd .3 -.02", third(0.3, -0.02), inertia(0.28)),
-        of("3rd .6 -.15", third(0.6, -0.15), inertia(0.45)),
-        of("3rd .75 -.2", third(0.75, -0.2), inertia(0.55)),
-        of("spook K .25", spook, inertia(0.25)),
-        of("spook K .5", spook, inertia(0.5)),
-        Setting {
-            damping: 0.5,
-            ..of("spook K .5 τ Δt/2", spook, inertia(0.5))
-        },
-        of("spook", spook, off),
-        of("implicit K .3", implicit, inertia(0.3)),
-        of("implicit K .5", implicit, inertia(0.5)),
-        Setting {
-            options: StepOptions::paper(),
-            ..of("paper", implicit, off)
-        },
-    ]
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    let config = Config::asked(options)?;
+    let settings = settings(1.0 / config.rates[0]);
+    let rows = json!({ "records": records(&config, cases)? });
+    Ok(Found {
+        settings: set([
+            ("segments", counts(&config.segments)),
+            ("load/segment", numbers(&config.ratios)),
+            ("Δt", list(&config.rates, |rate| step(1.0 / rate))),
+            ("simulated", seconds(config.time)),
+            ("steps", list(&settings, |s| s.name.to_owned())),
+            ("solvers", solvers(&config.choices)),
+            ("their load/segment", numbers(&config.choice_ratios)),
+            ("iterations", counts(&config.iterations)),
+            ("refinements", "1; of direct solvers 0, 1, 2".to_owned()),
+        ]),
+        text: format!(
+            "{} s of the hoist, 10 m, segments of 1 kg, YA = 2·10⁷ N{}",
+            config.time,
+            text(&rows)
+        ),
+        rows,
+        ..Found::default()
+    })
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    pub cases: Vec<Case>,
-    /// Settings of the step.
-    pub settings: Vec<Setting>,
-    /// Steps a second; the first is what all settings run at, the default runs at each.
-    pub rates: Vec<f64>,
-    /// Solvers that the default also runs with, on the Cosserat joint with the fewest segments.
-    pub choices: Vec<Choice>,
-    /// Mass ratios of those runs.
-    pub choice_ratios: Vec<f64>,
-    /// Limits of iterations of the iterative ones.
-    pub iterations: Vec<usize>,
-    /// Simulated time \[s].
-    pub time: f64,
+/// One scene: L = 10 m, segments of 1 kg, YA = 2·10⁷ N, random angular velocities up to 10⁻³ rad/s.
+#[derive(Debug)]
+struct Case {
+    params: HoistParams,
+    /// `aside`: the anchor moves by 0.5 m sideways within 2 s; `circle`: round a horizontal circle of radius 0.25 m, one
+    /// turn in 4 s.
+    drive: &'static str,
+    /// Runs with every solver, too.
+    with_solvers: bool,
 }
 
-/// The cases of the sweep: both joints with 24 and 100 segments, and the circle with 24 segments and the full joint.
-#[must_use]
-pub fn cases(segments: &[usize], ratios: &[f64]) -> Vec<Case> {
+/// Both joints, and the circle with up to 24 segments: a turning anchor shows nothing more on a longer chain.
+fn scenes(config: &Config) -> Vec<Case> {
     let mut cases = Vec::new();
-    for &segments in segments {
-        for (joint, drive) in [
-            (JointKind::Cosserat, Drive::Aside),
-            (JointKind::Spherical, Drive::Aside),
-            (JointKind::Cosserat, Drive::Circle),
-        ] {
-            // A turning anchor shows nothing more on a longer chain.
-            if drive == Drive::Circle && segments > 24 {
-                continue;
-            }
-            cases.extend(ratios.iter().map(|&mass_ratio| Case {
-                joint,
-                segments,
-                mass_ratio,
-                drive,
+    for &segments in &config.segments {
+        let circle = (segments <= 24).then_some((JointKind::Cosserat, "circle"));
+        let kinds = [JointKind::Cosserat, JointKind::Spherical].map(|joint| (joint, "aside"));
+        for (joint, drive) in kinds.into_iter().chain(circle) {
+            cases.extend(config.ratios.iter().map(|&mass_ratio| {
+                let still = HoistParams {
+                    segments,
+                    mass_ratio,
+                    joint,
+                    seed: 1,
+                    ..HoistParams::default()
+                };
+                let params = match drive {
+                    "aside" => HoistParams {
+                        move_x: 0.5,
+                        move_duration: 2.0,
+                        ..still
+                    },
+                    _ => HoistParams {
+                        circle_radius: 0.25,
+                        circle_period: 4.0,
+                        ..still
+                    },
+                };
+                Case {
+                    params,
+                    drive,
+                    with_solvers: (joint, drive) == (JointKind::Cosserat, "aside")
+                        && segments == config.segments[0]
+                        && config.choice_ratios.contains(&mass_ratio),
+                }
             }));
         }
     }
     cases
 }
 
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            cases: cases(&[24, 100], &[1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6]),
-            settings: settings(),
-            rates: vec![60.0, 120.0, 240.0],
-            choices: Choice::all(),
-            choice_ratios: vec![1e2, 1e4, 1e6],
-            iterations: vec![3, 10, 30, 100, 300],
-            time: 20.0,
-        }
+/// A way of stepping, with its name in the tables.
+#[derive(Clone)]
+struct Setting {
+    name: &'static str,
+    options: StepOptions,
+    /// Damping time of all rows in steps, τ/Δt.
+    damping: f64,
+    /// Limit of iterations, 0 for direct solvers.
+    iterations: usize,
+}
+
+/// The default at this Δt \[s].
+fn default(dt: f64) -> Setting {
+    Setting {
+        name: "default",
+        options: StepOptions {
+            dt,
+            ..StepOptions::default()
+        },
+        damping: 0.0,
+        iterations: 0,
     }
 }
 
-impl Config {
-    /// Three ratios, 24 segments, 2 s, the solvers that are the fastest: a look at it.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self {
-            cases: cases(&[24], &[1e2, 1e6]),
-            choices: vec![Choice::schur(Backend::Banded)],
-            choice_ratios: vec![1e4],
-            iterations: vec![10],
-            time: 2.0,
-            ..Self::default()
-        }
-    }
-}
-
-/// One run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    #[serde(flatten)]
-    pub case: Case,
-    /// Name of the setting.
-    pub setting: String,
-    /// Scheme, as the command line reads it.
-    pub scheme: String,
-    /// Geometric stiffness, likewise.
-    pub stiffness: String,
-    /// The guard was on.
-    pub guard: bool,
-    /// Solver.
-    pub backend: String,
-    /// Limit of iterations; 0 for direct solvers.
-    pub iterations: usize,
-    /// Refinement sweeps.
-    pub refinements: usize,
-    /// Δt \[s].
-    pub dt: f64,
-    /// Sub-steps of a step.
-    pub substeps: usize,
-    /// Simulated time of stable motion \[s].
-    pub held_s: f64,
-    /// Stable over the whole time asked for.
-    pub stable: bool,
-    /// Largest horizontal distance of the load from the reference while stable \[m].
-    pub horizontal_m: f64,
-    /// Largest vertical distance, likewise \[m].
-    pub vertical_m: f64,
-    /// Uncertainty of the reference \[m].
-    pub reference_m: f64,
-    /// Steps that the guard took back.
-    pub redone: usize,
-    /// Linear systems solved a step, mean.
-    pub solves: f64,
-    /// Step, median \[ns].
-    pub step_ns: f64,
-    /// Step, minimum \[ns].
-    pub step_ns_min: f64,
-    /// Wall-clock time of a simulated second, the guard's work included; runs share the machine \[s].
-    pub cost: f64,
-}
-
-impl Record {
-    /// Distance from the reference \[m].
-    #[must_use]
-    pub fn error(&self) -> f64 {
-        self.horizontal_m.hypot(self.vertical_m)
-    }
-}
-
-/// Cost of parts of the step: ratios of step times within one run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Cost {
-    /// Segments of the cable.
-    pub segments: usize,
-    /// Part of the step, in words.
-    pub what: String,
-    /// Step time over that of the first row of these segments.
-    pub ratio: f64,
-    /// Step, minimum over the blocks of the median in a block \[ns].
-    pub step_ns: f64,
-}
-
-/// All runs.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Results {
-    /// Runs, scene by scene.
-    pub records: Vec<Record>,
-    /// Costs of K, guard and refinement.
-    pub costs: Vec<Cost>,
-}
-
-/// Runs the sweep. A scene is a case, with its reference and all its runs; so are the costs of each size.
-///
-/// # Errors
-/// Scenes or options that are not sound. Runs that end early are results.
-pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
-    let frame = 1.0 / config.rates.first().copied().unwrap_or(60.0);
-    let frames = steps_in(config.time, frame);
-    let records = cases.parallel("scenes", &config.cases, |case| {
-        let reference = reference::converged(&case.params(), frame, frames)?;
-        let runs = runs_of(config, case, frame).into_par_iter();
-        let run = |(setting, dt)| run_one(case, &reference, &setting, dt, config.time);
-        runs.map(run).collect::<Result<Vec<_>, StepError>>()
-    })?;
-    let mut sizes: Vec<usize> = config.cases.iter().map(|c| c.segments).collect();
-    sizes.sort_unstable();
-    sizes.dedup();
-    let costs = cases.in_turn("costs", &sizes, |n| costs(*n))?;
-    Ok(Results {
-        records: records.all()?.concat(),
-        costs: costs.all()?.concat(),
-    })
-}
-
-/// The runs of a scene, each with its Δt \[s].
-fn runs_of(config: &Config, case: &Case, frame: f64) -> Vec<(Setting, f64)> {
-    let own = config.settings.iter().cloned();
-    let mut runs: Vec<_> = own.map(|setting| (setting, frame)).collect();
-    let default = settings().swap_remove(0);
-    let finer = config.rates.iter().skip(1);
-    runs.extend(finer.map(|rate| (default.clone(), 1.0 / rate)));
-    let fewest = config.cases.iter().map(|c| c.segments).min();
-    let chosen = case.joint == JointKind::Cosserat
-        && case.drive == Drive::Aside
-        && Some(case.segments) == fewest
-        && config.choice_ratios.contains(&case.mass_ratio);
-    if chosen {
-        runs.extend(
-            solver_settings(config)
-                .into_iter()
-                .map(|setting| (setting, frame)),
-        );
-    }
-    runs
+/// The default, and every other scheme and variant, each a row.
+fn settings(dt: f64) -> Vec<Setting> {
+    let third = |a, gamma| Scheme::ThirdDifference { a, gamma };
+    let (own, spook, implicit) = (
+        Scheme::THIRD_DIFFERENCE,
+        Scheme::Spook,
+        Scheme::LinearlyImplicit,
+    );
+    // With the weight α of the geometric stiffness and τ/Δt, unguarded.
+    let table = [
+        ("no guard", own, 0.4, 0.0),
+        ("K α 1", own, 1.0, 0.0),
+        ("no K", own, 0.0, 0.0),
+        ("3rd .26 -.005", third(0.26, -0.005), 0.255, 0.0),
+        ("3rd .3 -.02", third(0.3, -0.02), 0.28, 0.0),
+        ("3rd .6 -.15", third(0.6, -0.15), 0.45, 0.0),
+        ("3rd .75 -.2", third(0.75, -0.2), 0.55, 0.0),
+        ("spook K .25", spook, 0.25, 0.0),
+        ("spook K .5", spook, 0.5, 0.0),
+        ("spook K .5 τ Δt/2", spook, 0.5, 0.5),
+        ("spook", spook, 0.0, 0.0),
+        ("implicit K .3", implicit, 0.3, 0.0),
+        ("implicit K .5", implicit, 0.5, 0.0),
+    ];
+    let default = default(dt);
+    let of = |name, options| Setting {
+        name,
+        options: StepOptions { dt, ..options },
+        ..default.clone()
+    };
+    let mut settings = vec![default.clone()];
+    settings.extend(table.map(|(name, scheme, alpha, damping)| Setting {
+        damping,
+        ..of(name, motions::step(scheme, alpha, dt, false))
+    }));
+    let halved = StepOptions {
+        substeps: 2,
+        ..StepOptions::default()
+    };
+    settings.insert(2, of("2 sub-steps", halved));
+    settings.push(of("paper", StepOptions::paper()));
+    settings
 }
 
 /// The default with every solver: direct ones with 0, 1 and 2 refinements, the others over their iterations.
-fn solver_settings(config: &Config) -> Vec<Setting> {
+fn solver_settings(config: &Config, dt: f64) -> Vec<Setting> {
     let mut settings = Vec::new();
-    let compiled = config.choices.iter().filter(|c| c.check().is_ok());
-    for choice in compiled {
+    for choice in config.choices.iter().filter(|c| c.check().is_ok()) {
         let with = |backend: Backend, refinements, iterations| Setting {
             iterations,
-            name: "default",
             options: StepOptions {
                 backend,
                 form: choice.form,
                 refinements,
-                ..StepOptions::default()
+                ..default(dt).options
             },
-            damping: 0.0,
-            substeps: 1,
+            ..default(dt)
         };
         if choice.backend.is_iterative() {
             let limits = config.iterations.iter();
@@ -359,127 +297,328 @@ fn solver_settings(config: &Config) -> Vec<Setting> {
     settings
 }
 
-/// Stepped by `setting` at `dt`, compared with the reference at its frames.
-fn run_one(
+/// The rows, scene by scene: a scene is a case, with its reference and all its runs.
+fn records(config: &Config, cases: &Cases) -> Result<Vec<Value>, ExperimentError> {
+    let frame = 1.0 / config.rates[0];
+    let frames = steps_in(config.time, frame);
+    let records = cases.parallel("scenes", &scenes(config), |case| {
+        let reference = reference::converged(&case.params, frame, frames)?;
+        let mut runs = settings(frame);
+        runs.extend(config.rates[1..].iter().map(|rate| default(1.0 / rate)));
+        if case.with_solvers {
+            runs.extend(solver_settings(config, frame));
+        }
+        let runs = runs.par_iter();
+        let run = |setting| record(case, &reference, setting, config.time);
+        runs.map(run).collect::<Result<Vec<_>, StepError>>()
+    })?;
+    Ok(records.all()?.concat())
+}
+
+/// Stepped by `setting`, compared with the reference at its frames.
+fn record(
     case: &Case,
     reference: &Converged,
     setting: &Setting,
-    dt: f64,
     time: f64,
-) -> Result<Record, StepError> {
+) -> Result<Value, StepError> {
+    let options = &setting.options;
+    let dt = options.dt;
     let params = HoistParams {
         damping: setting.damping * dt,
-        ..case.params()
-    };
-    let options = StepOptions {
-        dt,
-        substeps: setting.substeps,
-        ..setting.options.clone()
+        ..case.params.clone()
     };
     let mut stepper = Stepper::new(reference::scene(&params)?, options.clone())?;
     let run = simulate(&mut stepper, time, reference::most_gap(&params)?, |_| {});
-    let (horizontal, vertical) = load_errors(&run, reference, dt);
-    let timing: Timing = run.nanoseconds(taut_integrator::PhaseTimes::total);
+    let [horizontal, vertical] = load_errors(&run, reference, dt);
+    let timing: Timing = run.nanoseconds(PhaseTimes::total);
     let steps = run.samples.len().max(1) as f64;
     let times = run.samples.iter().map(|s| s.phases.total().as_secs_f64());
-    let total: f64 = times.sum();
-    Ok(Record {
-        case: *case,
-        setting: setting.name.to_owned(),
-        scheme: options.scheme.to_string(),
-        stiffness: options.stiffness.to_string(),
-        guard: options.guard.is_some(),
-        backend: Choice {
-            backend: options.backend.clone(),
-            form: options.form,
-        }
-        .family(),
-        iterations: setting.iterations,
-        refinements: options.refinements,
-        dt,
-        substeps: options.substeps,
-        held_s: run.failure.as_ref().map_or(time, |f| f.time),
-        stable: run.failure.is_none(),
-        horizontal_m: horizontal,
-        vertical_m: vertical,
-        reference_m: reference.uncertainty,
-        redone: run.samples.iter().filter(|s| s.redone).count(),
-        solves: run.samples.iter().map(|s| s.solves).sum::<usize>() as f64 / steps,
-        step_ns: timing.median,
-        step_ns_min: timing.min,
-        cost: total / (steps * dt),
+    let choice = Choice {
+        backend: options.backend.clone(),
+        form: options.form,
+    };
+    Ok(json!({
+        "joint": params.joint,
+        "segments": params.segments,
+        "mass_ratio": params.mass_ratio,
+        "drive": case.drive,
+        "setting": setting.name,
+        "scheme": options.scheme.to_string(),
+        "stiffness": options.stiffness.to_string(),
+        "guard": options.guard.is_some(),
+        "backend": choice.family(),
+        "iterations": setting.iterations,
+        "refinements": options.refinements,
+        "dt": dt,
+        "substeps": options.substeps,
+        // Simulated time of stable motion.
+        "held_s": run.failure.as_ref().map_or(time, |f| f.time),
+        "stable": run.failure.is_none(),
+        "horizontal_m": horizontal,
+        "vertical_m": vertical,
+        "reference_m": reference.uncertainty,
+        "redone": run.samples.iter().filter(|s| s.redone).count(),
+        "solves": run.samples.iter().map(|s| s.solves).sum::<usize>() as f64 / steps,
+        "step_ns": timing.median,
+        "step_ns_min": timing.min,
+        // Wall-clock time of a simulated second, the guard's work included; runs share the machine.
+        "cost": times.sum::<f64>() / (steps * dt),
+    }))
+}
+
+/// Largest horizontal and vertical distance of the load from the reference at its frames, while stable \[m].
+fn load_errors(run: &Trajectory, reference: &Converged, dt: f64) -> [f64; 2] {
+    let every = steps_in(reference.frame, dt).max(1);
+    let frames = run.samples.iter().skip(every - 1).step_by(every);
+    let apart = frames.zip(&reference.load).map(|(sample, exact)| {
+        let d = sample.load - Vector3::from(*exact);
+        [d.x.hypot(d.y), d.z.abs()]
+    });
+    apart.fold([0.0; 2], |most, d| [most[0].max(d[0]), most[1].max(d[1])])
+}
+
+const RATIOS: &[Column] = &[column("mass_ratio", "{}").shown(Show::Ratio)];
+
+const SHEETS: &[Sheet] = &[Sheet {
+    list: "records",
+    title: "Error of the load, horizontal/vertical (mm); gN: steps redone; † time of the end (s); * least of the rows at\n\
+            the same Δt",
+    shared: &[
+        column("joint", "{} joints"),
+        column("segments", "{} segments"),
+        column("drive", "{}").shown(Show::Row(drive)),
+    ],
+    columns: &[column("setting", "setting"), motions::RATE],
+    across: Some(Across {
+        by: RATIOS,
+        cells: &[column("horizontal_m", "")
+            .shown(Show::Row(motion))
+            .least_of(distance)],
+        several: false,
+        most: usize::MAX,
+    }),
+    takes: is_motion,
+    counts: |row| is(row, "stable"),
+    rivals: &["dt"],
+}];
+
+const ORDERS: Sheet = Sheet {
+    title: "Observed order of the default between its rates, and what is not known of the reference",
+    columns: &[
+        column("joint", "joints"),
+        column("segments", "segments"),
+        column("drive", "drive"),
+        column("mass_ratio", "ratio").shown(Show::Ratio),
+        column("orders", "orders"),
+        scientific("reference_mm", "reference", 0).unit("mm"),
+    ],
+    ..sheet::PLAIN
+};
+
+const SOLVERS: Sheet = Sheet {
+    title: "The default with every solver, Cosserat joints: error of the load (mm) and median step, beside other runs;\n\
+            * least of the stable runs",
+    shared: &[column("segments", "{} segments")],
+    columns: &[
+        column("backend", "solver"),
+        column("iterations", "iter."),
+        column("refinements", "refined"),
+    ],
+    across: Some(Across {
+        by: RATIOS,
+        cells: &[
+            column("horizontal_m", "mm")
+                .shown(Show::Row(|row| {
+                    lost(row).unwrap_or_else(|| mm(distance(row)))
+                }))
+                .least_of(distance),
+            sheet::time("step_ns", "step"),
+        ],
+        several: false,
+        most: usize::MAX,
+    }),
+    counts: |row| is(row, "stable"),
+    ..sheet::PLAIN
+};
+
+fn drive(row: &Row) -> String {
+    match text_of(row, "drive") {
+        "aside" => "anchor moved 0.5 m in 2 s".to_owned(),
+        _ => "anchor on a circle".to_owned(),
+    }
+}
+
+/// The load's distance from the reference \[m].
+fn distance(row: &Row) -> Option<f64> {
+    Some(number_of(row, "horizontal_m")?.hypot(number_of(row, "vertical_m")?))
+}
+
+/// Cell of a lost run: † and the time that it held \[s].
+fn lost(row: &Row) -> Option<String> {
+    let held = number_of(row, "held_s").unwrap_or(f64::NAN);
+    (!is(row, "stable")).then(|| format!("†{held:.2}"))
+}
+
+fn motion(row: &Row) -> String {
+    lost(row).unwrap_or_else(|| {
+        let [across, along] = ["horizontal_m", "vertical_m"].map(|key| mm(number_of(row, key)));
+        let redone = number_of(row, "redone").filter(|n| *n > 0.0);
+        let redone = redone.map_or(String::new(), |n| format!(" g{n}"));
+        format!("{across}/{along}{redone}")
     })
 }
 
-/// Largest horizontal and vertical distance of the load from the reference at its frames \[m].
-fn load_errors(run: &Trajectory, reference: &Converged, dt: f64) -> (f64, f64) {
-    let every = steps_in(reference.frame, dt).max(1);
-    let (mut horizontal, mut vertical) = (0.0_f64, 0.0_f64);
-    let frames = run.samples.iter().skip(every - 1).step_by(every);
-    for (sample, exact) in frames.zip(&reference.load) {
-        let d = sample.load - Vector3::from(*exact);
-        horizontal = horizontal.max(d.x.hypot(d.y));
-        vertical = vertical.max(d.z.abs());
+/// Two digits, in millimetres.
+fn mm(metres: Option<f64>) -> String {
+    match 1e3 * metres.unwrap_or(f64::NAN) {
+        mm if mm >= 10.0 => format!("{mm:.0}"),
+        mm if mm >= 1.0 => format!("{mm:.1}"),
+        mm if mm >= 0.1 => format!("{mm:.2}"),
+        mm => format!("{mm:.3}"),
     }
-    (horizontal, vertical)
 }
 
-/// Blocks of steps that the variants take turns in.
-const BLOCKS: usize = 24;
-/// Steps of a block.
-const BLOCK: usize = 60;
+/// True for rows over settings and rates, which use the default solver with one refinement.
+fn is_motion(row: &Row) -> bool {
+    let is_one = |key, count| number_of(row, key) == Some(count);
+    text_of(row, "backend") == *SOLVER && is_one("refinements", 1.0) && is_one("iterations", 0.0)
+}
 
-/// Cost of K, guard and refinements on the hoist at ratio 10⁴, with the default scheme and the
-/// banded solver.
-fn costs(segments: usize) -> Result<Vec<Cost>, StepError> {
-    let base = StepOptions {
-        guard: None,
-        refinements: 0,
-        stiffness: GeometricStiffness::Off,
-        ..StepOptions::default()
-    };
-    let k = StepOptions {
-        stiffness: StepOptions::default().stiffness,
-        ..base.clone()
-    };
-    let refined = |refinements| StepOptions {
-        refinements,
-        ..k.clone()
-    };
-    let variants = [
-        ("scheme alone", base.clone()),
-        ("with K", k.clone()),
-        ("with K, 1 refinement", refined(1)),
-        ("with K, 2 refinements", refined(2)),
-        (
-            "with K, guard, 1 refinement (default)",
-            StepOptions::default(),
-        ),
-    ];
-    // At rest, so that the scheme without K takes the same steps and more.
-    let params = HoistParams {
-        segments,
-        mass_ratio: 1e4,
-        ..HoistParams::default()
-    };
-    let mut steppers = variants
+/// The solver that the settings run with.
+static SOLVER: LazyLock<String> = LazyLock::new(|| {
+    let options = StepOptions::default();
+    Choice::schur(options.backend).family()
+});
+
+/// All tables.
+fn text(data: &Value) -> String {
+    let mut default = rows_of(data, "records");
+    default.retain(|row| text_of(row, "setting") == "default");
+    let dt = |row: &Row| number_of(row, "dt").unwrap_or(f64::NAN);
+    let first = default.iter().map(dt).fold(0.0, f64::max);
+    let (motions, solved): (Vec<Row>, Vec<Row>) = default.into_iter().partition(is_motion);
+    let scenes = distinct(motions.iter().map(scene));
+    let runs: Vec<Vec<&Row>> = scenes
         .iter()
-        .map(|(_, o)| Stepper::new(reference::scene(&params)?, o.clone()))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut best = vec![f64::INFINITY; variants.len()];
-    for _ in 0..BLOCKS {
-        for (stepper, best) in steppers.iter_mut().zip(&mut best) {
-            let times = (0..BLOCK)
-                .map(|_| Ok(stepper.step()?.phases.total()))
-                .collect::<Result<Vec<_>, StepError>>()?;
-            *best = best.min(Timing::of(times.into_iter()).median);
-        }
-    }
-    let rows = variants.iter().zip(&best).map(|((what, _), ns)| Cost {
-        segments,
-        what: (*what).to_owned(),
-        ratio: ns / best[0],
-        step_ns: *ns,
-    });
-    Ok(rows.collect())
+        .map(|own| motions.iter().filter(|row| scene(row) == *own).collect())
+        .collect();
+    let orders: Vec<Value> = runs.iter().map(|own| orders(own)).collect();
+    let at_first = runs
+        .iter()
+        .filter_map(|own| own.iter().find(|row| dt(row) == first).copied());
+    let verdict = verdict(&at_first.collect::<Vec<_>>(), first);
+    // The default's own solver stands among the others where these have run.
+    let with_others = distinct(solved.iter().map(scene));
+    let own = motions
+        .iter()
+        .filter(|row| dt(row) == first && with_others.contains(&scene(row)));
+    let solvers: Vec<&Row> = own.chain(&solved).collect();
+    format!(
+        "{}{}{verdict}{}",
+        SHEETS[0].text(data),
+        ORDERS.of(&orders),
+        SOLVERS.of(&solvers)
+    )
 }
+
+/// Columns that tell a scene from others.
+fn scene(row: &Row) -> [Option<&Value>; 4] {
+    ["joint", "segments", "mass_ratio", "drive"].map(|key| row.get(key))
+}
+
+/// Observed orders of the default on a scene, between its rates.
+fn orders(runs: &[&Row]) -> Value {
+    let mut stable: Vec<&&Row> = runs.iter().filter(|row| is(row, "stable")).collect();
+    let point = |row: &Row| [distance(row), number_of(row, "dt")].map(|x| x.unwrap_or(f64::NAN));
+    stable.sort_by(|a, b| point(b)[1].total_cmp(&point(a)[1]));
+    // The sweep over solvers repeats some.
+    stable.dedup_by_key(|row| point(row)[1].to_bits());
+    let orders: Vec<String> = stable
+        .windows(2)
+        .map(|w| format!("{:.2}", motions::order(point(w[0]), point(w[1]))))
+        .collect();
+    let unknown = runs.iter().filter_map(|row| number_of(row, "reference_m"));
+    let mut row = runs[0].clone();
+    row.insert("orders".to_owned(), json!(orders.join(" ")));
+    row.insert(
+        "reference_mm".to_owned(),
+        json!(1e3 * unknown.fold(0.0, f64::max)),
+    );
+    Value::Object(row)
+}
+
+/// Verdict on the default at the first rate, a row a scene: stable everywhere, and from ratio 100 on within 1 mm across and
+/// 10 mm along.
+fn verdict(runs: &[&Row], dt: f64) -> String {
+    let stable = runs.iter().filter(|row| is(row, "stable")).count();
+    let worst = |key| {
+        let heavy = |row: &&&Row| number_of(row, "mass_ratio").is_some_and(|ratio| ratio >= 100.0);
+        let errors = runs.iter().filter(heavy);
+        let errors = errors.filter_map(|row| number_of(row, key));
+        mm(Some(errors.fold(0.0, f64::max)))
+    };
+    format!(
+        "\nThe default at Δt = 1/{:.0} s: stable in {stable} of {} scenes;\nfrom ratio 100 on at most {} mm across \
+         (bar 1) and {} mm along (bar 10).\n",
+        1.0 / dt,
+        runs.len(),
+        worst("horizontal_m"),
+        worst("vertical_m"),
+    )
+}
+
+const ERROR: &str = "largest horizontal error of the load (m)";
+const STABLE: &[(&str, &[&str])] = &[("stable", &["yes"])];
+
+const PLOTS: &[Plan] = &[
+    Plan {
+        id: PRECISION,
+        title: "Work against precision of the motion",
+        text: "Along a curve: Δt. Lower left is better. A run that was lost is not shown. The cost is the \
+                       wall-clock time of all steps of the run over its simulated time: of every phase of a step, \
+                       which are linearisation, assembly, factorisation, solve, refinement and update, those that \
+                       the guard takes back and redoes with their implicit sub-steps included; not of building the \
+                       scene, nor of what is recorded of it. Runs share the machine with others.",
+        list: "records",
+        panels: &["segments", "mass_ratio", "joint", "drive"],
+        series: &["setting"],
+        x: error(&["horizontal_m"], ERROR),
+        y: positive(
+            &["cost"],
+            "time of all steps of a simulated second (ms)",
+            1e3,
+        ),
+        only: STABLE,
+        as_first: &["backend", "refinements", "iterations"],
+        ..PLAIN
+    },
+    Plan {
+        id: "orders",
+        title: "Order of the default step",
+        text: "Error against the time step, all else the same.",
+        list: "records",
+        panels: &["segments", "joint", "drive"],
+        series: &["mass_ratio"],
+        x: positive(&["dt"], "Δt (ms)", 1e3),
+        y: error(&["horizontal_m"], ERROR),
+        only: STABLE,
+        as_first: &["setting", "backend", "refinements", "iterations"],
+        least_places: 2,
+        orders: true,
+        ..PLAIN
+    },
+    Plan {
+        id: "solvers",
+        title: "Solvers",
+        text: "The default step with every solver. Along a curve: iterations, or refinements.",
+        list: "records",
+        panels: &["segments", "mass_ratio"],
+        x: error(&["horizontal_m"], ERROR),
+        y: positive(&["step_ns"], "whole step (µs)", 1e-3),
+        only: STABLE,
+        as_first: &["setting", "dt", "joint", "drive"],
+        least: 2,
+        ..PLAIN
+    },
+];

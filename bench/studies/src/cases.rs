@@ -192,19 +192,28 @@ impl Cases {
             return Ok(None);
         }
         let name = format!("{stage} {}: {case:?}", index + 1);
+        let unkept = |reason| {
+            let text = format!("the record of the case `{name}` cannot be kept: {reason}");
+            CasesError::Refused(text)
+        };
         let new;
         let record = match self.known.get(&name) {
             Some(record) => record,
-            None if self.is_merged => return Err(CasesError::Missing(name).into()),
+            None if self.is_merged => {
+                let text = format!(
+                    "the case `{name}` is in no file: name those of all shards, and finish the stopped ones with `--resume`"
+                );
+                return Err(CasesError::Refused(text).into());
+            }
             None => {
                 let made = run(case).map_err(Into::into)?;
-                new = Record::of(&made).map_err(|e| CasesError::Record(name.clone(), e))?;
+                new = Record::of(&made).map_err(unkept)?;
                 self.write(Some(&Line::Case(name.clone(), new.0.clone())))?;
                 self.counts.run.fetch_add(1, Relaxed);
                 &new
             }
         };
-        let read = record.read().map_err(|e| CasesError::Record(name, e))?;
+        let read = record.read().map_err(unkept)?;
         self.bar.inc(1);
         Ok(Some(read))
     }

@@ -337,24 +337,28 @@ pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, Exp
     };
     let mut lines: Vec<(Line, &Change)> = Vec::new();
     for change in &changes {
-        let (what, how) = (change.what(), change.how(&whole.source));
-        let (run, times) = match change.apply(whole) {
-            Ok(None) => {
-                progress.inc(1);
-                continue;
-            }
+        let changed = change.apply(whole);
+        if !matches!(changed, Ok(Some(_))) {
+            progress.inc(1);
+        }
+        let (run, times) = match changed {
+            Ok(None) => continue,
             Ok(Some(setup)) => run(whole, &setup),
-            Err(e) => {
-                progress.inc(1);
-                (Run::lost(&e), [f64::NAN; 2])
-            }
+            Err(e) => (Run::lost(&e), [f64::NAN; 2]),
         };
+        let (what, how) = change.told(&whole.source);
         let mut line = measures.line(&what, &how, &run, times);
         line.used = change.used(own.0.used);
         lines.push((line, change));
     }
     let whole_line = measures.line("whole", "", &own.0, [1.0, own.1[1]]);
-    let mut found = Lean::new(whole, own.0);
+    let what = |change: &&Change| change.told(&whole.source).0;
+    let mut found = Lean {
+        setup: whole.clone(),
+        run: own.0,
+        times: [1.0, 0.0],
+        taken: Vec::new(),
+    };
     if whole_line.keeps {
         found.take(&measures, &lines, progress);
     }
@@ -367,7 +371,7 @@ pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, Exp
         whole: whole_line,
         lines: lines.into_iter().map(|(line, _)| line).collect(),
         lean: measures.line("lean", "", &found.run, found.times),
-        left_out: found.taken.iter().map(|change| change.what()).collect(),
+        left_out: found.taken.iter().map(what).collect(),
         setup: found.setup,
         modes: modes::rows(whole),
     })
@@ -404,21 +408,13 @@ struct Lean<'a> {
 }
 
 impl<'a> Lean<'a> {
-    fn new(whole: &Setup, run: Run) -> Self {
-        Self {
-            setup: whole.clone(),
-            run,
-            times: [1.0, 0.0],
-            taken: Vec::new(),
-        }
-    }
-
     fn take(
         &mut self,
         measures: &Measures<'_>,
         lines: &[(Line, &'a Change)],
         progress: &ProgressBar,
     ) {
+        let question = measures.question;
         let saves = |line: &Line| line.saves >= LEAST_SAVING.max(line.spread);
         let goes = |line: &Line| line.keeps && line.used && saves(line);
         let mut candidates: Vec<_> = lines.iter().filter(|(line, _)| goes(line)).collect();
@@ -427,18 +423,16 @@ impl<'a> Lean<'a> {
             if change.is_told_only() || self.taken.iter().any(|taken| change.replaces(taken)) {
                 continue;
             }
-            let whole = &measures.question.whole;
-            let Some(setup) = together(whole, &self.taken, change) else {
+            let Some(setup) = together(&question.whole, &self.taken, change) else {
                 continue;
             };
             progress.inc_length(2);
-            let line = |(run, times): &(Run, [f64; 2])| measures.line("", "", run, *times);
-            let step = measures.question.paired(&self.setup, &setup);
+            let (run, times) = question.paired(&self.setup, &setup);
             progress.inc(1);
-            let better = line(&step);
+            let better = measures.line("", "", &run, times);
             if better.keeps && saves(&better) {
-                let whole = measures.question.paired(&measures.question.whole, &setup);
-                (self.setup, self.run, self.times) = (setup, whole.0, whole.1);
+                (self.run, self.times) = question.paired(&question.whole, &setup);
+                self.setup = setup;
                 self.taken.push(*change);
             }
             progress.inc(1);

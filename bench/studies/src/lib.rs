@@ -28,6 +28,7 @@
 //! | `estimate` | the estimate of the load's error against the error |
 //! | `resolution` | segments by rule against fixed ones: speed and error |
 //! | `engines` | whole engines on the hoist and on the ground: what a frame costs, how wrong the motion is |
+//! | `motions` | scene, options and drive, run and compared: what the studies of motions are questions on |
 //! | `matrix` | every backend on systems from files; a graded set of systems |
 //! | `sequence` | every solver on the systems of consecutive steps from a folder |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
@@ -57,6 +58,7 @@ mod law;
 pub mod ledger;
 pub mod linear;
 pub mod matrix;
+mod motions;
 pub mod options;
 pub mod paper;
 pub mod resolution;

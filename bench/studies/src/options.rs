@@ -21,35 +21,30 @@ fn refused<T>(reason: String) -> Result<T, Refused> {
     Err(Refused(reason))
 }
 
-/// `--segments`.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Segments {
     /// Numbers of segments
     #[arg(long, value_delimiter = ',', value_name = "N", value_parser = count, allow_negative_numbers = true)]
-    pub segments: Vec<usize>,
+    pub(crate) segments: Vec<usize>,
 }
 
 impl Segments {
     /// The numbers given, ascending and once each, in place of others.
-    pub fn replace(&self, numbers: &mut Vec<usize>) {
+    pub(crate) fn replace(&self, numbers: &mut Vec<usize>) {
         *numbers = sorted(&self.segments, std::mem::take(numbers));
     }
 }
 
-/// `--ratios`.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Ratios {
     /// Mass ratios load/segment
     #[arg(long, value_delimiter = ',', value_name = "R", value_parser = number, allow_negative_numbers = true)]
-    pub ratios: Vec<f64>,
+    pub(crate) ratios: Vec<f64>,
 }
 
 impl Ratios {
     /// The ratios given, ascending and once each, in place of others.
-    ///
-    /// # Errors
-    /// Ratios that are not positive and finite.
-    pub fn replace(&self, ratios: &mut Vec<f64>) -> Result<(), Refused> {
+    pub(crate) fn replace(&self, ratios: &mut Vec<f64>) -> Result<(), Refused> {
         if !self.ratios.is_empty() {
             ratios.clone_from(&self.ratios);
         }
@@ -60,20 +55,16 @@ impl Ratios {
     }
 }
 
-/// `--backends`.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Backends {
     /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
     #[arg(long, value_delimiter = ',', value_name = "B")]
-    pub backends: Vec<String>,
+    pub(crate) backends: Vec<String>,
 }
 
 impl Backends {
     /// The solvers named, once each, in place of others.
-    ///
-    /// # Errors
-    /// Names of no solver, and solvers that are not compiled in.
-    pub fn replace(&self, choices: &mut Vec<Choice>) -> Result<(), Refused> {
+    pub(crate) fn replace(&self, choices: &mut Vec<Choice>) -> Result<(), Refused> {
         if self.backends.is_empty() {
             return Ok(());
         }
@@ -82,18 +73,12 @@ impl Backends {
     }
 
     /// The solvers named; every solver where none is.
-    ///
-    /// # Errors
-    /// As [`replace`](Self::replace).
-    pub fn choices(&self) -> Result<Vec<Choice>, Refused> {
+    pub(crate) fn choices(&self) -> Result<Vec<Choice>, Refused> {
         choices(&self.backends)
     }
 
     /// Refuses limits in names, for a study that runs iterative solvers to each of its own.
-    ///
-    /// # Errors
-    /// A solver with a limit of its own.
-    pub fn refuse_limits(&self) -> Result<(), Refused> {
+    pub(crate) fn refuse_limits(&self) -> Result<(), Refused> {
         if let Some(name) = self.backends.iter().find(|b| b.contains("iterations=")) {
             return refused(format!(
                 "`iterations=` in `{name}` has no effect here: use `--iterations`"
@@ -104,10 +89,7 @@ impl Backends {
 }
 
 /// The solvers named, each once; every solver where none is.
-///
-/// # Errors
-/// Names of no solver, and solvers that are not compiled in.
-pub fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
+pub(crate) fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
     if names.is_empty() {
         return Ok(Choice::all());
     }
@@ -122,29 +104,22 @@ pub fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
 }
 
 /// The solver of that name.
-///
-/// # Errors
-/// A name of no solver, and a solver that is not compiled in.
-pub fn choice(name: &str) -> Result<Choice, Refused> {
+pub(crate) fn choice(name: &str) -> Result<Choice, Refused> {
     let choice: Choice = name.parse().map_err(Refused)?;
     choice.check().map_err(|e| Refused(e.to_string()))?;
     Ok(choice)
 }
 
-/// `--iterations`.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Iterations {
     /// Limits of iterations for the iterative solvers
     #[arg(long, value_delimiter = ',', value_name = "K", value_parser = count, allow_negative_numbers = true)]
-    pub iterations: Vec<usize>,
+    pub(crate) iterations: Vec<usize>,
 }
 
 impl Iterations {
     /// The limits given, ascending and once each, in place of others.
-    ///
-    /// # Errors
-    /// A limit of 0.
-    pub fn replace(&self, limits: &mut Vec<usize>) -> Result<(), Refused> {
+    pub(crate) fn replace(&self, limits: &mut Vec<usize>) -> Result<(), Refused> {
         *limits = sorted(&self.iterations, std::mem::take(limits));
         if limits.first() == Some(&0) {
             return refused("`--iterations` holds 0: each limit must be at least 1".to_owned());
@@ -153,20 +128,16 @@ impl Iterations {
     }
 }
 
-/// `--time`.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Time {
     /// Simulated time of what is run to its end (s)
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
-    pub time: Option<f64>,
+    pub(crate) time: Option<f64>,
 }
 
 impl Time {
     /// The time given in place of another, in steps of `dt`, both in seconds.
-    ///
-    /// # Errors
-    /// A time with fewer steps than `least`, which `needs` says of, or with more than a run can hold.
-    pub fn replace(
+    pub(crate) fn replace(
         &self,
         time: &mut f64,
         dt: f64,
@@ -181,19 +152,23 @@ impl Time {
     }
 }
 
-/// `--quick`.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Quick {
     /// A tenth of the work, under 10 s
     #[arg(long)]
-    pub quick: bool,
+    pub(crate) quick: bool,
 }
 
 impl Quick {
     /// The short form of an experiment where it is asked for, else the whole one.
-    pub fn of<C: Default>(self, quick: fn() -> C) -> C {
+    pub(crate) fn of<C: Default>(self, quick: fn() -> C) -> C {
         if self.quick { quick() } else { C::default() }
     }
+}
+
+/// Of a whole and a quick value the one that is asked for.
+pub(crate) fn pick<T>(quick: bool, [whole, short]: [T; 2]) -> T {
+    if quick { short } else { whole }
 }
 
 /// Keys with their values, of `--set KEY=VALUE`.
@@ -233,8 +208,7 @@ pub fn count(text: &str) -> Result<usize, String> {
 }
 
 /// The numbers given, ascending and once each; those of `default` where none is given.
-#[must_use]
-pub fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
+pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
     let mut numbers = if given.is_empty() {
         default
     } else {

@@ -3,28 +3,47 @@
 //!
 //! All cables are 20 m long and hang side by side. Their anchors move aside by 0.5 m within a second, and they swing out of
 //! it. The loads of *hoists* are 10 to 10⁵ times as heavy as a hundredth of a cable; *ropes* bear as much as that
-//! hundredth, and whip. Where each load was is compared with a run in [`FINE`] segments: what is told is the error of the
+//! hundredth, and whip. Where each load was is compared with a run in `FINE` segments: what is told is the error of the
 //! segments alone, the largest over the run, the median of all cables and the worst.
 
-mod study;
-
-pub(crate) use study::STUDY;
-
 use crate::cases::Cases;
-use crate::hard::{at, worse};
-use serde::{Deserialize, Serialize};
+use crate::hard::at;
+use crate::motions::{self, fixed, scientific};
+use crate::options::{Quick, pick};
+use crate::study::{self, Found, Study};
+use clap::{Args, FromArgMatches};
+use nalgebra::Vector3;
+use serde_json::{Value, json};
+use std::fmt::Write;
 use std::time::Instant;
-use taut_ground::pace;
+use taut_ground::inputs::Inputs;
 use taut_integrator::{Resolved, Stepper};
-use taut_model::nalgebra::Vector3;
 use taut_model::scene::resolution::Resolution;
 use taut_model::{
     Body, Cable, CableEnd, Damping, Frame, Material, Motion, Scene, SceneError, Segments, Side,
 };
 use taut_output::check::ExperimentError;
+use taut_output::plan::{PLAIN, Plan, error, positive};
+use taut_output::row::{Row, is, number_of, rows_of, text_of};
+use taut_output::settings::{seconds, set};
+use taut_output::sheet::{self, Sheet, column};
+
+/// `taut study resolution`.
+pub(crate) const STUDY: Study = Study {
+    name: "resolution",
+    title: "segments by rule",
+    about: "Cables that merge and split their segments by rule against fixed ones: speed and error",
+    examples: &["--quick"],
+    mark: ("", "longest_ns"),
+    options: Quick::augment_args,
+    run: |matches, reporter| study(Quick::from_arg_matches(matches)?.quick, reporter.cases),
+    sheets: SHEETS,
+    plots: PLOTS,
+    ..study::PLAIN
+};
 
 /// Segments of the reference.
-pub const FINE: usize = 400;
+const FINE: usize = 400;
 
 /// Segments that a rule begins with, and the lightest load in such segments.
 const LAID: usize = 100;
@@ -34,76 +53,56 @@ const DENSITY: f64 = 0.5;
 const DT: f64 = 1.0 / 60.0;
 
 /// How a cable is cut.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Cut {
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cut {
     /// In so many segments.
     Fixed(usize),
     /// By rule: its bend and its phase \[rad].
     Ruled(f64, f64),
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
+struct Config {
     /// Cables of a scene.
-    pub cables: usize,
-    /// How they are cut.
-    pub cuts: Vec<Cut>,
+    cables: usize,
+    cuts: Vec<Cut>,
     /// Simulated time \[s].
-    pub time: f64,
+    time: f64,
     /// Runs of each, of which the median counts.
-    pub rounds: usize,
+    rounds: usize,
 }
 
-impl Default for Config {
-    fn default() -> Self {
+impl Config {
+    fn new(quick: bool) -> Self {
+        let few = vec![Cut::Fixed(100), Cut::Fixed(25), Cut::Ruled(0.1, 0.25)];
         let fixed = [100, 50, 25, 12, 6].map(Cut::Fixed);
         let ruled = [0.1, 0.25, 0.5, 1.0].map(|phase| Cut::Ruled(0.1, phase));
         let bent = [0.02, 0.3].map(|bend| Cut::Ruled(bend, 0.25));
         Self {
-            cables: 64,
-            cuts: [&fixed[..], &ruled, &bent].concat(),
-            time: 10.0,
-            rounds: 3,
+            cables: pick(quick, [64, 4]),
+            cuts: pick(quick, [[&fixed[..], &ruled, &bent].concat(), few]),
+            time: pick(quick, [10.0, 4.0]),
+            rounds: pick(quick, [3, 1]),
         }
     }
 }
 
-impl Config {
-    /// Four cables.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self {
-            cables: 4,
-            cuts: vec![Cut::Fixed(100), Cut::Fixed(25), Cut::Ruled(0.1, 0.25)],
-            time: 4.0,
-            rounds: 1,
-        }
-    }
-}
-
-/// A run of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Row {
-    /// `hoists` or `ropes`.
-    pub scene: String,
-    /// Cables of the scene.
-    pub cables: usize,
-    /// How they are cut, in words.
-    pub cut: String,
-    /// Segments by rule.
-    pub ruled: bool,
-    /// Segments of a cable, the mean over the run.
-    pub segments: f64,
-    /// Splits and merges.
-    pub changes: usize,
-    /// Mean time of a step, and the longest one \[ns].
-    pub step_ns: f64,
-    /// See `step_ns`.
-    pub longest_ns: f64,
-    /// Largest error over the run, the median of the cables and the worst \[mm].
-    pub error_mm: f64,
-    /// See `error_mm`.
-    pub worst_mm: f64,
+/// Runs both scenes, one after the other.
+fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
+    let config = Config::new(quick);
+    let scenes = ["hoists".to_owned(), "ropes".to_owned()];
+    let found = cases.in_turn("resolution", &scenes, |name| rows(name, &config))?;
+    let rows = Value::Array(found.all()?.concat());
+    let text = format!("{}\n{}", study::tables(SHEETS, &rows), gains(&rows));
+    Ok(Found {
+        settings: set([
+            ("cables", config.cables.to_string()),
+            ("reference", format!("{FINE} segments")),
+            ("simulated", seconds(config.time)),
+        ]),
+        text,
+        rows,
+        ..Found::default()
+    })
 }
 
 /// The scene with cables that are cut in that way.
@@ -151,9 +150,10 @@ fn scene(name: &str, cables: usize, cut: Cut) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// Where the loads were, and what it took.
+/// Where the loads were after each step, and what it took.
 struct Run {
-    places: Vec<Vec<Vector3<f64>>>,
+    /// A path for each load.
+    paths: Vec<Vec<Vector3<f64>>>,
     segments: f64,
     resolved: Resolved,
     step_ns: f64,
@@ -166,96 +166,121 @@ fn once(scene: &Scene, cables: usize, time: f64) -> Result<Run, ExperimentError>
     let loads = loads.collect::<Result<Vec<_>, _>>()?;
     let steps = (time / DT).round() as usize;
     let mut run = Run {
-        places: Vec::with_capacity(steps),
+        paths: vec![Vec::with_capacity(steps); cables],
         segments: 0.0,
         resolved: Resolved::default(),
         step_ns: 0.0,
         longest_ns: 0.0,
     };
-    for _ in 0..steps {
-        let begun = Instant::now();
-        let report = pace::step(&mut stepper)?;
-        let took = begun.elapsed().as_nanos() as f64;
-        run.step_ns += took / steps as f64;
-        run.longest_ns = run.longest_ns.max(took);
-        run.resolved += report.resolved;
-        let scene = stepper.scene();
-        let count: usize = scene.cables.iter().map(|cable| cable.bodies.len()).sum();
-        run.segments += count as f64 / (steps * cables) as f64;
-        let place = |id| Ok::<_, ExperimentError>(scene.bodies.position[stepper.body_index(id)?]);
-        run.places.push(
-            loads
-                .iter()
-                .map(|id| place(*id))
-                .collect::<Result<_, _>>()?,
-        );
-    }
-    Ok(run)
-}
-
-/// The largest distances of each cable's load \[mm], sorted.
-fn errors(run: &Run, fine: &Run) -> Vec<f64> {
-    let mut largest = vec![0.0; run.places.first().map_or(0, Vec::len)];
-    for (places, exact) in run.places.iter().zip(&fine.places) {
-        for ((largest, a), b) in largest.iter_mut().zip(places).zip(exact) {
-            *largest = worse(*largest, 1e3 * (a - b).norm());
-        }
-    }
-    largest.sort_by(f64::total_cmp);
-    largest
+    let mut begun = Instant::now();
+    let failure = motions::follow(
+        &mut stepper,
+        &Inputs::default(),
+        steps,
+        |stepper, report| {
+            let took = begun.elapsed().as_nanos() as f64;
+            run.step_ns += took / steps as f64;
+            run.longest_ns = run.longest_ns.max(took);
+            run.resolved += report.resolved;
+            let scene = stepper.scene();
+            let count: usize = scene.cables.iter().map(|cable| cable.bodies.len()).sum();
+            run.segments += count as f64 / (steps * cables) as f64;
+            for (path, id) in run.paths.iter_mut().zip(&loads) {
+                let body = stepper.body_index(*id).map_err(|e| e.to_string())?;
+                path.push(scene.bodies.position[body]);
+            }
+            begun = Instant::now();
+            Ok(())
+        },
+    );
+    failure.map_or(Ok(run), |failure| Err(failure.reason.into()))
 }
 
 /// The rows of a scene.
-fn rows(name: &str, config: &Config) -> Result<Vec<Row>, ExperimentError> {
+fn rows(name: &str, config: &Config) -> Result<Vec<Value>, ExperimentError> {
     let Config { cables, time, .. } = *config;
     let fine = once(&scene(name, cables, Cut::Fixed(FINE))?, cables, time)?;
     let of = |&cut: &Cut| {
         let scene = scene(name, cables, cut)?;
-        let mut run = once(&scene, cables, time)?;
+        let run = once(&scene, cables, time)?;
         let mut times = vec![(run.step_ns, run.longest_ns)];
         for _ in 1..config.rounds {
             let again = once(&scene, cables, time)?;
             times.push((again.step_ns, again.longest_ns));
         }
         times.sort_by(|a, b| a.0.total_cmp(&b.0));
-        (run.step_ns, run.longest_ns) = times[times.len() / 2];
-        let errors = errors(&run, &fine);
-        Ok(Row {
-            scene: name.to_owned(),
-            cables,
-            cut: match cut {
+        let (step_ns, longest_ns) = times[times.len() / 2];
+        let paths = run.paths.iter().zip(&fine.paths);
+        let mut errors: Vec<f64> = paths.map(|(a, b)| 1e3 * motions::apart(a, b)).collect();
+        errors.sort_by(f64::total_cmp);
+        Ok(json!({
+            "scene": name,
+            "cables": cables,
+            "cut": match cut {
                 Cut::Fixed(count) => format!("{count}"),
                 Cut::Ruled(bend, phase) => format!("by rule: bend {bend}, phase {phase}"),
             },
-            ruled: matches!(cut, Cut::Ruled(..)),
-            segments: run.segments,
-            changes: run.resolved.splits + run.resolved.merges,
-            step_ns: run.step_ns,
-            longest_ns: run.longest_ns,
-            error_mm: errors.get(errors.len() / 2).copied().unwrap_or(0.0),
-            worst_mm: errors.last().copied().unwrap_or(0.0),
-        })
+            "ruled": matches!(cut, Cut::Ruled(..)),
+            // Of a cable, the mean over the run.
+            "segments": run.segments,
+            // Splits and merges.
+            "changes": run.resolved.splits + run.resolved.merges,
+            "step_ns": step_ns,
+            "longest_ns": longest_ns,
+            // Largest over the run: the median of the cables and the worst.
+            "error_mm": errors[cables / 2],
+            "worst_mm": errors[cables - 1],
+        }))
     };
     config.cuts.iter().map(of).collect()
 }
 
 /// How many times as fast each run by rule is as the fastest one in fixed segments that has no larger error.
-pub fn gains(rows: &[Row]) -> impl Iterator<Item = (&Row, Option<f64>)> {
-    rows.iter().filter(|row| row.ruled).map(|row| {
+fn gains(data: &Value) -> String {
+    let rows = rows_of(data, "");
+    let number = |row: &Row, key| number_of(row, key).unwrap_or(f64::NAN);
+    let mut text = String::new();
+    for row in rows.iter().filter(|row| is(row, "ruled")) {
         let rivals = rows.iter().filter(|fixed| {
-            !fixed.ruled && fixed.scene == row.scene && fixed.error_mm <= row.error_mm
+            !is(fixed, "ruled")
+                && fixed["scene"] == row["scene"]
+                && number(fixed, "error_mm") <= number(row, "error_mm")
         });
-        let fastest = rivals.map(|fixed| fixed.step_ns).min_by(f64::total_cmp);
-        (row, fastest.map(|fixed| fixed / row.step_ns))
-    })
+        let times = rivals.map(|fixed| number(fixed, "step_ns"));
+        let gain = match times.min_by(f64::total_cmp) {
+            Some(fastest) => {
+                let gain = fastest / number(row, "step_ns");
+                format!("{gain:.2} × as fast as fixed segments of no larger median error")
+            }
+            None => "no fixed segments have as small an error".to_owned(),
+        };
+        let [scene, cut] = ["scene", "cut"].map(|key| text_of(row, key));
+        let _ = writeln!(text, "{scene}, {cut}: {gain}");
+    }
+    text
 }
 
-/// Runs both scenes, one after the other.
-///
-/// # Errors
-/// A step that fails.
-pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Row>, ExperimentError> {
-    let scenes = ["hoists".to_owned(), "ropes".to_owned()];
-    let found = cases.in_turn("resolution", &scenes, |name| rows(name, config))?;
-    Ok(found.all()?.concat())
-}
+const SHEETS: &[Sheet] = &[Sheet {
+    columns: &[
+        column("scene", "scene"),
+        column("cut", "segments of a cable"),
+        fixed("segments", "mean", 1),
+        column("changes", "changes"),
+        column("step_ns", "step").unit("ns"),
+        column("longest_ns", "longest").unit("ns"),
+        scientific("error_mm", "error", 1).unit("mm"),
+        scientific("worst_mm", "worst cable", 1).unit("mm"),
+    ],
+    ..sheet::PLAIN
+}];
+
+const PLOTS: &[Plan] = &[Plan {
+    id: "resolution",
+    title: "Time of a step against error",
+    text: "The median of the cables' errors: further left is faster, further down is better.",
+    list: "",
+    series: &["scene", "ruled"],
+    x: positive(&["step_ns"], "time of a step (µs)", 1e-3),
+    y: error(&["error_mm"], "error of the load (mm)"),
+    ..PLAIN
+}];

@@ -7,110 +7,72 @@
 //! beyond the widest gap of the hanging cable, and no body turns by more than π/4 in a step
 //! ([`taut_ground::trajectory::simulate`]).
 
-mod study;
-mod tables;
-
-pub(crate) use study::STUDY;
-pub use tables::text_tables;
-
 use crate::cases::Cases;
-use serde::Serialize;
+use crate::motions::{self, fixed};
+use crate::options::{Quick, Time, pick};
+use crate::study::{self, Found, Study};
+use clap::{Args, FromArgMatches};
+use serde_json::{Value, json};
 use std::f64::consts::PI;
 use taut_ground::trajectory::{Failure, simulate};
-use taut_integrator::{GeometricStiffness, Guard, Scheme, StepError, StepOptions, Stepper};
-use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, SceneError, Stiffness};
+use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
+use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, Stiffness};
 use taut_output::check::ExperimentError;
 use taut_output::notation::number;
+use taut_output::plan::{PLAIN, Plan, positive, texts};
+use taut_output::row::{Row, is, number_of, text_of};
+use taut_output::settings::{counts, distinct, numbers, seconds, set, step};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 
-/// Material and size of a cable.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Cable {
-    /// Cable of [`HoistParams::default`]: 10 m, EA = 2·10⁷ N, segments of 1 kg.
-    Hoist,
-    /// A solid square one of 1 m, with the mass of its material.
-    Square {
-        /// One of [`Material::NAMES`].
-        material: &'static str,
-        /// Area of the cross-section \[m²].
-        area: f64,
-    },
+/// `taut study stability`.
+pub(crate) const STUDY: Study = Study {
+    name: "stability",
+    title: "largest stable mass ratios",
+    about: "Largest stable mass ratio of schemes, stiffness, joints, segments and materials",
+    examples: &["--quick"],
+    mark: ("", "stable_to"),
+    options: Options::augment_args,
+    run: |matches, reporter| study(&Options::from_arg_matches(matches)?, reporter.cases),
+    sheets: SHEETS,
+    plots: PLOTS,
+    ..study::PLAIN
+};
+
+#[derive(Debug, Args)]
+struct Options {
+    #[command(flatten)]
+    time: Time,
+    #[command(flatten)]
+    quick: Quick,
 }
 
-impl Cable {
-    /// Name in tables.
-    #[must_use]
-    pub fn name(&self) -> String {
-        match self {
-            Self::Hoist => "hoist: 10 m, EA 2·10⁷ N, 1 kg a segment".to_owned(),
-            Self::Square { material, area } => {
-                format!("{material}: 1 m, square of {} m²", number(*area))
-            }
-        }
-    }
-
-    /// The hanging cable with its load, nothing driven.
-    ///
-    /// # Errors
-    /// A material that is not known.
-    pub fn params(
-        &self,
-        segments: usize,
-        mass_ratio: f64,
-        joint: JointKind,
-    ) -> Result<HoistParams, SceneError> {
-        let hoist = HoistParams {
-            segments,
-            mass_ratio,
-            joint,
-            ..HoistParams::default()
-        };
-        let Self::Square { material, area } = *self else {
-            return Ok(hoist);
-        };
-        let law = Material::named(material).ok_or_else(|| SceneError::UnknownName {
-            what: "material",
-            name: material.to_owned(),
-            known: Material::NAMES.map(str::to_owned).to_vec(),
-        })?;
-        let side = area.sqrt();
-        let Stiffness { ea, ei, gj } = Stiffness::new(&law, &CrossSection::Square { side });
-        let length = 1.0;
-        Ok(HoistParams {
-            length,
-            segment_mass: Some(law.density * area * length / segments as f64),
-            // The disc with the square's moments of inertia.
-            radius: Some(side / 3.0_f64.sqrt()),
-            ea: Some(ea),
-            ei: Some(ei),
-            gj: Some(gj),
-            ..hoist
-        })
-    }
+fn study(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = Config::new(options.quick.quick);
+    let needs = "it must be at least one step";
+    options.time.replace(&mut config.time, DT, 1, needs)?;
+    let rows = run(&config, cases)?;
+    let segments = distinct(config.cases.iter().map(|c| c.segments));
+    Ok(Found {
+        settings: set([
+            ("cells", config.cases.len().to_string()),
+            ("segments", counts(&segments)),
+            ("load/segment", numbers(&config.ratios)),
+            ("Δt", step(DT)),
+            ("simulated", seconds(config.time)),
+        ]),
+        text: text_tables(&rows, &config),
+        rows,
+        ..Found::default()
+    })
 }
 
-/// One cell of the map.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Case {
-    pub cable: Cable,
-    pub segments: usize,
-    pub joint: JointKind,
-    pub scheme: Scheme,
-    pub stiffness: GeometricStiffness,
-    pub guarded: bool,
-    /// Nothing disturbs the motion out of its plane.
-    pub planar: bool,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// The cells.
-    pub cases: Vec<Case>,
-    /// Mass ratios load/segment, ascending.
-    pub ratios: Vec<f64>,
-    /// Simulated time \[s].
-    pub time: f64,
-    /// Δt \[s].
-    pub dt: f64,
+/// A solid square cable of 1 m, with the mass of its material.
+#[derive(Debug, Clone, Copy)]
+struct Square {
+    name: &'static str,
+    material: Material,
+    /// Area of the cross-section \[m²].
+    area: f64,
 }
 
 /// Areas of the paper's cables \[m²]: that of its experiments, and that of the entry of its Table II which can be read,
@@ -118,7 +80,84 @@ pub struct Config {
 const AREA: f64 = 1e-4;
 const READABLE_AREA: f64 = 0.012;
 
-const MATERIALS: [&str; 3] = ["steel", "nylon", "rubber"];
+const fn square(name: &'static str, material: Material, area: f64) -> Square {
+    Square {
+        name,
+        material,
+        area,
+    }
+}
+
+const STEEL: Square = square("steel", Material::STEEL, AREA);
+const NYLON: Square = square("nylon", Material::NYLON, AREA);
+const RUBBER: Square = square("rubber", Material::RUBBER, AREA);
+const READABLE: Square = square("steel", Material::STEEL, READABLE_AREA);
+
+/// One cell of the map.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    /// `None`: the cable of [`HoistParams::default`], 10 m, EA = 2·10⁷ N, segments of 1 kg.
+    cable: Option<Square>,
+    segments: usize,
+    joint: JointKind,
+    scheme: Scheme,
+    /// Weight of the geometric stiffness.
+    alpha: f64,
+    guarded: bool,
+    /// Nothing disturbs the motion out of its plane.
+    planar: bool,
+}
+
+impl Case {
+    /// Name of the cable in tables.
+    fn cable(&self) -> String {
+        self.cable.map_or_else(
+            || "hoist: 10 m, EA 2·10⁷ N, 1 kg a segment".to_owned(),
+            |cable| {
+                let area = number(cable.area);
+                format!("{}: 1 m, square of {area} m²", cable.name)
+            },
+        )
+    }
+
+    /// The hanging cable with its load, nothing driven.
+    fn params(&self, mass_ratio: f64) -> HoistParams {
+        let hoist = HoistParams {
+            segments: self.segments,
+            mass_ratio,
+            joint: self.joint,
+            ..HoistParams::default()
+        };
+        let Some(cable) = self.cable else {
+            return hoist;
+        };
+        let side = cable.area.sqrt();
+        let Stiffness { ea, ei, gj } =
+            Stiffness::new(&cable.material, &CrossSection::Square { side });
+        let length = 1.0;
+        HoistParams {
+            length,
+            segment_mass: Some(cable.material.density * cable.area * length / self.segments as f64),
+            // The disc with the square's moments of inertia.
+            radius: Some(side / 3.0_f64.sqrt()),
+            ea: Some(ea),
+            ei: Some(ei),
+            gj: Some(gj),
+            ..hoist
+        }
+    }
+}
+
+const DT: f64 = 1.0 / 60.0;
+
+#[derive(Debug, Clone)]
+pub struct Config {
+    cases: Vec<Case>,
+    /// Mass ratios load/segment, ascending.
+    ratios: Vec<f64>,
+    /// Simulated time \[s].
+    time: f64,
+}
 
 const JOINTS: [JointKind; 3] = [JointKind::Spherical, JointKind::Cosserat, JointKind::Paper];
 
@@ -130,76 +169,62 @@ fn grid(per_decade: i32) -> Vec<f64> {
     (0..=6 * per_decade).map(ratio).collect()
 }
 
-fn square(material: &'static str, area: f64) -> Cable {
-    Cable::Square { material, area }
-}
-
-impl Default for Config {
-    /// 30 s for each ratio 10^(k/4) of each cell.
-    fn default() -> Self {
-        let cables = MATERIALS.map(|m| square(m, AREA));
-        let cables: Vec<Cable> = [Cable::Hoist].into_iter().chain(cables).collect();
-        let stiffness: Vec<_> = ALPHAS.map(GeometricStiffness::inertia).to_vec();
-        let mut cases = product(&cables, &[6, 24], &JOINTS, &stiffness);
-        let cosserat = [JointKind::Cosserat];
-        cases.extend(product(&[Cable::Hoist], &[100], &cosserat, &stiffness));
-        for segments in [6, 24] {
-            cases.extend(JOINTS.map(|joint| guarded(segments, joint)));
-            cases.extend(cables.iter().map(|&cable| planar(cable, segments)));
-        }
-        cases.push(Case {
-            joint: JointKind::Cosserat,
-            planar: false,
-            ..planar(square("steel", READABLE_AREA), 6)
-        });
-        cases.push(planar(square("steel", READABLE_AREA), 6));
-        Self {
-            cases,
-            ratios: grid(4),
-            time: 30.0,
-            dt: 1.0 / 60.0,
-        }
-    }
-}
-
 impl Config {
-    /// 5 s, whole decades, six segments.
+    /// 30 s for each ratio 10^(k/4) of each cell; quick 5 s, whole decades, six segments.
     #[must_use]
-    pub fn quick() -> Self {
-        let cables = [Cable::Hoist, square("steel", AREA)];
-        let stiffness = [0.0, 0.5].map(GeometricStiffness::inertia);
-        let joints = [JointKind::Spherical, JointKind::Cosserat];
-        let mut cases = product(&cables, &[6], &joints, &stiffness);
-        cases.push(guarded(6, JointKind::Cosserat));
-        cases.extend(cables.map(|cable| planar(cable, 6)));
+    pub fn new(quick: bool) -> Self {
         Self {
-            cases,
-            ratios: grid(1),
-            time: 5.0,
-            dt: 1.0 / 60.0,
+            cases: if quick { few() } else { all() },
+            ratios: grid(pick(quick, [4, 1])),
+            time: pick(quick, [30.0, 5.0]),
         }
     }
+}
+
+fn few() -> Vec<Case> {
+    let cables = [None, Some(STEEL)];
+    let joints = [JointKind::Spherical, JointKind::Cosserat];
+    let mut cases = product(&cables, &[6], &joints, &[0.0, 0.5]);
+    cases.push(guarded(6, JointKind::Cosserat));
+    cases.extend(cables.map(|cable| planar(cable, 6)));
+    cases
+}
+
+fn all() -> Vec<Case> {
+    let cables = [None, Some(STEEL), Some(NYLON), Some(RUBBER)];
+    let mut cases = product(&cables, &[6, 24], &JOINTS, &ALPHAS);
+    cases.extend(product(&[None], &[100], &[JointKind::Cosserat], &ALPHAS));
+    for segments in [6, 24] {
+        cases.extend(JOINTS.map(|joint| guarded(segments, joint)));
+        cases.extend(cables.map(|cable| planar(cable, segments)));
+    }
+    let readable = planar(Some(READABLE), 6);
+    cases.push(Case {
+        joint: JointKind::Cosserat,
+        planar: false,
+        ..readable
+    });
+    cases.push(readable);
+    cases
 }
 
 fn product(
-    cables: &[Cable],
+    cables: &[Option<Square>],
     segments: &[usize],
     joints: &[JointKind],
-    stiffness: &[GeometricStiffness],
+    alphas: &[f64],
 ) -> Vec<Case> {
     let mut cases = Vec::new();
     for &cable in cables {
         for &segments in segments {
             for &joint in joints {
                 for scheme in Scheme::KINDS {
-                    cases.extend(stiffness.iter().map(|&stiffness| Case {
-                        cable,
-                        segments,
+                    cases.extend(alphas.iter().map(|&alpha| Case {
                         joint,
                         scheme,
-                        stiffness,
-                        guarded: false,
+                        alpha,
                         planar: false,
+                        ..planar(cable, segments)
                     }));
                 }
             }
@@ -210,59 +235,28 @@ fn product(
 
 /// The default options, guard and all, on the hoist.
 fn guarded(segments: usize, joint: JointKind) -> Case {
-    let StepOptions {
-        scheme, stiffness, ..
-    } = StepOptions::default();
+    let default = StepOptions::default();
     Case {
-        cable: Cable::Hoist,
-        segments,
         joint,
-        scheme,
-        stiffness,
+        scheme: default.scheme,
+        alpha: default.stiffness.alpha(),
         guarded: true,
         planar: false,
+        ..planar(None, segments)
     }
 }
 
 /// The paper's own step and joint, which hold in exactly planar motion only.
-fn planar(cable: Cable, segments: usize) -> Case {
+fn planar(cable: Option<Square>, segments: usize) -> Case {
     Case {
         cable,
         segments,
         joint: JointKind::Paper,
         scheme: Scheme::LinearlyImplicit,
-        stiffness: GeometricStiffness::Off,
+        alpha: 0.0,
         guarded: false,
         planar: true,
     }
-}
-
-/// Result for a cell.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Record {
-    pub cable: String,
-    pub segments: usize,
-    /// `spherical`, `cosserat`, `paper`.
-    pub joint: String,
-    pub scheme: String,
-    /// The geometric stiffness: `off`, α.
-    pub stiffness: String,
-    /// The guard was on.
-    pub guarded: bool,
-    /// Nothing disturbed the motion out of its plane.
-    pub planar: bool,
-    /// Ratios tried.
-    pub ratios: Vec<f64>,
-    /// Which of them are stable.
-    pub stable: Vec<bool>,
-    /// The largest ratio up to which every one is stable; `None` where the first is not.
-    pub stable_to: Option<f64>,
-    /// The largest stable ratio of all.
-    pub highest: Option<f64>,
-    /// When the first unstable ratio failed \[s], and how.
-    pub first_failure: Option<Failure>,
-    /// [`predicted_limit`] for the linearly implicit step without geometric stiffness.
-    pub predicted: Option<f64>,
 }
 
 /// The ratio load/segment at which linear theory has the linearly implicit step without geometric stiffness lose a
@@ -291,93 +285,209 @@ pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f
     tension / (gravity * m)
 }
 
-/// Runs every ratio of every cell, in parallel, each a case.
+/// Runs every ratio of every cell, in parallel, each a case: a row a cell.
 ///
 /// # Errors
 /// Unsound scenes or options. An unstable run is not an error.
-pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
+pub fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     let ratios = &config.ratios;
     let each = |case| ratios.iter().map(move |&ratio| (case, ratio));
     let runs: Vec<(&Case, f64)> = config.cases.iter().flat_map(each).collect();
-    let fails = |(case, ratio): &(&Case, f64)| fails(config, case, *ratio);
+    let fails = |(case, ratio): &(&Case, f64)| fails(config.time, case, *ratio);
     let failures = cases.parallel("runs", &runs, fails)?.all()?;
     let cells = config.cases.iter().zip(failures.chunks(ratios.len()));
-    let records = cells.map(|(case, failures)| record(config, case, failures));
-    Ok(records.collect::<Result<_, _>>()?)
+    let rows = cells.map(|(case, failures)| record(ratios, case, failures));
+    Ok(rows.collect::<Result<_, _>>()?)
 }
 
 /// How and when a run becomes unstable.
-fn fails(config: &Config, case: &Case, ratio: f64) -> Result<Option<Failure>, StepError> {
+fn fails(time: f64, case: &Case, ratio: f64) -> Result<Option<Failure>, StepError> {
     let params = HoistParams {
         seed: u64::from(!case.planar),
         seed_rate: 1e-3,
         move_x: 0.5,
         move_duration: 2.0,
-        ..case.cable.params(case.segments, ratio, case.joint)?
+        ..case.params(ratio)
     };
     let hoist = params.resolve()?;
     let widest = hoist.gaps(params.gravity).fold(0.0, f64::max);
-    let options = StepOptions {
-        dt: config.dt,
-        scheme: case.scheme,
-        stiffness: case.stiffness,
-        guard: case.guarded.then(Guard::default),
-        ..StepOptions::default()
-    };
+    let options = motions::step(case.scheme, case.alpha, DT, case.guarded);
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
     let limit = hoist.segment_length + widest;
-    Ok(simulate(&mut stepper, config.time, limit, |_| ()).failure)
+    Ok(simulate(&mut stepper, time, limit, |_| ()).failure)
 }
 
-fn record(config: &Config, case: &Case, failures: &[Option<Failure>]) -> Result<Record, StepError> {
-    let params = case.cable.params(case.segments, 1.0, case.joint)?;
-    let explicit = case.scheme == Scheme::LinearlyImplicit
-        && case.stiffness == GeometricStiffness::Off
-        && !case.guarded;
-    let predicted = if explicit {
-        let bending = case.joint != JointKind::Spherical;
-        let hoist = params.resolve()?;
-        Some(predicted_limit(&hoist, params.gravity, config.dt, bending))
-    } else {
-        None
-    };
-    let ratios = &config.ratios;
+fn record(ratios: &[f64], case: &Case, failures: &[Option<Failure>]) -> Result<Value, StepError> {
+    let explicit = case.scheme == Scheme::LinearlyImplicit && case.alpha == 0.0 && !case.guarded;
+    let params = case.params(1.0);
+    let hoist = params.resolve()?;
+    let bending = case.joint != JointKind::Spherical;
+    let predicted = || predicted_limit(&hoist, params.gravity, DT, bending);
     let stable: Vec<bool> = failures.iter().map(Option::is_none).collect();
     let unbroken = stable.iter().take_while(|&&s| s).count();
     let highest = stable.iter().rposition(|&s| s);
-    Ok(Record {
-        cable: case.cable.name(),
-        segments: case.segments,
-        joint: joint_name(case.joint).to_owned(),
-        scheme: case.scheme.to_string(),
-        stiffness: case.stiffness.to_string(),
-        guarded: case.guarded,
-        planar: case.planar,
-        ratios: ratios.clone(),
-        stable,
-        stable_to: unbroken.checked_sub(1).map(|i| ratios[i]),
-        highest: highest.map(|i| ratios[i]),
-        first_failure: failures.iter().flatten().next().cloned(),
-        predicted,
-    })
+    Ok(json!({
+        "cable": case.cable(),
+        "segments": case.segments,
+        "joint": case.joint,
+        "scheme": case.scheme.to_string(),
+        "stiffness": GeometricStiffness::inertia(case.alpha).to_string(),
+        "guarded": case.guarded,
+        "planar": case.planar,
+        "ratios": ratios,
+        "stable": stable,
+        // The largest ratio up to which every one is stable, and the largest stable one of all.
+        "stable_to": unbroken.checked_sub(1).map(|i| ratios[i]),
+        "highest": highest.map(|i| ratios[i]),
+        "first_failure": failures.iter().flatten().next(),
+        "predicted": explicit.then(predicted),
+    }))
 }
 
-fn joint_name(joint: JointKind) -> &'static str {
-    match joint {
-        JointKind::Spherical => "spherical",
-        JointKind::Cosserat => "cosserat",
-        JointKind::Paper => "paper",
-        _ => "other",
+const JOINT: Column = column("joint", "joint");
+const SEGMENTS: Column = column("segments", "segments");
+const LARGEST: Column = column("highest", "largest").shown(Show::Row(largest));
+
+const SHEETS: &[Sheet] = &[Sheet {
+    shared: &[column("cable", "{}"), column("segments", "{} segments")],
+    columns: &[JOINT, column("scheme", "scheme")],
+    across: Some(Across {
+        by: &[column("stiffness", "{}").shown(Show::Row(stiffness))],
+        cells: &[column("highest", "").shown(Show::Row(largest))],
+        several: false,
+        most: usize::MAX,
+    }),
+    takes: |row| !is(row, "guarded") && !is(row, "planar") && !readable(row),
+    ..sheet::PLAIN
+}];
+
+const GUARDED: Sheet = Sheet {
+    title: "The default options with the guard on, hoist",
+    columns: &[
+        JOINT,
+        SEGMENTS,
+        column("scheme", "scheme"),
+        column("stiffness", "stiffness"),
+        LARGEST,
+    ],
+    takes: |row| is(row, "guarded"),
+    ..sheet::PLAIN
+};
+
+const THEORY: Sheet = Sheet {
+    title: "The paper's step (linearly implicit, no K): largest stable ratio by linear theory and measured",
+    columns: &[
+        column("cable", "cable"),
+        SEGMENTS,
+        JOINT,
+        column("planar", "motion").shown(Show::Row(motion)),
+        fixed("predicted", "predicted", 0),
+        fixed("stable_to", "measured to", 0),
+        fixed("highest", "highest", 0),
+    ],
+    takes: |row| number_of(row, "predicted").is_some(),
+    ..sheet::PLAIN
+};
+
+/// True for the cable of the paper's readable entry.
+fn readable(row: &Row) -> bool {
+    text_of(row, "cable") == planar(Some(READABLE), 6).cable()
+}
+
+fn stiffness(row: &Row) -> String {
+    match text_of(row, "stiffness") {
+        "off" => "no K".to_owned(),
+        weight => weight.to_owned(),
     }
 }
+
+fn motion(row: &Row) -> String {
+    if is(row, "planar") {
+        "planar".to_owned()
+    } else {
+        "seeded".to_owned()
+    }
+}
+
+/// log₁₀ of the largest ratio up to which all are stable; in brackets the largest stable one where it is another.
+fn largest(row: &Row) -> String {
+    let ratios = row.get("ratios").and_then(Value::as_array);
+    let cap = ratios.and_then(|all| all.last()?.as_f64());
+    let exponent = |r: f64| {
+        let end = if Some(r) == cap { "≥" } else { "" };
+        format!("{end}{:.2}", r.log10())
+    };
+    match (number_of(row, "stable_to"), number_of(row, "highest")) {
+        (None, None) => "<0".to_owned(),
+        (None, Some(high)) => format!("<0({})", exponent(high)),
+        (Some(low), Some(high)) if high > low => format!("{}({})", exponent(low), exponent(high)),
+        (Some(low), _) => exponent(low),
+    }
+}
+
+/// The map, a table for each cable and number of segments, then the guard's, then the theory's.
+#[must_use]
+pub fn text_tables(data: &Value, config: &Config) -> String {
+    format!(
+        "Stability map: log₁₀ of the largest load/segment mass ratio up to which every ratio of the grid is stable for\n\
+         {} s at Δt = 1/60 s; in brackets the largest stable one where some below it are not. Guard off. The paper's\n\
+         Table II is that of `taut paper table2`.\n\
+         {}{}{}",
+        config.time,
+        SHEETS[0].text(data),
+        GUARDED.text(data),
+        THEORY.text(data),
+    )
+}
+
+const RATIO: &str = "load/segment mass ratio (1)";
+
+const PLOTS: &[Plan] = &[
+    Plan {
+        id: "largest",
+        title: "Largest stable mass ratio",
+        text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of \
+                       the geometric stiffness, a panel for each cable, number of segments and \
+                       joint; without the guard. Where a point is missing not even the smallest ratio is stable; the \
+                       highest points are where the grid ends. Those of the schemes stand beside each other.",
+        panels: &["cable", "segments", "joint"],
+        series: &["scheme"],
+        x: texts(&["stiffness"], "geometric stiffness α (1)"),
+        y: positive(&["stable_to"], RATIO, 1.0),
+        as_first: &["guarded", "planar"],
+        least_places: 2,
+        ..PLAIN
+    },
+    Plan {
+        id: "segments",
+        title: "Against the number of segments",
+        text: "The same against the number of segments, without geometric stiffness and with the weights 0.4 \
+                       and 0.5.",
+        panels: &["cable", "joint"],
+        series: &["scheme", "stiffness"],
+        x: positive(&["segments"], "segments (1)", 1.0),
+        y: positive(&["stable_to"], RATIO, 1.0),
+        only: &[("stiffness", &["off", "0.4", "0.5"])],
+        as_first: &["guarded", "planar"],
+        least_places: 2,
+        ..PLAIN
+    },
+];
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn limit(cable: Cable, segments: usize) -> f64 {
-        let params = cable.params(segments, 1.0, JointKind::Cosserat).unwrap();
-        predicted_limit(&params.resolve().unwrap(), 9.81, 1.0 / 60.0, true)
+    fn cell(cable: Option<Square>, segments: usize) -> Case {
+        Case {
+            joint: JointKind::Cosserat,
+            ..planar(cable, segments)
+        }
+    }
+
+    fn limit(cable: Square, segments: usize) -> f64 {
+        let params = cell(Some(cable), segments).params(1.0);
+        predicted_limit(&params.resolve().unwrap(), 9.81, DT, true)
     }
 
     #[test]
@@ -392,7 +502,7 @@ mod tests {
             tension / (9.81 * m)
         };
         for n in [6, 24, 100] {
-            let found = limit(square("steel", AREA), n);
+            let found = limit(STEEL, n);
             let least = (1..=n).map(|k| {
                 let half = PI * k as f64 / (2 * n) as f64;
                 steel(n as f64, half.sin().powi(2))
@@ -404,43 +514,37 @@ mod tests {
                 "{n}: {found} {least}"
             );
         }
-        assert!((limit(square("nylon", AREA), 6) - 643.6).abs() < 0.5);
-        let params = Cable::Hoist.params(24, 1.0, JointKind::Spherical).unwrap();
+        assert!((limit(NYLON, 6) - 643.6).abs() < 0.5);
+        let params = cell(None, 24).params(1.0);
         let hoist = params.resolve().unwrap();
         // 4 I/(m l Δt² g) = l/(3 Δt² g) for a thin rod.
         let thin = hoist.segment_length * 3600.0 / (3.0 * 9.81);
-        let spherical = predicted_limit(&hoist, 9.81, 1.0 / 60.0, false);
+        let spherical = predicted_limit(&hoist, 9.81, DT, false);
         assert!((spherical / thin - 1.0).abs() < 1e-3);
     }
 
     #[test]
     fn cells_tell_holes_from_limits() {
-        let cell = |stable: [bool; 4]| {
-            let config = Config {
-                ratios: vec![1.0, 10.0, 100.0, 1000.0],
-                ..Config::quick()
-            };
+        let largest = |stable: [bool; 4]| {
             let failure = Failure {
                 time: 0.0,
                 reason: String::new(),
             };
             let failures = stable.map(|s| (!s).then(|| failure.clone()));
-            let record = record(&config, &config.cases[0], &failures).unwrap();
-            let data = crate::study::data(&[record]).unwrap();
-            tables::largest(&taut_output::row::rows_of(&data, "")[0])
+            let row = record(&[1.0, 10.0, 100.0, 1000.0], &cell(None, 6), &failures).unwrap();
+            largest(row.as_object().unwrap())
         };
-        assert_eq!(cell([true; 4]), "≥3.00");
-        assert_eq!(cell([false; 4]), "<0");
-        assert_eq!(cell([true, true, false, false]), "1.00");
-        assert_eq!(cell([true, false, true, false]), "0.00(2.00)");
-        assert_eq!(cell([false, false, false, true]), "<0(≥3.00)");
+        assert_eq!(largest([true; 4]), "≥3.00");
+        assert_eq!(largest([false; 4]), "<0");
+        assert_eq!(largest([true, true, false, false]), "1.00");
+        assert_eq!(largest([true, false, true, false]), "0.00(2.00)");
+        assert_eq!(largest([false, false, false, true]), "<0(≥3.00)");
     }
 
     #[test]
     fn the_square_has_its_own_inertia_and_mass() {
-        let params = square("nylon", 4e-4)
-            .params(10, 2.0, JointKind::Cosserat)
-            .unwrap();
+        let cable = square("nylon", Material::NYLON, 4e-4);
+        let params = cell(Some(cable), 10).params(2.0);
         let scene = params.build().unwrap();
         let m = 1150.0 * 4e-4 * 0.1;
         let inertia = scene.bodies.inertia[0];

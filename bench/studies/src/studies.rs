@@ -1,5 +1,5 @@
 //! All experiments: those that `taut study` runs, and those with a command of their own. A new one is a module `NAME`,
-//! declared in `lib.rs` with a row of its map, its `STUDY` in `NAME/study.rs`, and an entry in [`STUDIES`]. Whatever
+//! declared in `lib.rs` with a row of its map, its `STUDY`, and an entry in [`STUDIES`]. Whatever
 //! it runs goes through [`Cases`](crate::cases::Cases), so that it can be resumed and dealt to shards.
 
 use crate::options::Refused;

@@ -235,13 +235,7 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     (
         "accuracy",
         "study accuracy --quick --segments 4 --ratios 10,1e4 --backends banded,cg:group --time 0.5",
-        &[
-            "work-precision",
-            "orders",
-            "solvers",
-            "table-records",
-            "table-costs",
-        ],
+        &["work-precision", "orders", "solvers", "table-records"],
     ),
     (
         "scenes",

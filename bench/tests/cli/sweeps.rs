@@ -219,7 +219,6 @@ fn the_study_accuracy_compares_every_scheme_with_the_reference() {
     }
     assert_eq!(of("default", 1.0 / 60.0)["stable"], true);
     assert!(records.iter().any(|r| r["iterations"] == 20));
-    assert!(results["costs"].as_array().is_some_and(|c| c.len() == 5));
     // The references are kept: the same again is the same, to the last bit.
     assert!(at.join("target/taut/reference").is_dir());
     let again = json(&at, line);

@@ -31,26 +31,24 @@ impl Header {
     /// Refuses a file of another version, another command or other inputs than `other`, which is called `name`.
     ///
     /// # Errors
-    /// [`CasesError::Differs`].
+    /// The first part that differs.
     pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), CasesError> {
         let parts = |h: &Self| {
             let command = format!("taut {}", h.command.join(" "));
-            [command, h.version.clone(), h.inputs.join(", ")]
+            [
+                ("command", command),
+                ("version", h.version.clone()),
+                ("content of what it reads", h.inputs.join(", ")),
+            ]
         };
-        let names = ["command", "version", "content of what it reads"];
-        for ((what, found), wanted) in names.into_iter().zip(parts(self)).zip(parts(other)) {
-            if found != wanted {
-                let [path, other] = [path.display().to_string(), name.to_owned()];
-                return Err(CasesError::Differs {
-                    path,
-                    what,
-                    found,
-                    other,
-                    wanted,
-                });
-            }
-        }
-        Ok(())
+        let mut pairs = parts(self).into_iter().zip(parts(other));
+        let Some(((what, found), (_, wanted))) = pairs.find(|(own, other)| own != other) else {
+            return Ok(());
+        };
+        Err(CasesError::Refused(format!(
+            "`{}` has another {what} than {name}: `{found}`, not `{wanted}`",
+            path.display()
+        )))
     }
 }
 
@@ -101,7 +99,7 @@ impl Written {
                 &format!("`{}`", paths[0].display()),
             )?;
         }
-        whole.ok_or_else(|| CasesError::NotCases(paths.first().cloned().unwrap_or_default()))
+        whole.ok_or_else(|| CasesError::Refused("no file of cases is named".to_owned()))
     }
 
     fn ran_on(&mut self, machine: &str) {
@@ -133,7 +131,13 @@ fn add(
             (Ok(Line::Case(name, record)), Some(whole)) => {
                 drop(whole.known.insert(name, Record(record)))
             }
-            _ => return Err(CasesError::Damaged(path.to_owned(), k + 1)),
+            _ => {
+                return Err(CasesError::Refused(format!(
+                    "`{}` is damaged in line {}: delete it, and run its study again",
+                    path.display(),
+                    k + 1
+                )));
+            }
         }
     }
     Ok(length)
@@ -144,7 +148,7 @@ fn length(path: &Path, bytes: &[u8]) -> Result<usize, CasesError> {
     let beginning = bytes.len().min(BEGINNING.len());
     match bytes[..beginning] == BEGINNING[..beginning] {
         true => Ok(bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1)),
-        false => Err(CasesError::NotCases(path.to_owned())),
+        false => Err(CasesError::not_cases(path)),
     }
 }
 
@@ -160,7 +164,7 @@ fn fault(path: &Path, doing: &'static str, source: io::Error) -> CasesError {
 /// Refuses a path that is not a regular file: reading a pipe might never end.
 fn regular(path: &Path) -> Result<(), CasesError> {
     match fs::metadata(path) {
-        Ok(there) if !there.is_file() => Err(CasesError::NotCases(path.to_owned())),
+        Ok(there) if !there.is_file() => Err(CasesError::not_cases(path)),
         _ => Ok(()),
     }
 }
@@ -196,7 +200,12 @@ impl Journal {
         options.read(true).write(true).create(true).truncate(false);
         let mut file = options.open(path).map_err(failed)?;
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => return Err(CasesError::InUse(path.to_owned())),
+            Err(TryLockError::WouldBlock) => {
+                return Err(CasesError::Refused(format!(
+                    "`{}` is being written by another run: wait for its end, or give each a file of its own with `--cases`",
+                    path.display()
+                )));
+            }
             // File systems of clusters may know no locks.
             Err(TryLockError::Error(e)) if e.kind() != ErrorKind::Unsupported => {
                 return Err(fault(path, "lock", e));
@@ -208,7 +217,12 @@ impl Journal {
         let mut written = Some(Written::new(header.clone()));
         let length = match length(path, &bytes)? {
             _ if resume => add(&mut written, path, &bytes, "this run")?,
-            1.. if is_asked_for => return Err(CasesError::Kept(path.to_owned())),
+            1.. if is_asked_for => {
+                return Err(CasesError::Refused(format!(
+                    "`{}` holds cases: add `--resume` to go on with them, or delete it to run them anew",
+                    path.display()
+                )));
+            }
             _ => 0,
         };
         let mut written = written.unwrap_or_else(|| Written::new(header.clone()));

@@ -5,7 +5,8 @@
 //! are padded to whole vectors by points that nothing holds and nothing moves.
 
 use nalgebra::Vector3;
-use taut_ground::engine::motion::Points;
+use taut_ground::engine::motion::{FRAME, Motion, Points};
+use taut_ground::engine::{self, Engine, Setting, doubling};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// Points of a vector.
@@ -14,7 +15,7 @@ const WIDTH: usize = 4;
 /// The chain. Spring i joins points i and i + 1; its force is at i + 1, so that the sum at point i is that at i + 1
 /// less that at i.
 #[derive(Debug, Clone)]
-pub struct Leapfrog {
+struct Leapfrog {
     /// Positions, a coordinate each \[m].
     x: [Vec<f64>; 3],
     /// Velocities half a sub-step ahead \[m/s].
@@ -44,8 +45,7 @@ struct Advance<'a> {
 
 impl Leapfrog {
     /// At rest at the start, `gravity` along −z in m/s²; velocities half a sub-step of `dt` (s) ahead.
-    #[must_use]
-    pub fn new(points: &Points, gravity: f64, dt: f64) -> Self {
+    fn new(points: &Points, gravity: f64, dt: f64) -> Self {
         let n = points.mass.len();
         let padded = n.next_multiple_of(WIDTH);
         let mut x = [0, 1, 2].map(|k| points.position.iter().map(|p| p[k]).collect::<Vec<_>>());
@@ -84,7 +84,7 @@ impl Leapfrog {
     }
 
     /// `substeps` sub-steps of `dt` (s).
-    pub fn advance(&mut self, dt: f64, substeps: usize) {
+    fn advance(&mut self, dt: f64, substeps: usize) {
         let level = self.level;
         dispatch(
             level,
@@ -97,9 +97,29 @@ impl Leapfrog {
     }
 
     /// Position of the load \[m].
-    #[must_use]
-    pub fn load(&self) -> Vector3<f64> {
+    fn load(&self) -> Vector3<f64> {
         Vector3::from_fn(|k, _| self.x[k][self.load])
+    }
+}
+
+/// The chain as an engine.
+pub(super) fn engine() -> Engine {
+    let setting = |substeps: usize| Setting {
+        text: engine::substeps(substeps),
+        substeps,
+        start: Box::new(move |motion: &Motion| {
+            let dt = FRAME / substeps as f64;
+            let mut chain = Leapfrog::new(&motion.points()?, motion.params.gravity, dt);
+            Ok(Box::new(move || {
+                chain.advance(dt, substeps);
+                Ok(chain.load())
+            }))
+        }),
+    };
+    Engine {
+        name: "leapfrog",
+        ladders: vec![doubling(1, 4096).map(setting).collect()],
+        all: false,
     }
 }
 
@@ -179,7 +199,6 @@ fn drift<V: Lanes>(kick: V, dt: V, force: &[f64], fallen: V, v: &mut [f64], x: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taut_ground::engine::motion::{FRAME, Motion};
     use taut_model::HoistParams;
 
     fn points(segments: usize, mass_ratio: f64) -> (Motion, Points) {

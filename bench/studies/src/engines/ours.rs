@@ -5,11 +5,11 @@ use taut_ground::engine::grounded::{Known, Places};
 use taut_ground::engine::motion::{FRAME, Motion};
 use taut_ground::engine::{Engine, Setting};
 use taut_ground::trajectory::load_position;
-use taut_integrator::{StepOptions, Stepper};
-use taut_model::{HoistParams, JointKind};
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, JointKind, Scene};
 
 /// The default, what it costs less with less, and what sub-steps bring.
-pub(super) fn engine() -> Engine {
+pub(super) fn on_hoist() -> Engine {
     let default = StepOptions::default();
     let plain = StepOptions {
         guard: None,
@@ -20,15 +20,37 @@ pub(super) fn engine() -> Engine {
         substeps,
         ..default.clone()
     };
-    let full = JointKind::Cosserat;
-    let settings = vec![
-        setting("default, 1 step", full, default.clone()),
-        setting("no guard, unrefined", full, plain.clone()),
-        setting("2 sub-steps", full, substeps(2)),
-        setting("4 sub-steps", full, substeps(4)),
-        setting("ball joints", JointKind::Spherical, default),
-        setting("both", JointKind::Spherical, plain),
+    let (full, balls) = (JointKind::Cosserat, JointKind::Spherical);
+    let settings = [
+        ("default, 1 step", full, default.clone()),
+        ("no guard, unrefined", full, plain.clone()),
+        ("2 sub-steps", full, substeps(2)),
+        ("4 sub-steps", full, substeps(4)),
+        ("ball joints", balls, default.clone()),
+        ("both", balls, plain),
     ];
+    let settings = settings.map(|(text, joint, options)| {
+        let scene = move |motion: &Motion| {
+            let params = HoistParams {
+                joint,
+                ..motion.params.clone()
+            };
+            Motion { params, ..*motion }.scene().map_err(Into::into)
+        };
+        setting(text, options, scene, load_position)
+    });
+    engine(settings.into())
+}
+
+/// The default, for the ground.
+pub(super) fn on_ground() -> Engine<Known, Places> {
+    let scene = |known: &Known| Ok(known.scene.clone());
+    let places = |scene: &Scene| scene.bodies.position.clone();
+    let default = StepOptions::default();
+    engine(vec![setting("default, 1 step", default, scene, places)])
+}
+
+fn engine<M, P>(settings: Vec<Setting<M, P>>) -> Engine<M, P> {
     Engine {
         name: "taut",
         ladders: vec![settings],
@@ -36,31 +58,12 @@ pub(super) fn engine() -> Engine {
     }
 }
 
-/// The default, for the ground.
-pub(super) fn on_ground() -> Engine<Known, Places> {
-    let options = StepOptions {
-        dt: FRAME,
-        ..StepOptions::default()
-    };
-    let setting = Setting {
-        text: "default, 1 step".to_owned(),
-        substeps: options.substeps,
-        start: Box::new(move |known: &Known| {
-            let mut stepper = Stepper::new(known.scene.clone(), options.clone())?;
-            Ok(Box::new(move || {
-                stepper.step().map_err(|e| e.to_string())?;
-                Ok(stepper.scene().bodies.position.clone())
-            }))
-        }),
-    };
-    Engine {
-        name: "taut",
-        ladders: vec![vec![setting]],
-        all: true,
-    }
-}
-
-fn setting(text: &str, joint: JointKind, options: StepOptions) -> Setting {
+fn setting<M, P: 'static>(
+    text: &str,
+    options: StepOptions,
+    scene: impl Fn(&M) -> Result<Scene, StepError> + 'static,
+    told: fn(&Scene) -> P,
+) -> Setting<M, P> {
     let options = StepOptions {
         dt: FRAME,
         ..options
@@ -68,18 +71,11 @@ fn setting(text: &str, joint: JointKind, options: StepOptions) -> Setting {
     Setting {
         text: text.to_owned(),
         substeps: options.substeps,
-        start: Box::new(move |motion: &Motion| {
-            let motion = Motion {
-                params: HoistParams {
-                    joint,
-                    ..motion.params.clone()
-                },
-                angle: motion.angle,
-            };
-            let mut stepper = Stepper::new(motion.scene()?, options.clone())?;
+        start: Box::new(move |motion: &M| {
+            let mut stepper = Stepper::new(scene(motion)?, options.clone())?;
             Ok(Box::new(move || {
                 stepper.step().map_err(|e| e.to_string())?;
-                Ok(load_position(stepper.scene()))
+                Ok(told(stepper.scene()))
             }))
         }),
     }

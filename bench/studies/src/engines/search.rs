@@ -1,76 +1,40 @@
-//! Runs a setting through both motions, and finds the cheapest within the bar.
+//! Runs settings through a motion, finds the cheapest within the bar, times what is found in turns.
 
-use super::{Config, params};
-use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::time::{Duration, Instant};
-use taut_ground::engine::motion::{self, Converged, FRAME, Motion};
+use taut_ground::engine::motion::FRAME;
 use taut_ground::engine::{Engine, Frame, Setting};
-use taut_ground::trajectory::{Timing, steps_in};
+use taut_ground::trajectory::Timing;
 use taut_integrator::StepError;
 
-/// Errors `E` of the motions with a setting, and its times.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Outcome<E = Hung> {
-    /// Steps a frame.
-    pub substeps: usize,
-    #[serde(flatten)]
-    pub errors: E,
-    /// Frame, median; NaN where the motion failed \[ns].
-    pub frame_ns: f64,
-    /// Frame, minimum, likewise \[ns].
-    pub frame_ns_min: f64,
-    /// Reason for a missing error; times are NaN then, null in JSON.
-    pub failure: Option<String>,
+/// Two errors of a motion with a setting, none where it failed, and the times of a frame; NaN there \[ns].
+#[derive(Debug)]
+pub(super) struct Outcome {
+    pub(super) errors: [Option<f64>; 2],
+    pub(super) frame_ns: f64,
+    pub(super) frame_ns_min: f64,
+    /// Reason for a missing error.
+    failure: Option<String>,
 }
 
-/// Errors, none of them where a motion failed.
-pub trait Errors {
-    /// Each of them.
-    fn all(&self) -> [Option<f64>; 2];
-}
-
-/// Errors on the hoist.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Hung {
-    /// Largest difference of the elongation at rest from the analytic one in the second second, over the length.
-    pub elongation_error: Option<f64>,
-    /// Largest distance of the swinging load from the reference, over the length.
-    pub load_error: Option<f64>,
-}
-
-impl Errors for Hung {
-    fn all(&self) -> [Option<f64>; 2] {
-        [self.elongation_error, self.load_error]
-    }
-}
-
-impl<E: Errors> Outcome<E> {
+impl Outcome {
     /// Outcome of a run that took `times`, or ended early for the reason in `ran`.
-    pub(super) fn new<M, P>(
-        setting: &Setting<M, P>,
-        errors: E,
-        ran: Result<(), String>,
-        times: Vec<Duration>,
-    ) -> Self {
-        let failure = ran.err();
-        let timing = match failure.as_deref() {
-            Some(reason) if reason != SLOW => Timing::of(std::iter::empty()),
+    pub(super) fn new(errors: [f64; 2], ran: Result<(), String>, times: Vec<Duration>) -> Self {
+        let timing = match &ran {
+            Err(reason) if reason != SLOW => Timing::of(std::iter::empty()),
             _ => Timing::of(times.into_iter()),
         };
         Self {
-            substeps: setting.substeps,
-            errors,
+            errors: errors.map(|error| ran.is_ok().then_some(error)),
             frame_ns: timing.median,
             frame_ns_min: timing.min,
-            failure,
+            failure: ran.err(),
         }
     }
 
     /// The larger error; infinite where a motion has none.
-    #[must_use]
-    pub fn error(&self) -> f64 {
-        match self.errors.all() {
+    pub(super) fn error(&self) -> f64 {
+        match self.errors {
             [Some(a), Some(b)] => a.max(b),
             _ => f64::INFINITY,
         }
@@ -78,48 +42,32 @@ impl<E: Errors> Outcome<E> {
 }
 
 /// A setting of an engine that is a row, what came of it, and how many settings were tried.
-pub(super) struct Row<'a, E = Hung, M = Motion, P = Vector3<f64>> {
-    pub(super) setting: &'a Setting<M, P>,
-    pub(super) outcome: Outcome<E>,
-    pub(super) tried: usize,
+pub(super) struct Row<'a, M, P> {
+    engine: &'a Engine<M, P>,
+    setting: &'a Setting<M, P>,
+    pub(super) outcome: Outcome,
+    tried: usize,
 }
 
-/// Row of a table, for any engine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Entry<E = Hung> {
-    pub engine: String,
-    pub setting: String,
-    /// A search chose the setting.
-    pub searched: bool,
-    /// Settings tried.
-    pub tried: usize,
-    #[serde(flatten)]
-    pub outcome: Outcome<E>,
-    /// Both errors are within the bar.
-    pub within: bool,
-}
-
-impl<E: Errors, M, P> Row<'_, E, M, P> {
-    /// The entry of a row of this engine.
-    pub(super) fn entry(self, engine: &Engine<M, P>, bar: f64) -> Entry<E> {
-        Entry {
-            engine: engine.name.to_owned(),
-            setting: self.setting.text.clone(),
-            searched: !engine.all,
-            tried: self.tried,
-            within: self.outcome.error() <= bar,
-            outcome: self.outcome,
-        }
+impl<M, P> Row<'_, M, P> {
+    /// The row's columns, with the names of its errors.
+    pub(super) fn columns(&self, [first, second]: [&str; 2], bar: f64) -> Value {
+        let outcome = &self.outcome;
+        json!({
+            "engine": self.engine.name,
+            "setting": self.setting.text,
+            // A search chose the setting, of those tried.
+            "searched": !self.engine.all,
+            "tried": self.tried,
+            "substeps": self.setting.substeps,
+            first: outcome.errors[0],
+            second: outcome.errors[1],
+            "frame_ns": outcome.frame_ns,
+            "frame_ns_min": outcome.frame_ns_min,
+            "failure": outcome.failure,
+            "within": outcome.error() <= bar,
+        })
     }
-}
-
-/// A cable, with what runs on it are judged by.
-pub(super) struct Cable {
-    rest: Motion,
-    swing: Motion,
-    pub(super) reference: Converged,
-    /// Distance from the anchor at which a load is lost \[m].
-    reach: f64,
 }
 
 /// Why a setting was not run to its end.
@@ -127,92 +75,6 @@ const SLOW: &str = "too slow";
 /// Turns that the settings of a table are timed in, and frames of a turn.
 const TURNS: usize = 8;
 const TURN: usize = 40;
-
-/// Time at rest, the second half of which counts \[s].
-const REST: f64 = 2.0;
-
-impl Cable {
-    pub(super) fn new(
-        config: &Config,
-        segments: usize,
-        mass_ratio: f64,
-    ) -> Result<Self, StepError> {
-        let at = |angle| Motion {
-            params: params(segments, mass_ratio),
-            angle,
-        };
-        let swing = at(config.angle);
-        Ok(Self {
-            reference: motion::converged(&swing, steps_in(config.time, FRAME))?,
-            reach: motion::reach(&swing.params)?,
-            rest: at(0.0),
-            swing,
-        })
-    }
-
-    /// Times the rows again.
-    pub(super) fn time(&self, rows: &mut [Row<'_>]) -> Result<(), StepError> {
-        in_turns(rows, &self.swing)
-    }
-
-    pub(super) fn length(&self) -> f64 {
-        self.rest.params.length
-    }
-
-    /// Runs a setting through both motions, the swing first. Ends early where the load is lost or the first frames take
-    /// longer than `longest_ns`.
-    pub(super) fn run(&self, setting: &Setting, longest_ns: f64) -> Result<Outcome, StepError> {
-        let mut times = Vec::new();
-        let mut load_error = 0.0_f64;
-        let mut exact = self.reference.load.iter();
-        let swung = self.frames(
-            (setting.start)(&self.swing)?,
-            self.reference.load.len(),
-            longest_ns,
-            &mut times,
-            |load| {
-                if let Some(exact) = exact.next() {
-                    load_error = load_error.max((load - Vector3::from(*exact)).norm());
-                }
-            },
-        );
-        let mut elongation_error = 0.0_f64;
-        let rested = swung.and_then(|()| {
-            let frames = steps_in(REST, FRAME);
-            let analytic = self.rest.params.exact_elongation();
-            let mut frame = 0;
-            let start = (setting.start)(&self.rest).map_err(|e| e.to_string())?;
-            self.frames(start, frames, longest_ns, &mut times, |load| {
-                frame += 1;
-                if 2 * frame > frames {
-                    let elongation = -load.z - self.length();
-                    elongation_error = elongation_error.max((elongation - analytic).abs());
-                }
-            })
-        });
-        let known = |error: f64| rested.is_ok().then_some(error / self.length());
-        let errors = Hung {
-            elongation_error: known(elongation_error),
-            load_error: known(load_error),
-        };
-        Ok(Outcome::new(setting, errors, rested, times))
-    }
-
-    fn frames(
-        &self,
-        frame: Frame,
-        count: usize,
-        longest_ns: f64,
-        times: &mut Vec<Duration>,
-        mut each: impl FnMut(Vector3<f64>),
-    ) -> Result<(), String> {
-        frames(frame, count, longest_ns, times, |load| {
-            let distance = load.norm();
-            each(load);
-            !distance.is_nan() && distance <= self.reach
-        })
-    }
-}
 
 /// Runs frames, until `each` finds its motion lost or the first take longer than `longest_ns`.
 pub(super) fn frames<P>(
@@ -243,11 +105,80 @@ pub(super) fn frames<P>(
     Ok(())
 }
 
-/// Times the rows again, all of them in turns, so that what else the machine does falls on all alike.
-pub(super) fn in_turns<E, M, P>(
-    rows: &mut [Row<'_, E, M, P>],
+/// The rows of engines on a motion, timed in turns: of each engine all of its settings, or the cheapest whose errors are
+/// within the bar, of those whose frame takes no longer than `longest_ns`. `run` runs a setting, and may give up beyond the
+/// time that it is given.
+pub(super) fn rows<'a, M, P>(
+    engines: &'a [Engine<M, P>],
     motion: &M,
-) -> Result<(), StepError> {
+    bar: f64,
+    longest_ns: f64,
+    run: impl Fn(&Setting<M, P>, f64) -> Result<Outcome, StepError>,
+) -> Result<Vec<Row<'a, M, P>>, StepError> {
+    let mut rows = Vec::new();
+    for engine in engines {
+        if engine.all {
+            for setting in engine.ladders.iter().flatten() {
+                rows.push(Row {
+                    engine,
+                    setting,
+                    outcome: run(setting, f64::INFINITY)?,
+                    tried: 1,
+                });
+            }
+        } else {
+            rows.extend(cheapest(engine, bar, longest_ns, &run)?);
+        }
+    }
+    in_turns(&mut rows, motion)?;
+    Ok(rows)
+}
+
+fn cheapest<'a, M, P>(
+    engine: &'a Engine<M, P>,
+    bar: f64,
+    longest_ns: f64,
+    run: impl Fn(&Setting<M, P>, f64) -> Result<Outcome, StepError>,
+) -> Result<Option<Row<'a, M, P>>, StepError> {
+    let mut best: Option<Row<'a, M, P>> = None;
+    let mut tried = 0;
+    for ladder in &engine.ladders {
+        for setting in ladder {
+            // Beyond what the best costs no setting is of use.
+            let within = best.as_ref().filter(|best| best.outcome.error() <= bar);
+            let least = within.map_or(f64::INFINITY, |best| best.outcome.frame_ns_min);
+            let longest = least.min(longest_ns);
+            let outcome = run(setting, longest)?;
+            let ends = outcome.error() <= bar || outcome.frame_ns_min > longest;
+            tried += 1;
+            let is_better = |best: &Row<'_, M, P>| better(&outcome, &best.outcome, bar);
+            if best.as_ref().is_none_or(is_better) {
+                best = Some(Row {
+                    engine,
+                    setting,
+                    outcome,
+                    tried,
+                });
+            }
+            if ends {
+                break;
+            }
+        }
+    }
+    Ok(best.map(|row| Row { tried, ..row }))
+}
+
+/// Within the bar before beyond it; then the cheaper, beyond it the less wrong.
+fn better(a: &Outcome, b: &Outcome, bar: f64) -> bool {
+    match (a.error() <= bar, b.error() <= bar) {
+        (true, true) => a.frame_ns_min < b.frame_ns_min,
+        (false, false) => a.error() < b.error(),
+        (a, _) => a,
+    }
+}
+
+/// Times the rows again, all of them in turns, so that what else the machine does falls on all alike.
+fn in_turns<M, P>(rows: &mut [Row<'_, M, P>], motion: &M) -> Result<(), StepError> {
     let mut times = vec![Vec::new(); rows.len()];
     for _ in 0..TURNS {
         for (row, times) in rows.iter().zip(&mut times) {
@@ -260,75 +191,11 @@ pub(super) fn in_turns<E, M, P>(
         }
     }
     for (row, times) in rows.iter_mut().zip(times) {
-        if times.is_empty() {
-            continue;
+        if !times.is_empty() {
+            let timing = Timing::of(times.into_iter());
+            row.outcome.frame_ns = timing.median;
+            row.outcome.frame_ns_min = timing.min;
         }
-        let timing = Timing::of(times.into_iter());
-        row.outcome.frame_ns = timing.median;
-        row.outcome.frame_ns_min = timing.min;
     }
     Ok(())
-}
-
-/// The rows of an engine: all of its settings, or the cheapest whose errors are within the bar, of those whose frame
-/// takes no longer than `longest_ns`. `run` runs a setting, and may give up beyond the time that it is given.
-pub(super) fn rows<'a, E: Errors, M, P>(
-    engine: &'a Engine<M, P>,
-    bar: f64,
-    longest_ns: f64,
-    run: impl Fn(&'a Setting<M, P>, f64) -> Result<Outcome<E>, StepError>,
-) -> Result<Vec<Row<'a, E, M, P>>, StepError> {
-    if engine.all {
-        let settings = engine.ladders.iter().flatten();
-        return settings
-            .map(|setting| {
-                let outcome = run(setting, f64::INFINITY)?;
-                Ok(Row {
-                    setting,
-                    outcome,
-                    tried: 1,
-                })
-            })
-            .collect();
-    }
-    let mut best: Option<Row<'a, E, M, P>> = None;
-    let mut tried = 0;
-    for ladder in &engine.ladders {
-        for setting in ladder {
-            // Beyond what the best costs no setting is of use.
-            let longest = match &best {
-                Some(best) if best.outcome.error() <= bar => {
-                    best.outcome.frame_ns_min.min(longest_ns)
-                }
-                _ => longest_ns,
-            };
-            let outcome = run(setting, longest)?;
-            let slow = outcome.frame_ns_min > longest;
-            tried += 1;
-            let within = outcome.error() <= bar;
-            if best
-                .as_ref()
-                .is_none_or(|best| better(&outcome, &best.outcome, bar))
-            {
-                best = Some(Row {
-                    setting,
-                    outcome,
-                    tried,
-                });
-            }
-            if within || slow {
-                break;
-            }
-        }
-    }
-    Ok(best.into_iter().map(|row| Row { tried, ..row }).collect())
-}
-
-/// Within the bar before beyond it; then the cheaper, beyond it the less wrong.
-fn better<E: Errors>(a: &Outcome<E>, b: &Outcome<E>, bar: f64) -> bool {
-    match (a.error() <= bar, b.error() <= bar) {
-        (true, true) => a.frame_ns_min < b.frame_ns_min,
-        (false, false) => a.error() < b.error(),
-        (a, _) => a,
-    }
 }

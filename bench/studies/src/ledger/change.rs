@@ -1,6 +1,7 @@
 //! Changes of a scene and its step that a ledger tries.
 
 use super::Setup;
+use std::fmt;
 use taut_ground::Choice;
 use taut_integrator::{Form, GeometricStiffness, Scheme, StepOptions};
 use taut_model::scene_file::Part;
@@ -47,31 +48,8 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
 }
 
 impl Change {
-    #[must_use]
-    pub fn what(&self) -> String {
-        match self {
-            Self::Without(Part::Torsion) => "no torsion".into(),
-            Self::Without(Part::Bending) => "no bending".into(),
-            Self::Without(Part::Stretch) => "no stretch: rigid".into(),
-            Self::Without(Part::Friction) => "no friction".into(),
-            Self::Without(Part::Contacts) => "no contacts".into(),
-            Self::Without(Part::Segments) => "massless cables".into(),
-            Self::Without(part) => format!("no {part:?}").to_lowercase(),
-            Self::Segments(factor) => format!("segments × {factor}"),
-            Self::Ruled => "segments by rule".into(),
-            Self::NoStiffness => "no geometric stiffness".into(),
-            Self::NoGuard => "no guard".into(),
-            Self::NoRefinement => "no refinement".into(),
-            Self::Scheme(scheme) => scheme.to_string(),
-            Self::Substeps(factor) => format!("sub-steps × {factor}"),
-            Self::Step(factor) => format!("Δt × {factor}"),
-            Self::Solver(choice) => choice.family(),
-        }
-    }
-
-    /// The option of `taut run` or the key of a scene that makes the change.
-    #[must_use]
-    pub fn how(&self, source: &SceneSource) -> String {
+    /// The change in words, and the option of `taut run` or the key of a scene that makes it.
+    pub(super) fn told(&self, source: &SceneSource) -> (String, String) {
         let of_scene = |key: &str, value: &str| match (self, source) {
             (_, SceneSource::Explicit(text)) if !text.cable.is_empty() || key == "friction" => {
                 format!("{key} = {value}")
@@ -84,19 +62,23 @@ impl Change {
             }
             _ => "--apply".into(),
         };
+        let told = |what: &str, how: &str| (what.to_owned(), how.to_owned());
         match self {
-            Self::Without(Part::Torsion) => of_scene("twist", "false"),
-            Self::Without(Part::Bending) => of_scene("bend", "false"),
-            Self::Without(Part::Friction) => of_scene("friction", "0"),
-            Self::Without(_) | Self::Segments(_) => "--apply".into(),
-            Self::Ruled => "resolution = {}".into(),
-            Self::NoStiffness => "--stiffness off".into(),
-            Self::NoGuard => "--guard off".into(),
-            Self::NoRefinement => "--refine 0".into(),
-            Self::Scheme(scheme) => format!("--scheme {scheme}"),
-            Self::Substeps(_) => "--substeps".into(),
-            Self::Step(_) => "--dt".into(),
-            Self::Solver(_) => "--backend".into(),
+            Self::Without(Part::Torsion) => told("no torsion", &of_scene("twist", "false")),
+            Self::Without(Part::Bending) => told("no bending", &of_scene("bend", "false")),
+            Self::Without(Part::Stretch) => told("no stretch: rigid", "--apply"),
+            Self::Without(Part::Friction) => told("no friction", &of_scene("friction", "0")),
+            Self::Without(Part::Contacts) => told("no contacts", "--apply"),
+            Self::Without(_) => told("massless cables", "--apply"),
+            Self::Segments(factor) => told(&format!("segments × {factor}"), "--apply"),
+            Self::Ruled => told("segments by rule", "resolution = {}"),
+            Self::NoStiffness => told("no geometric stiffness", "--stiffness off"),
+            Self::NoGuard => told("no guard", "--guard off"),
+            Self::NoRefinement => told("no refinement", "--refine 0"),
+            Self::Scheme(scheme) => told(&scheme.to_string(), &format!("--scheme {scheme}")),
+            Self::Substeps(factor) => told(&format!("sub-steps × {factor}"), "--substeps"),
+            Self::Step(factor) => told(&format!("Δt × {factor}"), "--dt"),
+            Self::Solver(choice) => told(&choice.family(), "--backend"),
         }
     }
 
@@ -186,50 +168,44 @@ impl Change {
 #[must_use]
 pub fn flags(options: &StepOptions) -> String {
     let default = StepOptions::default();
-    let mut flags = Vec::new();
-    let mut flag = |differs: bool, text: String| {
-        if differs {
-            flags.push(text);
-        }
-    };
     let choice = Choice {
         backend: options.backend.clone(),
         form: options.form,
     };
-    let other = options.backend != default.backend || options.form != Form::default();
-    flag(other, format!("--backend {choice}"));
-    let usual = choice.options(options.dt).refinements;
-    flag(
-        options.refinements != usual,
-        format!("--refine {}", options.refinements),
-    );
-    flag(
-        options.scheme != default.scheme,
-        format!("--scheme {}", options.scheme),
-    );
-    let usual = GeometricStiffness::inertia(options.scheme.default_alpha());
-    flag(
-        options.stiffness != usual,
-        format!("--stiffness {}", options.stiffness),
-    );
-    if options.guard != default.guard {
-        let guard = options
-            .guard
-            .map_or("off".into(), |g| g.tolerance.to_string());
-        flag(true, format!("--guard {guard}"));
-    }
-    flag(
-        options.substeps != 1,
-        format!("--substeps {}", options.substeps),
-    );
-    flag(
-        options.elimination != default.elimination,
-        format!("--elimination {}", options.elimination),
-    );
-    flag(
-        options.contacts != default.contacts,
-        format!("--contacts {}", options.contacts),
-    );
-    flag(options.dt != default.dt, format!("--dt {}", options.dt));
-    flags.join(" ")
+    let StepOptions {
+        refinements: refine,
+        scheme,
+        stiffness,
+        substeps,
+        elimination,
+        contacts,
+        dt,
+        ..
+    } = options;
+    let is_own = options.backend == default.backend && options.form == Form::default();
+    let usual = choice.options(*dt).refinements;
+    let own = GeometricStiffness::inertia(scheme.default_alpha());
+    let guard = options.guard.as_ref();
+    let guard = guard.map_or("off".into(), |guard| guard.tolerance.to_string());
+    // True for what is as usual, the option, its value.
+    let flags: [(bool, &str, &dyn fmt::Display); 9] = [
+        (is_own, "backend", &choice),
+        (*refine == usual, "refine", refine),
+        (*scheme == default.scheme, "scheme", scheme),
+        (*stiffness == own, "stiffness", stiffness),
+        (options.guard == default.guard, "guard", &guard),
+        (*substeps == 1, "substeps", substeps),
+        (
+            *elimination == default.elimination,
+            "elimination",
+            elimination,
+        ),
+        (*contacts == default.contacts, "contacts", contacts),
+        (*dt == default.dt, "dt", dt),
+    ];
+    let differing = flags.iter().filter(|(is_usual, ..)| !is_usual);
+    let texts: Vec<String> = differing
+        .map(|(_, flag, value)| format!("--{flag} {value}"))
+        .collect();
+    texts.join(" ")
 }

@@ -10,13 +10,12 @@
 //! ```
 
 use super::Setup;
-use crate::law;
+use crate::{law, motions};
 use nalgebra::Vector3;
 use serde::Serialize;
 use taut_ground::modes::{Natural, natural};
-use taut_ground::pace;
 use taut_integrator::{GeometricStiffness, Stepper, Weights};
-use taut_model::{Constraint, Motion, Scene, Side};
+use taut_model::{Bodies, Constraint, Motion, Scene, Side};
 
 /// Most bodies of a scene whose modes are found: the matrices are dense.
 const MOST: usize = 80;
@@ -156,26 +155,21 @@ fn motion(setup: &Setup, scene: &Scene, all: &Natural, k: usize) -> Result<Vec<f
     options.dt /= options.substeps as f64;
     options.substeps = 1;
     let period = std::f64::consts::TAU / (all.frequency(k) * options.dt);
-    let mut stepper = Stepper::new(scene, options).map_err(|e| e.to_string())?;
     let [settle, most] = STEPS;
     let steps = ((3.0 * period) as usize).clamp(2 * settle, most);
-    let mut samples = Vec::with_capacity(steps);
-    for step in 0..settle + steps {
-        pace::step(&mut stepper).map_err(|e| e.to_string())?;
-        if step >= settle {
-            samples.push(coordinate(&stepper.scene().bodies, &rest, all, k));
-        }
+    let mut samples = Vec::with_capacity(settle + steps);
+    let failure = motions::run(scene, options, settle + steps, |stepper, _| {
+        samples.push(coordinate(&stepper.scene().bodies, &rest, all, k));
+        Ok(())
+    });
+    match failure.map_err(|e| e.to_string())? {
+        Some(failure) => Err(failure.reason),
+        None => Ok(samples.split_off(settle)),
     }
-    Ok(samples)
 }
 
 /// φᵀM (q − q₀).
-fn coordinate(
-    bodies: &taut_model::Bodies,
-    rest: &taut_model::Bodies,
-    all: &Natural,
-    k: usize,
-) -> f64 {
+fn coordinate(bodies: &Bodies, rest: &Bodies, all: &Natural, k: usize) -> f64 {
     let shape = all.shapes.column(k);
     let of = |i: usize| {
         let part = |c: usize| Vector3::new(shape[c], shape[c + 1], shape[c + 2]);

@@ -1,35 +1,34 @@
 //! The shocks, and the scenes that they begin with.
 
+use crate::motions::linearized;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
-use taut_model::{Bodies, HoistParams, Linearized, Scene, SceneError};
+use taut_model::{Bodies, HoistParams, Scene, SceneError};
 
 /// Segments of every cable.
-pub const SEGMENTS: usize = 24;
+pub(super) const SEGMENTS: usize = 24;
 
 /// The step that the shocks are timed by, and the length of the jerk \[s].
-pub(crate) const FRAME: f64 = 1.0 / 60.0;
+pub(super) const FRAME: f64 = 1.0 / 60.0;
 
 /// When the jerk begins \[s].
 const JERK_START: f64 = 0.1;
 
 /// How far the dropped load falls before the cable is straight, over the cable's length. This is 0.5 m for 10 m of
 /// cable; half a metre would be half the cable of 1 m, folded and not slack.
-pub const DROP: f64 = 0.05;
+pub(super) const DROP: f64 = 0.05;
 
 /// How far the plucked cable's middle is drawn aside, over the cable's length.
-pub const PLUCK: f64 = 0.02;
+pub(super) const PLUCK: f64 = 0.02;
 
 /// Seed of the direction of the kicks.
 const KICK_SEED: u64 = 1;
 
 /// Disturbance of a hanging cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shock {
+pub(super) enum Shock {
     /// The middle third of the segments is given a velocity in a random direction in space, the same for all.
     Kick {
         /// Its magnitude \[m/s].
@@ -49,7 +48,7 @@ pub enum Shock {
 
 impl Shock {
     /// All that the sweep runs.
-    pub const ALL: [Self; 8] = [
+    pub(super) const ALL: [Self; 8] = [
         Self::Kick { speed: 1.0 },
         Self::Kick { speed: 5.0 },
         Self::Kick { speed: 20.0 },
@@ -61,8 +60,7 @@ impl Shock {
     ];
 
     /// Time at which the world has done its work, and the energy can only fall \[s].
-    #[must_use]
-    pub fn end(self) -> f64 {
+    pub(super) fn end(self) -> f64 {
         match self {
             Self::Jerk => JERK_START + FRAME,
             _ => 0.0,
@@ -88,14 +86,10 @@ impl Shock {
     }
 
     /// Largest gap of a joint in the equilibrium that the motion is about \[m].
-    ///
-    /// # Errors
-    /// As [`scene`].
-    pub fn equilibrium_gap(self, ratio: f64, length: f64) -> Result<f64, SceneError> {
+    pub(super) fn equilibrium_gap(self, ratio: f64, length: f64) -> Result<f64, SceneError> {
         let hanging = if self == Self::Double { 2.0 } else { 1.0 } * ratio;
         let scene = self.params(hanging, length).hanging_equilibrium()?;
-        let mut rows = Linearized::new(&scene);
-        rows.update(&scene, 0.0);
+        let rows = linearized(&scene);
         Ok(rows.phi.iter().fold(0.0, |most, phi| phi.abs().max(most)))
     }
 }
@@ -113,29 +107,10 @@ impl fmt::Display for Shock {
     }
 }
 
-impl<'de> Deserialize<'de> for Shock {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(from)?;
-        let known = Self::ALL
-            .into_iter()
-            .find(|shock| shock.to_string() == text);
-        known.ok_or_else(|| D::Error::custom(format!("`{text}` is no shock")))
-    }
-}
-
-impl Serialize for Shock {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
 /// The scene at the beginning of a shock: a hoist of 24 segments of 1 kg with Cosserat joints and EA = 2·10⁷ N, a load
 /// of `ratio` kg on a cable of `length` m, in its static equilibrium unless the shock says otherwise. The segments turn
 /// with random angular velocities of up to 10⁻³ rad/s, so that nothing stays in a plane.
-///
-/// # Errors
-/// As [`HoistParams::build`].
-pub fn scene(shock: Shock, ratio: f64, length: f64) -> Result<Scene, SceneError> {
+pub(super) fn scene(shock: Shock, ratio: f64, length: f64) -> Result<Scene, SceneError> {
     let params = shock.params(ratio, length);
     if shock == Shock::Drop {
         let mut scene = params.build()?;
@@ -241,8 +216,7 @@ mod tests {
     use super::*;
 
     fn gaps(scene: &Scene) -> Vec<f64> {
-        let mut rows = Linearized::new(scene);
-        rows.update(scene, 0.0);
+        let rows = linearized(scene);
         (0..rows.constraints())
             .map(|c| Vector3::from_column_slice(&rows.phi[rows.row_range(c)][..3]).norm())
             .collect()
