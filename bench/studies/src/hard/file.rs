@@ -219,6 +219,7 @@ impl CaseFile {
         checks.map(|check| {
             let bar = match &check.bar {
                 Some(Value::String(bar)) => format!(" within {}", bar.trim_start_matches('=')),
+                Some(Value::Float(bar)) => format!(" within {bar:e}"),
                 Some(bar) => format!(" within {bar}"),
                 None => String::new(),
             };

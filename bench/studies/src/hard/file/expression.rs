@@ -359,7 +359,7 @@ impl Reader<'_> {
     }
 
     fn digits(&mut self) -> Result<Formula, CaseError> {
-        let rest = self.text[self.at..].as_bytes();
+        let rest = &self.text.as_bytes()[self.at..];
         let part = |k: usize| {
             let exponent = k > 0 && matches!(rest[k - 1], b'e' | b'E');
             rest[k].is_ascii_digit()
