@@ -10,7 +10,7 @@
 //! # Map
 //! | module | holds |
 //! |---|---|
-//! | `run`, `columns`, `run_file` | one scene, as `taut run` runs it; what its tables hold; runs saved to files and resumed |
+//! | `run`, `run_file` | one scene, as `taut run` runs it; runs saved to files and resumed |
 //! | `report` | the report as one HTML file |
 //! | `track` | per-step figures that CI can trust: against a baseline, in turns with another program, run by run |
 //! | `cli` | the commands |
@@ -20,7 +20,6 @@
 #![allow(missing_docs)]
 
 mod cli;
-pub mod columns;
 pub mod machine;
 pub mod report;
 pub mod run;

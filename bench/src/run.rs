@@ -5,10 +5,10 @@ mod text;
 
 pub use text::{CSV_HEADING, csv_line, text};
 
-use crate::columns::{Columns, Series};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use taut_ground::columns::{Columns, Series};
 use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
 use taut_ground::openings::Opening;

@@ -27,6 +27,7 @@
 //! | `choice` | a backend and a form as one value, with its text form; a backend left out, and why |
 //! | `claim`, `errors` | whether a solver's claim of a solution is true; which error is worse |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
+//! | `columns` | any quantity of a body, joint, cable or control, by name |
 //! | `openings` | the widest gap of a run, and what of it no force explains |
 //! | `reference` | finely stepped motions to compare with |
 //! | `engine` | an engine on the hoist or on the ground with its settings, and the motions that it goes through |
@@ -47,6 +48,7 @@ pub mod allocations;
 pub mod cache;
 pub mod choice;
 pub mod claim;
+pub mod columns;
 pub mod engine;
 pub mod errors;
 pub mod files;

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Duration;
 use taut_integrator::{
-    ContactReport, Energy, EnergyBalance, ErrorEstimate, PhaseTimes, Resolved, StepError, Stepper,
+    ContactReport, Energy, EnergyBalance, ErrorEstimate, PhaseTimes, Resolved, StepError,
+    StepReport, Stepper,
 };
 use taut_model::Scene;
 
@@ -49,6 +50,32 @@ pub struct Sample {
     pub resolved: Resolved,
     /// Wall-clock time of the step's phases.
     pub phases: PhaseTimes,
+}
+
+impl Sample {
+    /// The state after the step that ended in `report`.
+    #[must_use]
+    pub fn after(stepper: &Stepper, report: &StepReport) -> Self {
+        Self {
+            time: report.time,
+            load: load_position(stepper.scene()),
+            energy: stepper.energy(),
+            violation: gaps(stepper).fold(0.0, worse),
+            gap_sum: gaps(stepper).sum(),
+            load_tension: load_tension(stepper),
+            balance: report.balance,
+            iterations: report.iterations,
+            solves: report.solves,
+            redone: report.redone,
+            implicit_substeps: report.implicit_substeps,
+            events: report.events,
+            asleep: report.asleep,
+            contacts: report.contacts,
+            error: report.error,
+            resolved: report.resolved,
+            phases: report.phases,
+        }
+    }
 }
 
 /// A recorded run.
@@ -308,25 +335,7 @@ impl Simulation {
         };
         self.claimed += usize::from(report.solve.is_claim());
         self.undecided += usize::from(report.undecided > 0);
-        let sample = Sample {
-            time: report.time,
-            load: load_position(stepper.scene()),
-            energy: stepper.energy(),
-            violation: gaps(stepper).fold(0.0, worse),
-            gap_sum: gaps(stepper).sum(),
-            load_tension: load_tension(stepper),
-            balance: report.balance,
-            iterations: report.iterations,
-            solves: report.solves,
-            redone: report.redone,
-            implicit_substeps: report.implicit_substeps,
-            events: report.events,
-            asleep: report.asleep,
-            contacts: report.contacts,
-            error: report.error,
-            resolved: report.resolved,
-            phases: report.phases,
-        };
+        let sample = Sample::after(stepper, &report);
         let constraints = stepper.scene().constraints.len();
         let others = !self.gaps.is_empty() && self.gaps.len() != constraints;
         if report.events > 0 || others {

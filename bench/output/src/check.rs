@@ -264,20 +264,22 @@ impl Check {
     pub fn number(
         case: impl Into<String>,
         [reference, ours]: [f64; 2],
-        unit: &'static str,
+        unit: impl Into<Cow<'static, str>>,
         measure: Measure,
         bar: f64,
     ) -> Self {
-        let shown = |value: f64| with_unit(&[value], measure.scale(reference) * bar, unit);
+        let unit = unit.into();
+        let shown = |value: f64| with_unit(&[value], measure.scale(reference) * bar, &unit);
         let error = measure.error(reference, ours);
+        let [wanted, found] = [reference, ours].map(shown);
         Self {
             compared: Some(Compared {
                 reference,
                 ours,
-                unit: unit.into(),
+                unit,
             }),
             criterion: measure.name().to_owned(),
-            ..Self::within(case, shown(reference), shown(ours), error, bar)
+            ..Self::within(case, wanted, found, error, bar)
         }
     }
 
@@ -286,7 +288,7 @@ impl Check {
     pub fn relative(
         case: impl Into<String>,
         [reference, ours]: [f64; 2],
-        unit: &'static str,
+        unit: impl Into<Cow<'static, str>>,
         bar: f64,
     ) -> Self {
         Self::number(case, [reference, ours], unit, Measure::Relative, bar)

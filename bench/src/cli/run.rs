@@ -3,12 +3,12 @@
 use super::console::Console;
 use super::signals::{self, signals};
 use super::{Failure, StepArgs, step_options};
-use crate::columns::Columns;
 use crate::run::{self, Summary, Wishes, Yardstick};
 use crate::run_file::RunFile;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use taut_ground::columns::Columns;
 use taut_ground::files::{self, FileError, Output, Writing};
 use taut_ground::inputs::Inputs;
 use taut_ground::source;

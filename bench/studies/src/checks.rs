@@ -19,16 +19,52 @@ pub struct Experiment {
     pub run: fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>,
 }
 
+impl Measured for Experiment {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn title(&self) -> &'static str {
+        self.title
+    }
+
+    fn run(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+        (self.run)(quick, progress)
+    }
+}
+
 impl Experiment {
-    /// Runs it, whole or quick. An experiment that comes to no check at all has failed.
+    /// As [`Measured::outcome`].
     ///
     /// # Errors
     /// As the experiment's own function.
     pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-        let mut outcome = (self.run)(quick, progress)?;
+        Measured::outcome(self, quick, progress)
+    }
+}
+
+/// Anything that ends in checks.
+pub trait Measured: Copy + Sync {
+    /// Its name on the command line, and of its files.
+    fn name(&self) -> &'static str;
+
+    fn title(&self) -> &'static str;
+
+    /// Runs it, whole or quick.
+    ///
+    /// # Errors
+    /// Any that is no result.
+    fn run(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError>;
+
+    /// Runs it, whole or quick. An experiment that comes to no check at all has failed.
+    ///
+    /// # Errors
+    /// As [`Measured::run`].
+    fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+        let mut outcome = self.run(quick, progress)?;
         if outcome.checks.is_empty() {
             let ours = "nothing was measured";
-            let check = Check::claim(self.title, "", ours, Verdict::Fail, "");
+            let check = Check::claim(self.title(), "", ours, Verdict::Fail, "");
             outcome.checks.push(check);
         }
         Ok(outcome)
@@ -36,11 +72,11 @@ impl Experiment {
 }
 
 /// Experiments that are told together.
-pub(crate) struct Catalogue {
+pub(crate) struct Catalogue<E> {
     /// Legend of the columns, and the reference's heading.
     pub(crate) legend: &'static str,
     pub(crate) reference: &'static str,
-    pub(crate) experiments: Vec<Experiment>,
+    pub(crate) experiments: Vec<E>,
     pub(crate) quick: bool,
 }
 
@@ -66,22 +102,22 @@ fn failed(e: &ExperimentError) -> Outcome {
 }
 
 /// Runs the experiments, each once and each a case, tells their tables, gives each outcome to `write`.
-pub(crate) fn run(
-    catalogue: &Catalogue,
+pub(crate) fn run<E: Measured>(
+    catalogue: &Catalogue<E>,
     reporter: &mut Reporter<'_>,
-    write: &dyn Fn(&Experiment, &Outcome) -> Result<(), ExperimentError>,
+    write: &dyn Fn(&E, &Outcome) -> Result<(), ExperimentError>,
 ) -> Result<Found, ExperimentError> {
     (reporter.say)(&format!("{}\n", catalogue.legend))?;
-    let mut experiments: Vec<Experiment> = Vec::new();
+    let mut experiments: Vec<E> = Vec::new();
     for experiment in &catalogue.experiments {
         if !experiments
             .iter()
-            .any(|known| known.name == experiment.name)
+            .any(|known| known.name() == experiment.name())
         {
             experiments.push(*experiment);
         }
     }
-    let names: Vec<_> = experiments.iter().map(|e| e.name).enumerate().collect();
+    let names: Vec<_> = experiments.iter().map(E::name).enumerate().collect();
     let bar = reporter.cases.bar();
     let outcome = |(k, name): &(usize, &'static str)| {
         bar.reset();
@@ -98,7 +134,7 @@ pub(crate) fn run(
         let Some(outcome) = outcome.filter(|_| reporter.cases.is_whole()) else {
             continue;
         };
-        let Experiment { name, title, .. } = *experiment;
+        let (name, title) = (experiment.name(), experiment.title());
         write(experiment, &outcome)?;
         let shown = table::checks(&outcome, catalogue.reference);
         (reporter.say)(&format!("\n{name}: {title}\n{shown}"))?;

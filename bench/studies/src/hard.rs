@@ -1,22 +1,26 @@
 //! Hard cases: scenes with known answers, or with a known absence of one, that solvers and steps are known to fail on.
 //!
-//! A case is a row of its family's table ([`statics`], [`dynamics`], [`contacts`], [`numerics`]): its name, what it is, the function
-//! that measures it, in a module of its own, and the scenes on which every solver's claims are audited. It ends in an
+//! A case is a file ([`file`]), or a row of its family's table ([`statics`], [`dynamics`], [`contacts`], [`numerics`]): its
+//! name, what it is, the function that measures it, in a module of its own, and the scenes on which every solver's claims are
+//! audited. It ends in an
 //! [`Outcome`] as the paper's experiments do: rows of checks with reference, ours, error, bar and verdict, and the parts
 //! of the error that come from the solver, the time step and the segments where the exact discrete answer is known.
 
 pub mod contacts;
 pub mod dynamics;
+mod file;
 pub mod numerics;
 mod special;
 pub mod statics;
 mod study;
 
+pub use file::{CaseError, CaseFile};
 pub(crate) use study::STUDY;
 
-use crate::checks::Experiment;
+pub use crate::checks::Measured;
 use indicatif::ProgressBar;
 use std::fmt;
+use std::sync::LazyLock;
 use taut_ground::choice::Choice;
 pub(crate) use taut_ground::errors::worse;
 use taut_integrator::StepOptions;
@@ -24,9 +28,9 @@ use taut_model::Scene;
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::table;
 
-/// A hard case.
+/// A hard case that is a program.
 #[derive(Debug, Clone, Copy)]
-pub struct Case {
+pub struct Coded {
     /// Name on the command line.
     pub name: &'static str,
     pub title: &'static str,
@@ -37,35 +41,73 @@ pub struct Case {
     pub scenes: fn() -> Result<Vec<Scene>, ExperimentError>,
 }
 
+/// A hard case: a program, or a file ([`file`]).
+#[derive(Debug, Clone, Copy)]
+pub enum Case {
+    Coded(Coded),
+    File(&'static CaseFile),
+}
+
 impl Case {
-    /// Measures it, whole or quick.
-    ///
-    /// # Errors
-    /// As [`Experiment::outcome`].
-    pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-        self.experiment().outcome(quick, progress)
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Coded(case) => case.name,
+            Self::File(case) => &case.name,
+        }
     }
 
-    fn experiment(&self) -> Experiment {
-        Experiment {
-            name: self.name,
-            title: self.title,
-            run: self.run,
+    /// Its scenes at their beginnings, on which the solvers' claims are audited.
+    ///
+    /// # Errors
+    /// Those of a scene that cannot be built.
+    pub fn scenes(&self) -> Result<Vec<Scene>, ExperimentError> {
+        match self {
+            Self::Coded(case) => (case.scenes)(),
+            Self::File(case) => file::scenes(case),
         }
     }
 }
 
-/// All cases: statics, dynamics, contacts, numerics.
+impl Measured for Case {
+    fn name(&self) -> &'static str {
+        Self::name(self)
+    }
+
+    fn title(&self) -> &'static str {
+        match self {
+            Self::Coded(case) => case.title,
+            Self::File(case) => &case.title,
+        }
+    }
+
+    fn run(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+        match self {
+            Self::Coded(case) => (case.run)(quick, progress),
+            Self::File(case) => file::outcome(case, quick, progress),
+        }
+    }
+}
+
+/// All cases: statics, dynamics, contacts, numerics, those of files.
 pub fn cases() -> impl Iterator<Item = Case> {
-    [
+    let coded = [
         statics::CASES,
         dynamics::CASES,
         contacts::CASES,
         numerics::CASES,
-    ]
-    .into_iter()
-    .flatten()
-    .copied()
+    ];
+    let coded = coded.into_iter().flatten().copied().map(Case::Coded);
+    coded.chain(from_files())
+}
+
+/// The cases of the files that come with the program.
+pub fn from_files() -> impl Iterator<Item = Case> {
+    static FILES: LazyLock<Vec<CaseFile>> = LazyLock::new(|| {
+        let read = |text: &&str| CaseFile::parse(text).unwrap_or_else(|e| panic!("{e}: {text}"));
+        file::FILES.iter().map(read).collect()
+    });
+    FILES.iter().map(Case::File)
 }
 
 /// The scenes of a case that has none to be stepped.
@@ -81,7 +123,7 @@ pub struct UnknownCase {
 
 impl fmt::Display for UnknownCase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<&str> = cases().map(|c| c.name).collect();
+        let names: Vec<&str> = cases().map(|c| c.name()).collect();
         let names = names.join(", ");
         write!(
             f,
@@ -98,7 +140,7 @@ impl std::error::Error for UnknownCase {}
 /// # Errors
 /// [`UnknownCase`], which lists the names that there are.
 pub fn named(name: &str) -> Result<Case, UnknownCase> {
-    let found = cases().find(|c| c.name.eq_ignore_ascii_case(name));
+    let found = cases().find(|c| c.name().eq_ignore_ascii_case(name));
     found.ok_or_else(|| UnknownCase {
         name: name.to_owned(),
     })
@@ -217,13 +259,13 @@ mod tests {
     fn an_unknown_case_lists_the_known() {
         let e = named("H99").unwrap_err().to_string();
         assert!(e.starts_with("no case is called `H99`: choose one of "));
-        assert!(cases().all(|c| e.contains(c.name)), "{e}");
-        assert_eq!(named("h42").unwrap().name, "H42");
+        assert!(cases().all(|c| e.contains(c.name())), "{e}");
+        assert_eq!(named("h42").unwrap().name(), "H42");
     }
 
     #[test]
     fn every_case_has_a_name_of_its_own() {
-        let mut names: Vec<&str> = cases().map(|c| c.name).collect();
+        let mut names: Vec<&str> = cases().map(|c| c.name()).collect();
         let all = names.len();
         names.sort_unstable();
         names.dedup();
@@ -232,10 +274,10 @@ mod tests {
 
     #[test]
     fn a_case_without_checks_has_failed() {
-        let case = Case {
+        let case = Case::Coded(Coded {
             run: |_, _| Ok(Outcome::default()),
-            ..named("H42").unwrap()
-        };
+            ..numerics::CASES[0]
+        });
         let outcome = case.outcome(true, &ProgressBar::hidden()).unwrap();
         let verdicts: Vec<Verdict> = outcome.checks.iter().map(|c| c.verdict).collect();
         assert_eq!(verdicts, [Verdict::Fail]);

@@ -1,25 +1,14 @@
-//! Hard cases of contacts with dry friction: H41, H44, H45, H55, H56, H62 to H66, and cables of segments and loads that
-//! meet the ground.
+//! Hard cases of contacts with dry friction that are programs: H55, H66, and cables of segments and loads that meet the
+//! ground.
 
-mod ball;
-mod block;
-mod cards;
 mod crane;
 mod edge;
-mod flat;
-mod impact;
-mod lift;
-mod off_centre;
-mod painleve;
-mod platform;
-mod scale;
 mod set_down;
 mod slack;
-mod stack;
 mod touchdown;
 mod wound;
 
-use super::{Case, no_scenes, worse};
+use super::{Coded, no_scenes, worse};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_integrator::{ContactReport, StepError, StepOptions, StepReport, Stepper};
 use taut_model::collide::{Collider, Shape, Surface};
@@ -28,38 +17,8 @@ use taut_model::{Body, Scene};
 const GRAVITY: f64 = 9.81;
 const DT: f64 = 1.0 / 60.0;
 
-pub const CASES: &[Case] = &[
-    Case {
-        name: "H41",
-        title: "ten boxes, each heavier than the one below",
-        run: stack::outcome,
-        scenes: stack::scenes,
-    },
-    Case {
-        name: "H44",
-        title: "a block that slides and tips, a ball that bounces and rolls",
-        run: |quick, progress| {
-            let mut outcome = block::outcome(quick, progress)?;
-            outcome
-                .checks
-                .extend(ball::outcome(quick, progress)?.checks);
-            Ok(outcome)
-        },
-        scenes: block::scenes,
-    },
-    Case {
-        name: "H45",
-        title: "Painlevé's rod, two cards that lean on each other",
-        run: |quick, progress| {
-            let mut outcome = painleve::outcome(quick, progress)?;
-            outcome
-                .checks
-                .extend(cards::outcome(quick, progress)?.checks);
-            Ok(outcome)
-        },
-        scenes: cards::scenes,
-    },
-    Case {
+pub const CASES: &[Coded] = &[
+    Coded {
         name: "H55",
         title: "a taut cable with heavy loads over an edge",
         run: edge::outcome,
@@ -67,61 +26,25 @@ pub const CASES: &[Case] = &[
         // here, though what it reports is the true residual of the system that it was given.
         scenes: no_scenes,
     },
-    Case {
-        name: "H56",
-        title: "a flat cable of thin segments at rest on a floor",
-        run: flat::outcome,
-        scenes: flat::scenes,
-    },
-    Case {
-        name: "H62",
-        title: "a cabin that lands, and the weight that lifts it again",
-        run: lift::outcome,
-        scenes: lift::scenes,
-    },
-    Case {
-        name: "H63",
-        title: "restitution for bodies of any mass, in steps of any length",
-        run: impact::outcome,
-        scenes: impact::scenes,
-    },
-    Case {
-        name: "H64",
-        title: "cargo on a platform that turns",
-        run: platform::outcome,
-        scenes: platform::scenes,
-    },
-    Case {
-        name: "H65",
-        title: "boxes and cylinders of any masses on each other, off their middles",
-        run: off_centre::outcome,
-        scenes: off_centre::scenes,
-    },
-    Case {
+    Coded {
         name: "H66",
         title: "a load set down on a damped rope over a sheave with friction",
         run: set_down::outcome,
         scenes: set_down::scenes,
     },
-    Case {
+    Coded {
         name: "wound",
         title: "the capstan of masses and of segments on a cylinder with friction",
         run: wound::outcome,
         scenes: wound::scenes,
     },
-    Case {
+    Coded {
         name: "touchdown",
         title: "a catenary that lies on a rough floor and is dragged",
         run: touchdown::outcome,
         scenes: touchdown::scenes,
     },
-    Case {
-        name: "scale",
-        title: "a chain that falls on a scale",
-        run: scale::outcome,
-        scenes: no_scenes,
-    },
-    Case {
+    Coded {
         name: "landing",
         title: "loads that a winch and a cable of segments set down and pick up",
         run: |quick, progress| {
@@ -233,7 +156,7 @@ fn run(
 }
 
 /// The resultant of what the world's shapes exert \[N].
-fn borne(stepper: &Stepper) -> Vector3<f64> {
+pub(super) fn borne(stepper: &Stepper) -> Vector3<f64> {
     let forces = stepper
         .contacts()
         .filter_map(|contact| match contact.bodies {

@@ -14,7 +14,7 @@ mod mechanisms;
 pub mod redundant;
 pub mod rigid_limit;
 
-use super::{Case, no_scenes};
+use super::{Coded, no_scenes};
 use indicatif::ProgressBar;
 use taut_model::Scene;
 use taut_output::check::{ExperimentError, Outcome};
@@ -22,74 +22,74 @@ use taut_solver::{
     Backend, DenseOptions, Precision, SolveError, SymBlockMatrix, reference_solution,
 };
 
-pub const CASES: &[Case] = &[
-    Case {
+pub const CASES: &[Coded] = &[
+    Coded {
         name: "H40",
         title: "mass ratios from 1 to 10¹⁰: conditions, sweeps, errors of every solver",
         run: mass_ratio::outcome,
         scenes: mass_ratio::scenes,
     },
-    Case {
+    Coded {
         name: "H42",
         title: "dependent constraints: doubled joints, Bricard's six-bar, rows of four-bars",
         run: redundant_constraints,
         scenes: redundant_scenes,
     },
-    Case {
+    Coded {
         name: "H43",
         title: "singular angles: straight, folded, twisted by half a turn and by many",
         run: angles::outcome,
         scenes: angles::scenes,
     },
-    Case {
+    Coded {
         name: "H46",
         title: "ill-conditioned matrices: Hilbert, bending, graded, growth",
         run: ill_conditioned::outcome,
         scenes: no_scenes,
     },
-    Case {
+    Coded {
         name: "H47",
         title: "branches and loops: the same answer from every solver",
         run: agreement::outcome,
         scenes: agreement::scenes,
     },
-    Case {
+    Coded {
         name: "H49",
         title: "ten million steps of a swing",
         run: long_run::outcome,
         scenes: || Ok(vec![long_run::scene()?]),
     },
-    Case {
+    Coded {
         name: "H50",
         title: "a cable held at ends farther apart than it is long",
         run: infeasible::outcome,
         scenes: infeasible::scenes,
     },
-    Case {
+    Coded {
         name: "H51",
         title: "joints ever stiffer, and rigid",
         run: rigid_limit::outcome,
         scenes: rigid_limit::scenes,
     },
-    Case {
+    Coded {
         name: "H54",
         title: "ladders of time steps and iterations",
         run: ladders::outcome,
         scenes: ladders::scenes,
     },
-    Case {
+    Coded {
         name: "H57",
         title: "ten thousand adverse systems: no false claim of any backend",
         run: adverse::outcome,
         scenes: no_scenes,
     },
-    Case {
+    Coded {
         name: "H58",
         title: "lost runs are called so, and no others",
         run: lost::outcome,
         scenes: || Ok(vec![lost::chain()?, lost::winched()]),
     },
-    Case {
+    Coded {
         name: "claims",
         title: "claimed against verified, every solver in the scenes of all hard cases",
         run: claims::outcome,

@@ -16,107 +16,107 @@ mod ring;
 mod rod;
 mod routed;
 
-use super::{Case, no_scenes};
+use super::{Coded, no_scenes};
 use taut_output::check::Check;
 
-pub const CASES: &[Case] = &[
-    Case {
+pub const CASES: &[Coded] = &[
+    Coded {
         name: "H01",
         title: "axial pull: ΔL/L = F/EA",
         run: ends::pulled,
         scenes: || ends::scene(taut_model::Specimen::Pull),
     },
-    Case {
+    Coded {
         name: "H02",
         title: "an end moment that rolls the cable to a circle",
         run: ends::rolled,
         scenes: || ends::scene(taut_model::Specimen::Bend),
     },
-    Case {
+    Coded {
         name: "H03",
         title: "an end torque that winds the cable to 40 turns",
         run: ends::twisted,
         scenes: || ends::scene(taut_model::Specimen::Twist),
     },
-    Case {
+    Coded {
         name: "H04",
         title: "a cantilever under a small load",
         run: cantilever::even,
         scenes: cantilever::scenes_of_even,
     },
-    Case {
+    Coded {
         name: "H05",
         title: "the elastica: a cantilever bent far",
         run: elastica::outcome,
         scenes: || Ok(vec![elastica::rod(8, 1.0).scene()?]),
     },
-    Case {
+    Coded {
         name: "H06",
         title: "a bow of 45° under a load across its plane",
         run: arc::outcome,
         scenes: || Ok(vec![arc::rod(8, 600.0).scene()?]),
     },
-    Case {
+    Coded {
         name: "H07",
         title: "the catenary, of rods",
         run: catenary::rods,
         scenes: || Ok(vec![catenary::scene(4, f64::INFINITY, false)?]),
     },
-    Case {
+    Coded {
         name: "H07d",
         title: "the catenary, of links with masses at the joints",
         run: catenary::particles,
         scenes: || Ok(vec![catenary::scene(4, f64::INFINITY, true)?]),
     },
-    Case {
+    Coded {
         name: "H08",
         title: "the elastic catenary",
         run: catenary::elastic,
         scenes: catenary::scenes_of_elastic,
     },
-    Case {
+    Coded {
         name: "H09",
         title: "columns that buckle under a thrust, under their own weight",
         run: column::thrust_and_weight,
         scenes: column::scenes_of_thrust,
     },
-    Case {
+    Coded {
         name: "H10",
         title: "Greenhill's torque, with and without tension",
         run: column::torque,
         scenes: column::scenes_of_torque,
     },
-    Case {
+    Coded {
         name: "H11",
         title: "Michell's ring: the twist that lifts a ring out of its plane",
         run: ring::outcome,
         scenes: || Ok(vec![ring::scene(8, 0.5)?]),
     },
-    Case {
+    Coded {
         name: "H13",
         title: "one shape at rest, whatever the damping, time step, solver and order",
         run: independence::outcome,
         scenes: independence::scenes,
     },
-    Case {
+    Coded {
         name: "H14",
         title: "segments of random lengths, two materials",
         run: cantilever::random,
         scenes: || Ok(vec![cantilever::uneven(8, 1).scene()?]),
     },
-    Case {
+    Coded {
         name: "H15",
         title: "specimens that start in equilibrium under their whole load",
         run: rest::loaded_at_once,
         scenes: no_scenes,
     },
-    Case {
+    Coded {
         name: "H16",
         title: "two slings from one point: rest with a direction that nothing resists",
         run: rest::from_one_point,
         scenes: no_scenes,
     },
-    Case {
+    Coded {
         name: "H60",
         title: "cables along routes, and of unlike segments",
         run: routed::outcome,

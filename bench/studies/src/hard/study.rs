@@ -1,7 +1,7 @@
 //! The study of the hard cases: its options, and the cases that it runs.
 
-use super::{Case, cases, named};
-use crate::checks::{self, Catalogue, Experiment};
+use super::{Case, CaseFile, Measured, cases, file, named};
+use crate::checks::{self, Catalogue};
 use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
 use taut_output::check::ExperimentError;
@@ -20,9 +20,12 @@ pub(crate) const STUDY: Study = Study {
 
 #[derive(Debug, Args)]
 struct Options {
-    /// Cases by name, such as H42 (default: all)
-    #[arg(value_name = "CASE", value_parser = named)]
+    /// Cases by name, such as H42, or as TOML files (default: all)
+    #[arg(value_name = "CASE", value_parser = found)]
     cases: Vec<Case>,
+    /// Lists the cases: name, title, and what those of files guarantee, with which number
+    #[arg(long)]
+    list: bool,
     /// A short form, some seconds altogether
     #[arg(long)]
     quick: bool,
@@ -32,10 +35,38 @@ const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends, and says so. Numbers at the end of a row:
 the notes below the table that it needs";
 
+/// The case with that name, or of that file.
+fn found(argument: &str) -> Result<Case, ExperimentError> {
+    if !argument.ends_with(".toml") {
+        return Ok(named(argument)?);
+    }
+    let file = CaseFile::parse(&std::fs::read_to_string(argument)?)?;
+    file::verify(&file)?;
+    // It lives as long as the program, as those that come with it.
+    Ok(Case::File(Box::leak(Box::new(file))))
+}
+
+/// A case in the list.
+fn listed(case: &Case) -> String {
+    let head = format!("{}: {}\n", case.name(), case.title());
+    let Case::File(file) = case else {
+        return head;
+    };
+    let lines = file.guarantees().map(|line| format!("    {line}\n"));
+    std::iter::once(head).chain(lines).collect()
+}
+
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
-    let mut experiments: Vec<Experiment> = options.cases.iter().map(Case::experiment).collect();
+    let mut experiments = options.cases.clone();
     if experiments.is_empty() {
-        experiments.extend(cases().map(|case| case.experiment()));
+        experiments.extend(cases());
+    }
+    if options.list {
+        let text: String = experiments.iter().map(listed).collect();
+        return Ok(Found {
+            text,
+            ..Found::default()
+        });
     }
     let catalogue = Catalogue {
         legend: LEGEND,

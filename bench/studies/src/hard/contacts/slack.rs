@@ -5,10 +5,10 @@
 //! between two pins, which are closer than it is long. It bends until its stiffness EI carries its weight, in a shape of
 //! second order in the length of its segments: that of the static equilibrium of a chain of more segments.
 //!
-//! Picked up with the speed v, a load that stands on a floor pulls with [`pick_up_force`] at most, k = EA/L.
+//! Picked up with the speed v, a load that stands on a floor pulls with M g (1 + (v/g) √(k/M)) at most,
+//! k = EA/L.
 
 use super::{DT, GRAVITY, borne, ground, put_box, rough};
-use crate::hard::dynamics::snap::pick_up_force;
 use crate::hard::{at, either, worse};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_ground::pace;
@@ -177,7 +177,7 @@ fn pick_up(lying: Scene, dt: f64) -> Result<(Check, f64), ExperimentError> {
     let gained = drive(&mut stepper, [SPEED, DOWN / SPEED], |stepper| {
         peak = worse(peak, pull(stepper).norm());
     })?;
-    let bound = pick_up_force(MASS, SPEED, EA / LENGTH);
+    let bound = MASS * GRAVITY + SPEED * (EA / LENGTH * MASS).sqrt();
     let texts = [format!("{bound:.1} N at most"), format!("{peak:.1} N")];
     let case = format!("load picked up, {:.0} steps a second: peak", 1.0 / dt);
     let [reference, ours] = texts;

@@ -8,7 +8,7 @@
 //! extrapolate it.
 
 use super::frequency::samples;
-use super::worse;
+use crate::hard::worse;
 use crate::hard::{at, each_solver};
 use crate::law;
 use indicatif::ProgressBar;

@@ -11,8 +11,8 @@
 //! the other are what the model adds. What it adds is of first order in the links' length, as the fold's width is: a
 //! third chain with about half the links tells how much, apart from the errors that are compared.
 
-use super::worse;
 use crate::hard::special::{complete_e, complete_k, elliptic_e, elliptic_f};
+use crate::hard::worse;
 use crate::hard::{at, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;

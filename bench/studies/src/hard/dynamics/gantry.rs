@@ -3,7 +3,7 @@
 //!
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 
-use super::worse;
+use crate::hard::worse;
 use crate::hard::{at, either, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;

@@ -6,7 +6,7 @@
 //! to half a step of gravity's power). The cost of the steps that are redone is bounded. Over the first snaps, which differ
 //! little from one fine step to another (which is checked), the load's path is compared with that of fine steps.
 
-use super::worse;
+use crate::hard::worse;
 use crate::hard::{at, either};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;

@@ -112,14 +112,14 @@ pub(super) fn free_end(segments: usize, number: usize) -> f64 {
 }
 
 /// θ of the first mode of N = `segments` masses with an end mass, the masses together `ratio` times it.
-pub(super) fn end_mass(segments: usize, ratio: f64) -> f64 {
+pub(in crate::hard) fn end_mass(segments: usize, ratio: f64) -> f64 {
     let n = segments as f64;
     let mismatch = |theta: f64| n / ratio * theta.sin() * (n * theta).sin() - (n * theta).cos();
     root(mismatch, 0.0, FRAC_PI_2 / n)
 }
 
 /// β of β tan β = `ratio`, 0 < β < ½π.
-pub(super) fn end_mass_continuum(ratio: f64) -> f64 {
+pub(in crate::hard) fn end_mass_continuum(ratio: f64) -> f64 {
     root(|b| b * b.sin() - ratio * b.cos(), 0.0, FRAC_PI_2)
 }
 

@@ -40,17 +40,6 @@ impl Shape<'_> {
             .by("relative, beside the discrete model; space: that beside the continuum")
     }
 
-    /// The eigenvalue beside the continuum's.
-    pub(super) fn beside_continuum(&self, case: impl Into<String>) -> Check {
-        let found = self.modes.map_or(f64::NAN, |m| m.frequency(self.number));
-        let check = Check::relative(case, [self.continuum, found], "rad/s", self.bar);
-        let by = "relative, beside the continuum; algebraic: beside the discrete model, which space compares with it";
-        check
-            .by(by)
-            .algebraic_part((found / self.discrete - 1.0).abs())
-            .space_part((self.discrete / self.continuum - 1.0).abs())
-    }
-
     /// The scene moved into the shape.
     pub(super) fn displaced(&self) -> Scene {
         let mut scene = self.scene.clone();

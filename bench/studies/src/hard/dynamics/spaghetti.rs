@@ -9,7 +9,7 @@
 //! Where the force sets in and stops it excites axial and shear waves of up to 2√(EA/(Aρ l²)) = 400 rad/s in the chain:
 //! the order of the motion shows only at steps that resolve them.
 
-use super::worse;
+use crate::hard::worse;
 use crate::hard::{solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};

@@ -11,9 +11,9 @@
 //! every step and is lost near ωΔt = 1.
 
 use super::frequency::passages;
-use super::worse;
 use crate::hard::at;
 use crate::hard::special::complete_k;
+use crate::hard::worse;
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use taut_integrator::{StepError, Stepper};

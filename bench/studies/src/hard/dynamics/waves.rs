@@ -14,7 +14,7 @@
 
 use super::line::{Hold, Line, end_mass, end_mass_continuum, free_end};
 use super::shape::Shape;
-use super::worse;
+use crate::hard::worse;
 use crate::hard::{at, solvers, together};
 use crate::law;
 use indicatif::ProgressBar;

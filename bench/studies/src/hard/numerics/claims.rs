@@ -386,11 +386,11 @@ impl State {
 pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError> {
     let mut scenes = Vec::new();
     for case in hard::cases() {
-        let all = (case.scenes)()?;
+        let all = case.scenes()?;
         let some = if quick { 1 } else { all.len() };
         let named = all.into_iter().take(some);
         for scene in named {
-            let name = format!("{} {}", case.name, scene.name);
+            let name = format!("{} {}", case.name(), scene.name);
             let twins = scenes.iter().filter(|(known, _): &&(String, Scene)| {
                 known == &name || known.starts_with(&format!("{name} ("))
             });

@@ -5,12 +5,12 @@
 //! the quantities of the run itself are named alone. All values are those at the end of a step: forces as
 //! [`Stepper::force`] and [`Stepper::loads`] say, a joint's on its side b.
 
+use crate::errors::worse;
+use crate::quantities::{OF_RUN, OfRun};
+use crate::trajectory::{self, Sample};
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::io;
-use taut_ground::errors::worse;
-use taut_ground::quantities::{OF_RUN, OfRun};
-use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{BodyId, ConstraintId, Stepper};
 use taut_model::nalgebra::Vector3;
 use taut_model::{Constraint, Loads, MasslessCable, Scene, SceneError, Wrench};
@@ -216,10 +216,10 @@ enum Source {
 
 impl Source {
     /// The value after a step; `None` for what is not there.
-    fn value(&self, stepper: &Stepper, sample: &Sample) -> Option<f64> {
+    fn value(&self, stepper: &Stepper, sample: Option<&Sample>) -> Option<f64> {
         let scene = stepper.scene();
         match self {
-            Self::Run(of) => of(sample),
+            Self::Run(of) => of(sample?),
             Self::Body(body, of) => Some(of(stepper, stepper.body_index(*body).ok()?)),
             Self::Constraint(c, of) => of(stepper, stepper.constraint_index(*c).ok()?),
             Self::Made(name, of) => {
@@ -277,7 +277,13 @@ impl Columns {
     /// The values after a step, in the units of the headings; `None` for what has been removed.
     pub fn values(&self, stepper: &Stepper, sample: &Sample) -> impl Iterator<Item = Option<f64>> {
         let sources = self.sources.iter();
-        sources.map(|source| source.value(stepper, sample))
+        sources.map(|source| source.value(stepper, Some(sample)))
+    }
+
+    /// The values before the first step; `None` for those of the run.
+    pub fn at_start(&self, stepper: &Stepper) -> impl Iterator<Item = Option<f64>> {
+        let sources = self.sources.iter();
+        sources.map(|source| source.value(stepper, None))
     }
 
     /// Writes the headings as a line of CSV.

@@ -1,0 +1,357 @@
+//! Hard cases as files: a scene, what is seen in its run, and what that has to be.
+//!
+//! A string that begins with `=` stands for a number, as in a spreadsheet: `"=mu * g"` ([`expression`]); `{mu}`, `{x:.3}`
+//! and `{x:e}` in any other string of a scene or a check for the text of one.
+//!
+//! | top | meaning |
+//! |---|---|
+//! | `name`, `title` | as `taut hard` lists it |
+//! | `source` | where the reference comes from, and its derivation |
+//! | `let` | values that all runs share, `"NAME = FORMULA"` each, in order; `pi` and `quick` (1 or 0) are there |
+//!
+//! | `[[run]]` | meaning |
+//! |---|---|
+//! | `each` | rows of values, or lists by name with all their combinations: each is run and checked by itself, one with
+//! | | `long = true` only in a whole run |
+//! | `over` | lists of values, or of tables of them, or counts from 0 on by name, all combinations of which are run together: their results are series |
+//! | `quick` | shorter lists for the quick run |
+//! | `let` | as above, from the values of the row, too |
+//! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, … |
+//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity` |
+//! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
+//! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
+//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme` |
+//! | `steps` or `time` | how long |
+//! | `drive` | values of controls, held from the beginning |
+//! | `solvers` | `every`: by every solver; `every-unguarded`: each step is one solve |
+//! | `may-fail` | `true`: a step that fails ends the run, and `failed` is 1 |
+//! | `see` | `"NAME = FORMULA"` each, in order, of columns of `taut run`, of [`probes`] and of what is above: one number each |
+//! | `finds` | as above, of all the runs of a row together |
+//! | `audit` | values of the row with which every solver's claims are audited on the scene |
+//!
+//! | `[[run.check]]` | meaning |
+//! |---|---|
+//! | `case` | what it is |
+//! | `ours` and `reference` | two formulas that are compared, or |
+//! | `error` | a formula for how far it is from `reference`, which is in words; `ours` may put it in words, or |
+//! | `holds` | a condition, for `reference` and `ours` in words |
+//! | `unit`, `bar`, `measure` | of the error: `relative` (default where two are compared), `absolute` |
+//! | `by`, `note` | what is measured; what else is worth knowing |
+//! | `limit` | `{ when = …, cause = "…" }`: a failure that is a known limit |
+//! | `algebraic`, `time`, `space` | parts of the error |
+//! | `by-solver` | `true`: each solver by itself, those that pass alike in one row |
+//! | `claim` | `true`: it `holds` or does not, as a statement of others |
+//! | `if` | the check is made where this holds |
+
+mod expression;
+mod oracles;
+mod probes;
+mod run;
+mod text;
+
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+use toml::{Table, Value};
+
+pub(super) use run::{outcome, scenes, verify};
+
+/// The files of this folder, in the order in which they are told.
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(include_str!(concat!("../../cases/", $name, ".toml"))),*]
+    };
+}
+
+pub(super) const FILES: &[&str] = files![
+    "H20", "H21", "H24", "H25", "H27", "H28", "H30", "H35", "H37", "H38", "H39", "H41", "H44",
+    "H45", "H56", "H61", "H62", "H63", "H64", "H65", "scale",
+];
+
+/// A case as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CaseFile {
+    pub(super) name: String,
+    pub(super) title: String,
+    /// For people.
+    #[serde(rename = "source")]
+    _source: String,
+    #[serde(default, rename = "let")]
+    values: Vec<String>,
+    run: Vec<Run>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct Run {
+    #[serde(default)]
+    each: Rows,
+    #[serde(default)]
+    over: BTreeMap<String, Value>,
+    #[serde(default)]
+    quick: BTreeMap<String, Value>,
+    #[serde(default, rename = "let")]
+    values: Vec<String>,
+    scene: Table,
+    #[serde(default)]
+    step: Step,
+    mode: Option<Mode>,
+    steps: Option<Value>,
+    time: Option<Value>,
+    #[serde(default)]
+    drive: BTreeMap<String, Value>,
+    solvers: Option<Solvers>,
+    #[serde(default)]
+    may_fail: bool,
+    #[serde(default)]
+    bodies: Vec<Bodies>,
+    #[serde(default)]
+    see: Vec<String>,
+    #[serde(default)]
+    finds: Vec<String>,
+    #[serde(default)]
+    audit: Vec<Table>,
+    check: Vec<CheckEntry>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Rows {
+    Listed(Vec<Table>),
+    Combined(BTreeMap<String, Value>),
+}
+
+impl Default for Rows {
+    /// One without values.
+    fn default() -> Self {
+        Self::Listed(vec![Table::new()])
+    }
+}
+
+/// Bodies of a cable that differ from the others.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Bodies {
+    cable: String,
+    every: Option<usize>,
+    heavier: Option<Value>,
+    velocity: Option<[Value; 3]>,
+}
+
+/// A natural oscillation that a run starts in.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Mode {
+    coordinates: Vec<usize>,
+    number: Value,
+    amplitude: Value,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Step {
+    dt: Option<Value>,
+    substeps: Option<Value>,
+    scheme: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Solvers {
+    Every,
+    EveryUnguarded,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Distance {
+    Relative,
+    Absolute,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct CheckEntry {
+    case: String,
+    reference: String,
+    ours: Option<String>,
+    error: Option<String>,
+    holds: Option<String>,
+    #[serde(default)]
+    unit: String,
+    bar: Option<Value>,
+    measure: Option<Distance>,
+    by: Option<String>,
+    note: Option<String>,
+    limit: Option<Limit>,
+    algebraic: Option<String>,
+    time: Option<String>,
+    space: Option<String>,
+    #[serde(default)]
+    by_solver: bool,
+    #[serde(rename = "if")]
+    only: Option<String>,
+    #[serde(default)]
+    claim: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Limit {
+    when: String,
+    cause: String,
+}
+
+impl CaseFile {
+    /// Reads a case.
+    ///
+    /// # Errors
+    /// [`CaseError`], in one line.
+    pub fn parse(text: &str) -> Result<Self, CaseError> {
+        toml::from_str(text).map_err(|e| CaseError::toml(&e, text))
+    }
+
+    /// A line for each check: what is guaranteed, and with which number.
+    pub(super) fn guarantees(&self) -> impl Iterator<Item = String> {
+        let checks = self.run.iter().flat_map(|run| &run.check);
+        checks.map(|check| {
+            let bar = match &check.bar {
+                Some(Value::String(bar)) => format!(" within {}", bar.trim_start_matches('=')),
+                Some(Value::Float(bar)) => format!(" within {bar:e}"),
+                Some(bar) => format!(" within {bar}"),
+                None => String::new(),
+            };
+            let unit = [" ", &check.unit].concat();
+            let unit = if check.unit.is_empty() { "" } else { &unit };
+            format!("{}: {}{bar}{unit}", check.case, check.reference)
+        })
+    }
+}
+
+/// A file of a case that cannot be read or run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CaseError {
+    /// As TOML, or for its keys.
+    Toml { line: usize, message: String },
+    /// A name that there is not, and the nearest that there is.
+    Unknown {
+        kind: &'static str,
+        name: String,
+        nearest: Option<String>,
+    },
+    Arguments {
+        function: String,
+        count: usize,
+        found: usize,
+    },
+    /// Formulas end too early, or go on.
+    Formula {
+        expected: &'static str,
+        found: String,
+    },
+    /// A number is needed that is another in each step or run.
+    Varies,
+    /// `NAME = FORMULA` without a name.
+    NoName { text: String },
+    /// Neither how many steps, nor how long; or what is compared.
+    Missing {
+        key: &'static str,
+        place: &'static str,
+    },
+    /// An error, and the formula or the text that it is in.
+    Within { text: String, error: Box<CaseError> },
+}
+
+impl CaseError {
+    fn within(self, text: &str) -> Self {
+        match self {
+            Self::Within { .. } => self,
+            error => Self::Within {
+                text: text.to_owned(),
+                error: Box::new(error),
+            },
+        }
+    }
+
+    fn unknown<'a>(kind: &'static str, name: &str, known: impl Iterator<Item = &'a str>) -> Self {
+        Self::Unknown {
+            kind,
+            name: name.to_owned(),
+            nearest: nearest(name, known),
+        }
+    }
+
+    /// In one line: the keys that are expected are many, the nearest one is told.
+    fn toml(error: &toml::de::Error, text: &str) -> Self {
+        let Range { start, .. } = error.span().unwrap_or_default();
+        let line = 1 + text[..start].matches('\n').count();
+        let message = error.message().lines().next().unwrap_or_default();
+        let mut names = message.split('`').skip(1).step_by(2);
+        if !message.starts_with("unknown") {
+            let message = message.to_owned();
+            return Self::Toml { line, message };
+        }
+        let name = names.next().unwrap_or_default();
+        let error = Self::unknown("key", name, names);
+        error.within(&format!("line {line}"))
+    }
+}
+
+impl fmt::Display for CaseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Toml { line, message } => write!(f, "line {line}: {message}"),
+            Self::Unknown {
+                kind,
+                name,
+                nearest,
+            } => {
+                write!(f, "no {kind} is called `{name}`")?;
+                let near = nearest.iter();
+                near.into_iter()
+                    .try_for_each(|near| write!(f, ": perhaps `{near}`"))
+            }
+            Self::Arguments {
+                function,
+                count,
+                found,
+            } => write!(f, "`{function}` takes {count} arguments, not {found}"),
+            Self::Formula { expected, found } => {
+                write!(f, "{expected} is missing before `{found}`")
+            }
+            Self::Varies => write!(
+                f,
+                "it is another number in each step or run: reduce it, as by `last` or `largest`"
+            ),
+            Self::NoName { text } => write!(f, "`{text}`: write `NAME = FORMULA`"),
+            Self::Missing { key, place } => write!(f, "{place} needs `{key}`"),
+            Self::Within { text, error } => write!(f, "`{text}`: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for CaseError {}
+
+/// The name that takes the fewest changes of a letter.
+fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    let changes = |other: &str| {
+        let other: Vec<char> = other.chars().collect();
+        let mut row: Vec<usize> = (0..=other.len()).collect();
+        for (i, a) in name.chars().enumerate() {
+            let (mut above, mut left) = (row[0], i + 1);
+            row[0] = left;
+            for (j, b) in other.iter().enumerate() {
+                let here = (above + usize::from(a != *b)).min(left.min(row[j + 1]) + 1);
+                (above, left) = (row[j + 1], here);
+                row[j + 1] = here;
+            }
+        }
+        row[other.len()]
+    };
+    known.min_by_key(|k| changes(k)).map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,134 @@
+//! Quantities of a whole scene that the files of cases see in each step, beside the columns of `taut run`.
+
+use crate::hard::contacts::borne;
+use crate::hard::worse;
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_integrator::{StepReport, Stepper};
+use taut_model::Scene;
+
+/// A step as it is seen: the stepper, its report, and the scene at the beginning.
+pub(super) struct Seen<'a> {
+    pub(super) stepper: &'a Stepper,
+    /// `None` at the beginning.
+    pub(super) report: Option<&'a StepReport>,
+    pub(super) first: &'a Scene,
+    pub(super) swing: Option<&'a Swing>,
+}
+
+/// A coordinate of a body, and how the body is turned at rest.
+pub(super) struct Swing {
+    pub(super) body: usize,
+    /// Along x, y, z or about them.
+    pub(super) coordinate: usize,
+    pub(super) rest: UnitQuaternion<f64>,
+}
+
+impl Swing {
+    fn value(&self, scene: &Scene) -> f64 {
+        let bodies = &scene.bodies;
+        match self.coordinate.checked_sub(3) {
+            None => bodies.position[self.body][self.coordinate],
+            Some(axis) => (bodies.orientation[self.body] * self.rest.inverse()).scaled_axis()[axis],
+        }
+    }
+}
+
+impl Seen<'_> {
+    /// A figure of the report; NaN at the beginning.
+    fn said(&self, of: fn(&StepReport) -> f64) -> f64 {
+        self.report.map_or(f64::NAN, of)
+    }
+
+    fn scene(&self) -> &Scene {
+        self.stepper.scene()
+    }
+
+    /// The largest way of a body from its place at the beginning, as `of` measures it.
+    fn farthest(&self, of: fn(Vector3<f64>) -> f64) -> f64 {
+        let first = &self.first.bodies.position;
+        let ways = self.scene().bodies.position.iter().zip(first);
+        ways.map(|(x, x0)| of(x - x0)).fold(0.0, worse)
+    }
+}
+
+/// A quantity: its name, unit and value.
+pub(super) type Probe = (&'static str, &'static str, fn(&Seen<'_>) -> f64);
+
+pub(super) const PROBES: &[Probe] = &[
+    // Largest way of a body from its beginning, and its level part.
+    ("farthest", "m", |s| s.farthest(|way| way.norm())),
+    ("drift", "m", |s| s.farthest(|way| way.xy().norm())),
+    // Largest turn of a body from its beginning.
+    ("turned", "rad", |s| {
+        let first = &s.first.bodies.orientation;
+        let turns = s.scene().bodies.orientation.iter().zip(first);
+        turns.map(|(q, q0)| q.angle_to(q0)).fold(0.0, worse)
+    }),
+    // Largest distance of a body from the x axis.
+    ("off_axis", "m", |s| {
+        crate::hard::statics::buckling::off_axis(s.scene())
+    }),
+    // Mean over all bodies.
+    ("speed", "m/s", |s| {
+        let all = &s.scene().bodies.velocity;
+        let sum: f64 = all.iter().map(Vector3::norm_squared).sum();
+        (sum / all.len() as f64).sqrt()
+    }),
+    ("momentum_x", "kg m/s", |s| s.scene().momentum().x),
+    // Energy of the state, and the stepper's, at the instant that its forces belong to.
+    ("state_energy", "J", |s| {
+        s.scene().kinetic_energy() + s.scene().potential_energy()
+    }),
+    ("height_energy", "J", |s| s.scene().potential_energy()),
+    ("energy", "J", |s| s.stepper.energy().total()),
+    ("motion_energy", "J", |s| s.stepper.energy().kinetic),
+    ("position_energy", "J", |s| s.stepper.energy().gravity),
+    // Vertical part of what the world's shapes exert.
+    ("borne_z", "N", |s| borne(s.stepper).z),
+    ("load_on_ground", "N", |s| s.said(|r| r.contacts.load)),
+    // Gap of the scene's first row.
+    ("first_gap", "m", |s| {
+        s.stepper.linearized().phi.first().copied().unwrap_or(0.0)
+    }),
+    // Largest coordinate of the natural oscillation that the run started in.
+    ("mode", "m", |s| {
+        s.swing.map_or(f64::NAN, |swing| swing.value(s.scene()))
+    }),
+    // Largest relative error of a pile's normal forces.
+    ("interfaces", "", |s| interfaces(s.stepper)),
+    // Largest penetration, and violations of the conditions on contacts.
+    ("deepest", "m", |s| s.said(|r| r.contacts.deepest)),
+    ("complementarity", "", |s| {
+        s.said(|r| r.contacts.complementarity)
+    }),
+    ("cone", "", |s| s.said(|r| r.contacts.cone)),
+    // 1 in steps with something undecided, redone by the guard, or left to Newton's fall-backs; parts of a divided one.
+    ("undecided", "", |s| {
+        s.said(|r| f64::from(u8::from(r.undecided > 0)))
+    }),
+    ("redone", "", |s| s.said(|r| f64::from(u8::from(r.redone)))),
+    ("fallbacks", "", |s| {
+        s.said(|r| f64::from(u8::from(r.contacts.fallbacks > 0)))
+    }),
+    ("divided", "", |s| s.said(|r| r.divided as f64)),
+    ("solves", "", |s| s.said(|r| r.solves as f64)),
+    ("unconverged", "", |s| {
+        s.said(|r| r.unconverged_substeps as f64)
+    }),
+];
+
+/// Largest relative error of the normal forces in a pile of bodies on the ground, each on the one before, beside the weight
+/// of all that stands above.
+fn interfaces(stepper: &Stepper) -> f64 {
+    let (scene, masses) = (stepper.scene(), &stepper.scene().bodies.mass);
+    let mut found = vec![0.0; masses.len()];
+    for contact in stepper.contacts() {
+        // The higher body of the two: the ground is none.
+        if let Some(upper) = contact.bodies.into_iter().flatten().max() {
+            found[upper] += contact.force.dot(&contact.normal).abs();
+        }
+    }
+    let above = |k: usize| scene.gravity.norm() * masses[k..].iter().sum::<f64>();
+    let errors = found.iter().enumerate();
+    errors.fold(0.0, |all, (k, n)| worse(all, (n / above(k) - 1.0).abs()))
+}

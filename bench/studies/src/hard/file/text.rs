@@ -1,0 +1,154 @@
+//! Values and texts of a case's file, once the names in them are known.
+
+use super::CaseError;
+use super::expression::{Formula, Values, number};
+use std::collections::BTreeMap;
+use toml::{Table, Value};
+
+/// Names of a run: numbers, and words that stand for themselves.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Names {
+    pub(super) values: Values,
+    pub(super) words: BTreeMap<String, String>,
+}
+
+impl Names {
+    /// Those that are there before a file says any.
+    pub(super) fn new(quick: bool) -> Self {
+        let mut names = Self::default();
+        names.values.set("pi", std::f64::consts::PI);
+        names.values.set("quick", f64::from(u8::from(quick)));
+        names
+    }
+
+    pub(super) fn is_quick(&self) -> bool {
+        self.values.known["quick"] == [1.0]
+    }
+
+    /// A number, a formula after `=`, or a word.
+    pub(super) fn add(&mut self, name: &str, value: &Value) -> Result<(), CaseError> {
+        match value {
+            Value::String(word) if !word.starts_with('=') => {
+                self.words.insert(name.to_owned(), word.clone());
+            }
+            value => {
+                let value = self.number(value)?;
+                self.values.set(name, value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Values `NAME = FORMULA`, in order.
+    pub(super) fn define(&mut self, all: &[String]) -> Result<(), CaseError> {
+        for text in all {
+            let (name, formula) = split(text)?;
+            let value = number(formula, &self.values)?;
+            self.values.set(name, value);
+        }
+        Ok(())
+    }
+
+    /// A number as it is written, or by a formula after `=`.
+    pub(super) fn number(&self, value: &Value) -> Result<f64, CaseError> {
+        match value {
+            Value::Integer(n) => Ok(*n as f64),
+            Value::Float(x) => Ok(*x),
+            Value::String(text) => number(text.trim_start_matches('='), &self.values),
+            other => Err(CaseError::Formula {
+                expected: "a number",
+                found: other.to_string(),
+            }),
+        }
+    }
+
+    /// A text with `{FORMULA}`, `{FORMULA:.3}`, `{FORMULA:e}` or `{WORD}` in it.
+    pub(super) fn text(&self, text: &str) -> Result<String, CaseError> {
+        let mut out = String::new();
+        let mut rest = text;
+        while let Some((before, after)) = rest.split_once('{') {
+            let (inner, after) = after.split_once('}').ok_or_else(|| {
+                let expected = "`}`";
+                let found = String::new();
+                CaseError::Formula { expected, found }.within(text)
+            })?;
+            out.push_str(before);
+            out.push_str(&self.inserted(inner)?);
+            rest = after;
+        }
+        out.push_str(rest);
+        Ok(out)
+    }
+
+    fn inserted(&self, inner: &str) -> Result<String, CaseError> {
+        let (formula, form) = inner.split_once(':').unwrap_or((inner, ""));
+        if let Some(word) = self.words.get(formula) {
+            return Ok(word.clone());
+        }
+        let value = number(formula, &self.values)?;
+        let exponent = form.ends_with('e');
+        let digits = form.trim_matches(['.', 'e']).parse::<usize>().ok();
+        Ok(match (digits, exponent) {
+            (Some(digits), true) => format!("{value:.digits$e}"),
+            (Some(digits), false) => format!("{value:.digits$}"),
+            (None, true) => format!("{value:e}"),
+            (None, false) => format!("{value}"),
+        })
+    }
+
+    /// A scene's table with numbers and texts in place of formulas, and entries repeated.
+    pub(super) fn table(&self, table: &Table) -> Result<Table, CaseError> {
+        let entries = table.iter().filter(|(key, _)| *key != "repeat");
+        let filled = entries.map(|(key, value)| Ok((key.clone(), self.filled(value)?)));
+        filled.collect()
+    }
+
+    fn filled(&self, value: &Value) -> Result<Value, CaseError> {
+        Ok(match value {
+            Value::String(text) if text.starts_with('=') => written(self.number(value)?),
+            Value::String(text) => Value::String(self.text(text)?),
+            Value::Table(table) => Value::Table(self.table(table)?),
+            Value::Array(all) => {
+                let mut filled = Vec::new();
+                for item in all {
+                    match item.as_table().and_then(|t| t.get("repeat")) {
+                        None => filled.push(self.filled(item)?),
+                        Some(count) => {
+                            let mut names = self.clone();
+                            for k in 0..self.number(count)? as usize {
+                                names.values.set("k", k as f64);
+                                filled.push(names.filled(item)?);
+                            }
+                        }
+                    }
+                }
+                Value::Array(filled)
+            }
+            other => other.clone(),
+        })
+    }
+}
+
+/// A whole number is written as one: counts are whole.
+fn written(x: f64) -> Value {
+    if x.fract() == 0.0 && x.abs() < 1e15 {
+        Value::Integer(x as i64)
+    } else {
+        Value::Float(x)
+    }
+}
+
+/// The name and the formula of `NAME = FORMULA`.
+pub(super) fn split(text: &str) -> Result<(&str, &str), CaseError> {
+    let (name, formula) = text.split_once('=').ok_or_else(|| CaseError::NoName {
+        text: text.to_owned(),
+    })?;
+    Ok((name.trim(), formula.trim()))
+}
+
+/// The formula of `NAME = FORMULA`.
+pub(super) fn defined(text: &str) -> Result<(&str, Formula), CaseError> {
+    let (name, formula) = split(text)?;
+    let read = Formula::read(formula).map_err(|e| e.within(formula))?;
+    Ok((name, read))
+}
