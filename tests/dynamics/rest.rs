@@ -175,8 +175,8 @@ fn what_falls_has_no_equilibrium() {
     scene.add_body("ball", Body::sphere(0.1, 2.0));
     let found = static_equilibrium(scene.clone(), &backend());
     assert!(
-        matches!(&found, Err(StepError::NoEquilibrium { change, body, imbalance, .. })
-            if *change > 0.0 && body.as_deref() == Some("ball") && *imbalance == 1.0),
+        matches!(&found, Err(StepError::NoEquilibrium { change, body, equilibrium_residual, .. })
+            if *change > 0.0 && body.as_deref() == Some("ball") && *equilibrium_residual == 1.0),
         "{found:?}"
     );
     scene.start_in_equilibrium = true;

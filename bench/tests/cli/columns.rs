@@ -134,11 +134,8 @@ release = ["rope"]
     assert_eq!(rows[0][1..], [None, None]);
     let last = rows[29][1].expect("a tension");
     assert!((last / 981.0 - 1.0).abs() < 1e-3, "{last}");
-    let error = bad(&at, &format!("{run},link.slack"));
-    assert!(
-        error.contains("`link` has no `slack`: choose one of tension"),
-        "{error}"
-    );
+    let told = "`link` has no `slack`: choose one of tension";
+    refused(&at, &format!("{run},link.slack"), &[told]);
 }
 
 /// The tower crane of the examples as a text: a sling is let go, another breaks under all of the load.
