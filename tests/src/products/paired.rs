@@ -139,7 +139,8 @@ pub(super) fn substepped(case: &Case) -> Fault {
     let last = fine.steps.iter().skip(substeps - 1).step_by(substeps);
     let steps = case.run.steps.iter().zip(last).enumerate();
     let wheels = case.run.steps.first()?.wheels.len();
-    let mut steps = steps.take_while(|(_, (m, _))| m.wheels.len() == wheels);
+    let lies = |m: &Moment| m.wheels.len() == wheels;
+    let mut steps = steps.take_while(|(_, (a, b))| lies(a) && lies(b));
     steps.find_map(|(n, (a, b))| {
         let places = a.bodies.position.iter().zip(&b.bodies.position);
         let off = places.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -201,6 +202,9 @@ fn moved(case: &Case) -> f64 {
 /// Shift of the start that the times of bounces and catches are off by, more or less \[m].
 const SHIFT: f64 = 5e-3;
 
+/// Factor by which a halving changes less than the one before it: of order 0.9.
+const ORDER: f64 = 1.866;
+
 /// Returns true if the halvings of a case say nothing of its order: a third one moves the end less, for a smooth motion as
 /// of order 0.9 from the first on, or a start that is moved by as much as a bounce is late leads elsewhere.
 fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
@@ -211,7 +215,7 @@ fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
     };
     let third = (fine - finest).norm();
     let nearer = match order(case) {
-        Some(_) => (first / third).log2() >= 2.0 * 0.9,
+        Some(_) => first / third >= ORDER.powi(2) || second / third >= ORDER,
         None => third <= 0.75 * second,
     };
     nearer || (shifted - fine).norm() > 10.0 * SHIFT
