@@ -26,6 +26,7 @@ use crate::claim::Judge;
 use crate::kernels::Scalar;
 use crate::{SolveError, Status, norm_inf};
 use estimate::{COLUMNS, Estimate, Longest, alternate, unit};
+use residual::is_lost;
 use scales::over;
 
 /// ‖v − A y‖ over ‖v‖, sum and largest component, beyond which the factors do not solve for v.
@@ -460,8 +461,8 @@ impl Rule {
         x: &[f64],
     ) -> bool {
         let least = f64::from_bits(1);
-        let is_lost = |a: f64, x: f64| a != 0.0 && x != 0.0 && (a * x).abs() < f64::MIN_POSITIVE;
-        let mut lost = entries.clone().filter(|&(_, c, a)| is_lost(a, x[c]));
+        let is_lost = |&(_, c, a): &(usize, usize, f64)| is_lost(a, x[c], f64::MIN_POSITIVE);
+        let mut lost = entries.clone().filter(is_lost);
         let Some((first, ..)) = lost.next() else {
             return true;
         };

@@ -8,6 +8,18 @@ use crate::{DoubleDouble, SolveError};
 /// Least product whose two halves are normal numbers: 2⁻¹⁰²² over 2⁻¹⁰⁶.
 const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON;
 
+/// True if a x is below `least` and has digits, or all of them, below the normal numbers. `least` is at most 2⁻⁹⁰⁰.
+pub(super) fn is_lost(a: f64, x: f64, least: f64) -> bool {
+    let product = a * x;
+    if a == 0.0 || x == 0.0 || product.abs() >= least {
+        return false;
+    }
+    let up = 2.0_f64.powi(300);
+    let wide = (a * up) * x;
+    let rest = (a * up).mul_add(x, -wide);
+    wide == 0.0 || rest != 0.0 || product * up != wide
+}
+
 /// Corrections that add up to an error.
 const CORRECTIONS: usize = 3;
 
@@ -22,11 +34,7 @@ impl Rule {
         mut residual: impl FnMut(&[f64], &mut [f64]),
     ) -> bool {
         residual(x, r);
-        // Products near the subnormal numbers lose digits, or all of them.
-        let lost = |(_, c, a): (usize, usize, f64)| {
-            let product = (a * x[c]).abs();
-            a != 0.0 && x[c] != 0.0 && product < LEAST
-        };
+        let lost = |(_, c, a): (usize, usize, f64)| is_lost(a, x[c], LEAST);
         if r.iter().any(|r| *r != 0.0) || entries.clone().any(lost) {
             return false;
         }

@@ -202,8 +202,8 @@ fn moved(case: &Case) -> f64 {
 /// Shift of the start that the times of bounces and catches are off by, more or less \[m].
 const SHIFT: f64 = 5e-3;
 
-/// Factor by which a halving changes less than the one before it: of order 0.9.
-const ORDER: f64 = 1.866;
+/// Factor by which a halving changes less than the one before it: of order 1 with a quarter for what is of higher order.
+const ORDER: f64 = 1.68;
 
 /// Returns true if the halvings of a case say nothing of its order: a third one moves the end less, for a smooth motion as
 /// of order 0.9 from the first on, or a start that is moved by as much as a bounce is late leads elsewhere.
@@ -270,7 +270,7 @@ pub(super) fn refined(case: &Case) -> Fault {
     let allowed = first + 1e-5 + rings + slid + sudden * half * 2.0 * fastest;
     // Where nothing is sudden the order is 1 or more.
     let allowed = match order(case) {
-        Some(_) => 0.5 * first + 1e-6,
+        Some(_) => first / ORDER + 1e-6 * (1.0 + moved(case)),
         None => allowed,
     };
     let is_wrong = second > allowed && !is_early(case, [first, second]);
