@@ -8,7 +8,7 @@
 //! the last that did not and the first that did.
 //!
 //! The time is that from the pieces to the multipliers: assembly, factorisation or preconditioner, solve, and what the
-//! direct solver refines; the least of several, of solvers that take [turns](crate::systems::turns). The direct solver that a time is compared with is the cheaper of that
+//! direct solver refines; the least of several, of solvers that take [turns]. The direct solver that a time is compared with is the cheaper of that
 //! without and with one refinement that reaches the error.
 //!
 //! As measured, iterations win on no cable. From the pieces to the multipliers (assembly and solve; 24, 100, 1000

@@ -1,5 +1,5 @@
 //! Cost of one linear solve, ours beside others' in the same run: every solver factorises and
-//! solves the same matrices, in [turns](crate::systems::turns).
+//! solves the same matrices, in [turns].
 //!
 //! A case is the system of one step of the hoist, hanging at an angle, with joints of 3, 5 or 6 rows between its
 //! segments; its ends are ball joints. A pass is what each step repeats: factorisation and solve of the assembled system,

@@ -205,7 +205,7 @@ pub struct Record {
 pub struct Results {
     /// Rows, case by case, solvers in the order asked for, iterations ascending.
     pub records: Vec<Record>,
-    /// Cost against size: see [`growth`].
+    /// Cost against size: see `growth`.
     pub growth: Vec<Value>,
     #[serde(skip)]
     pub omissions: Vec<Omission>,
