@@ -69,10 +69,16 @@ impl Stepper {
         });
         let settings: Vec<(String, f64)> = settings.collect();
         let time = self.time;
-        self.change(|edit| {
-            edit.drop_events(&due);
-            edit.act(&due, time)
-        })?;
+        if actions().all(|action| matches!(action, Action::Set { .. })) {
+            // The run goes on with its past and its balance, as where its user sets the control.
+            self.scene.events.retain(|event| !due.contains(event));
+            self.wake();
+        } else {
+            self.change(|edit| {
+                edit.drop_events(&due);
+                edit.act(&due, time)
+            })?;
+        }
         for (name, value) in settings {
             // A control goes with the last thing that it drives.
             if let Ok(control) = self.scene.control(&name) {

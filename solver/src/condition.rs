@@ -19,6 +19,7 @@ mod scales;
 
 pub use estimate::inverse_norm;
 pub(crate) use probe::Probe;
+use probe::noise;
 pub(crate) use scales::Scales;
 
 use crate::agreement::split_mix;
@@ -37,6 +38,9 @@ const CORRECTIONS: usize = 8;
 
 /// Sweeps that scale rows and columns by the inverse.
 const BALANCES: usize = 4;
+
+/// Least part of the largest scale that a sweep gives a column.
+const SPAN: f64 = 1e-250;
 
 /// Bound of the relative error that is claimed where the bound is all that is known: estimates are seldom a third of it.
 const BOUND: f64 = 0.1;
@@ -100,9 +104,9 @@ fn componentwise(
     x: &[f64],
 ) -> f64 {
     rows.fill(0.0);
-    for (r, c, a) in entries.clone() {
+    entries.clone().for_each(|(r, c, a)| {
         rows[r] += (a * x[c]).abs();
-    }
+    });
     let parts = r.iter().zip(rows).filter(|(r, _)| **r != 0.0);
     // A NaN, which no comparison admits, stays.
     parts
@@ -176,9 +180,9 @@ impl Rule {
         solve: &mut impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
     ) -> Result<Verdict, SolveError> {
         self.sums.fill(0.0);
-        for (r, c, a) in entries.clone() {
+        entries.clone().for_each(|(r, c, a)| {
             self.sums[c] += self.scales.at(r, c, a).abs();
-        }
+        });
         let scales = &self.scales;
         let longest = match self
             .estimate
@@ -241,9 +245,9 @@ impl Rule {
                 None => alternate(left),
             }
             let largest = norm_inf(left);
-            for (r, c, a) in entries.clone() {
+            entries.clone().for_each(|(r, c, a)| {
                 left[r] -= self.scales.at(r, c, a) * y[c];
-            }
+            });
             let sum: f64 = left.iter().map(|r| r.abs()).sum();
             if sum <= UNSOLVED && norm_inf(left) <= UNSOLVED * largest {
                 return Ok(if solution > 1 {
@@ -276,9 +280,9 @@ impl Rule {
         signs.for_each(|s| *s = if bits() >> 63 == 0 { 1.0 } else { -1.0 });
         for solution in 0..=CORRECTIONS {
             left.fill(0.0);
-            for (r, c, a) in entries.clone() {
+            entries.clone().for_each(|(r, c, a)| {
                 left[r] += self.scales.at(r, c, a) * error[c];
-            }
+            });
             match self.scales.solve(left, false, solve) {
                 Err(SolveError::NonFinite { .. }) => break,
                 solved => solved?,
@@ -308,13 +312,12 @@ impl Rule {
         let mut bits = split_mix(n as u64);
         for _ in 0..BALANCES {
             self.balance_rows(entries);
-            // c ← |(R A C)⁻¹| 1, about, from products with random signs.
+            // c ← |(R A C)⁻¹| 1, about, from products with noise: equal sizes may cancel.
             let sizes = &mut self.estimate.largest;
             sizes.fill(0.0);
             for _ in 0..COLUMNS {
                 let x = &mut self.estimate.columns[..n];
-                x.iter_mut()
-                    .for_each(|x| *x = if bits() >> 63 == 0 { 1.0 } else { -1.0 });
+                noise(x, &mut bits);
                 match self.scales.solve(x, false, solve) {
                     Err(SolveError::NonFinite { .. }) => return Ok(()),
                     solved => solved?,
@@ -324,7 +327,7 @@ impl Rule {
             }
             let largest = norm_inf(sizes);
             for (column, size) in self.scales.columns.iter_mut().zip(&*sizes) {
-                *column /= over((size / largest).max(f64::EPSILON));
+                *column = (*column / over((size / largest).max(SPAN))).max(f64::MIN_POSITIVE);
             }
         }
         self.balance_rows(entries);
@@ -335,9 +338,9 @@ impl Rule {
     fn balance_rows(&mut self, entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone)) {
         let Scales { rows, columns } = &mut self.scales;
         rows.fill(0.0);
-        for (r, c, a) in entries.clone() {
+        entries.clone().for_each(|(r, c, a)| {
             rows[r] += a.abs() * columns[c];
-        }
+        });
         rows.iter_mut().for_each(|r| *r = over(*r));
     }
 
@@ -350,10 +353,10 @@ impl Rule {
         let (counts, sums) = (&mut self.estimate.largest, &mut self.sums);
         counts.fill(0.0);
         sums.fill(0.0);
-        for (r, c, a) in entries.clone() {
+        entries.clone().for_each(|(r, c, a)| {
             counts[r] += 1.0;
             sums[r] += self.scales.at(r, c, a).abs();
-        }
+        });
         Judge::new(norm_inf(counts), norm_inf(sums))
     }
 
@@ -489,10 +492,10 @@ impl Rule {
         let (rounded, columns) = (&mut self.sums, &self.even.columns);
         counts.fill(0.0);
         rounded.fill(0.0);
-        for (r, c, a) in entries.clone() {
+        entries.clone().for_each(|(r, c, a)| {
             counts[r] += 1.0;
             rounded[r] += (a * x[c]).abs();
-        }
+        });
         let part = (norm_inf(counts) + 2.0) * f64::EPSILON;
         for (rounded, r) in rounded.iter_mut().zip(r) {
             *rounded = part * *rounded + r.abs();

@@ -111,13 +111,15 @@ impl SymBlockMatrix {
         let p = &*self.pattern;
         let blocks = (0..p.blocks()).flat_map(move |j| p.column(j).map(move |k| (k, j)));
         let lower = blocks.flat_map(move |(k, j)| {
-            let (rows, columns, block) = (p.rows(p.row(k)), p.rows(j), self.block(k));
-            block.iter().enumerate().map(move |(at, &a)| {
-                let n = rows.len();
-                (rows.start + at % n, columns.start + at / n, a)
+            let (rows, first, is_diagonal) = (p.rows(p.row(k)), p.rows(j).start, p.row(k) == j);
+            // A block without rows has no entries, whatever the size of its chunks.
+            let columns = self.block(k).chunks_exact(rows.len().max(1)).enumerate();
+            columns.flat_map(move |(column, entries)| {
+                let above = if is_diagonal { column } else { 0 };
+                let below = entries.iter().enumerate().skip(above);
+                below.map(move |(row, &a)| (rows.start + row, first + column, a))
             })
         });
-        let lower = lower.filter(|&(r, c, _)| r >= c);
         lower.flat_map(|(r, c, a)| std::iter::once((r, c, a)).chain((r != c).then_some((c, r, a))))
     }
 

@@ -35,6 +35,9 @@ use truth::{Truth, largest_error, scaled_error};
 /// Condition with rows and columns scaled below which whoever exchanges rows has to solve a system.
 const SOLVABLE: f64 = 1e12;
 
+/// Condition with rows and columns scaled by largest entries up to which pivots chosen by them have digits.
+const SEEN: f64 = 1e15;
+
 /// Condition with rows and columns scaled above which a matrix is singular for doubles, whatever
 /// its rounded entries are.
 const SINGULAR: f64 = 1e17;
@@ -107,7 +110,7 @@ pub fn judge(seed: u64) -> Verdict {
     let (matrix, dropped) = match matrix_of(&drawn.market, path) {
         Ok(read) => read,
         Err(e) => {
-            if truth.scaled < SINGULAR || !e.message.contains("singular") {
+            if truth.least < SINGULAR || !e.message.contains("singular") {
                 verdict.fault("refused at reading", e.to_string());
             }
             return verdict;
@@ -137,7 +140,7 @@ pub fn judge(seed: u64) -> Verdict {
         from: RightHandSide::File(PathBuf::from("drawn_b.mtx")),
         x: None,
     };
-    words(&truth, &system, &mut verdict);
+    words((&drawn, &truth), &system, &mut verdict);
     verdict
 }
 
@@ -241,6 +244,16 @@ fn solve_after(
     }
 }
 
+/// The condition by which a system has to be solved: what the best units of rows and columns leave, where a factorisation that
+/// compares rows by their largest entries can see it.
+fn condition_by_units(drawn: &Drawn, truth: &Truth) -> f64 {
+    let seen = truth.scaled < SEEN && drawn.kind != Kind::Growth;
+    match seen || drawn.kind == Kind::Bidiagonal {
+        true => truth.least,
+        false => truth.scaled,
+    }
+}
+
 /// Relative error of a solution, in some norm.
 type ErrorOf = fn(&[f64], &Truth) -> Option<f64>;
 
@@ -259,12 +272,12 @@ fn told(
     };
     let told = |what: String| {
         format!(
-            "{backend}{form}: {what}, condition {:.1e}, scaled {:.1e}",
-            truth.condition, truth.scaled
+            "{backend}{form}: {what}, condition {:.1e}, scaled {:.1e}, at best {:.1e}",
+            truth.condition, truth.scaled, truth.least
         )
     };
     let pivots = PIVOTING.contains(&backend.to_string().as_str()) || backend.name() == "dense";
-    let solvable = truth.scaled < SOLVABLE && (pivots || drawn.is_definite());
+    let solvable = condition_by_units(drawn, truth) < SOLVABLE && (pivots || drawn.is_definite());
     match solved {
         Ok(report) if report.status == Status::Direct => {
             verdict.claims += 1;
@@ -286,7 +299,7 @@ fn told(
                 );
             }
         }
-        Ok(report) if solvable && drawn.kind != Kind::Growth => {
+        Ok(report) if solvable && truth.of_solution < SOLVABLE && drawn.kind != Kind::Growth => {
             verdict.fault("no claim", told(format!("{:?}", report.status)));
         }
         Err(e) if solvable => verdict.fault("refused", told(e.to_string())),
@@ -295,9 +308,9 @@ fn told(
 }
 
 /// Checks the words of `taut solve`: whether it calls a matrix singular, and how it refuses.
-fn words(truth: &Truth, system: &System, verdict: &mut Verdict) {
-    let singular = truth.scaled > SINGULAR;
-    if !singular && truth.scaled > SOLVABLE {
+fn words((drawn, truth): (&Drawn, &Truth), system: &System, verdict: &mut Verdict) {
+    let singular = truth.least > SINGULAR;
+    if !singular && condition_by_units(drawn, truth) > SOLVABLE {
         return;
     }
     let names = if singular {

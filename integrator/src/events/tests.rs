@@ -538,3 +538,43 @@ fn what_comes_near_within_a_step_is_seen_by_its_substeps() {
         assert_eq!(!log.is_empty(), seen, "{substeps} sub-steps: {log:?}");
     }
 }
+
+/// A winch that an event stops: the run goes on with the work that its drive has done.
+#[test]
+fn an_event_that_sets_a_control_leaves_the_balance_of_energy() {
+    let mut scene = Scene::new("lift");
+    scene.gravity = Vector3::z() * -10.0;
+    let load = scene.add_body("load", Body::particle(100.0).at(Vector3::z() * -5.0));
+    let frames = vec![
+        Frame::world(Vector3::zeros()),
+        Frame::body(load, Vector3::zeros()),
+    ];
+    let rope = MasslessCable::new(frames, 5.0, RowLaw::new(1e-6, 0.1));
+    let rope = MasslessCable {
+        winch: Some(Winch {
+            speed: -0.5,
+            ..Winch::new()
+        }),
+        ..rope
+    };
+    let rope = scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+    scene.controls.push(Control::of("winch", rope, 1.0));
+    scene.events.push(Event {
+        name: "stop".into(),
+        when: When::Time(1.0),
+        then: vec![Action::Set {
+            control: 0,
+            value: 0.0,
+        }],
+    });
+    let options = StepOptions {
+        energy_tolerance: Some(0.01),
+        ..options()
+    };
+    let mut stepper = Stepper::new(scene, options).unwrap();
+    run(&mut stepper, 90);
+    assert!(stepper.scene().events.is_empty());
+    let balance = stepper.step().unwrap().balance.unwrap();
+    let lifted = 100.0 * 10.0 * 0.5;
+    assert!((balance.work / lifted - 1.0).abs() < 0.05, "{balance:?}");
+}

@@ -339,9 +339,13 @@ impl<D: Direct> LinearSolver for D {
         }
         let mut common = std::mem::take(self.common());
         if self.roundoff() < f64::ROUNDOFF {
-            // The correction solved for a residual in doubles, whatever the digits of the factor.
+            // The correction solved for a residual in doubles, whatever the digits of the factor. What the probe leaves is the
+            // rounding of its solution.
             let probe = self.probe(a, &mut common);
-            let is_sound = probe.map(|probe| probe.is_sound(Some(probe.growth), f64::ROUNDOFF));
+            let is_sound = probe.map(|probe| {
+                let probe = Probe { left: 0.0, ..probe };
+                probe.is_sound(Some(probe.growth), f64::ROUNDOFF)
+            });
             if !matches!(is_sound, Ok(true)) {
                 *self.common() = common;
                 return is_sound.map(|_| Status::Stalled);

@@ -37,9 +37,8 @@ impl Probe {
     }
 }
 
-/// v: signs and sizes of 0.5 to 1.5.
-fn noise(v: &mut [f64]) {
-    let mut bits = split_mix(v.len() as u64);
+/// Signs and sizes of 0.5 to 1.5.
+pub(super) fn noise(v: &mut [f64], bits: &mut impl FnMut() -> u64) {
     for v in v {
         let bits = bits();
         let size = 0.5 + (bits >> 12) as f64 / (1_u64 << 52) as f64;
@@ -58,9 +57,10 @@ impl Rule {
         a: &SymBlockMatrix,
         mut solve: impl FnMut(&mut [f64]) -> Result<(), SolveError>,
     ) -> Result<Probe, SolveError> {
+        let mut bits = split_mix(self.sums.len() as u64);
         let (scales, x) = (&mut self.sums, &mut self.estimate.largest);
         roots(a, scales);
-        noise(x);
+        noise(x, &mut bits);
         x.iter_mut().zip(&*scales).for_each(|(x, s)| *x *= s);
         let growth = match solve(x) {
             Err(SolveError::NonFinite { .. }) => f64::INFINITY,
@@ -84,17 +84,18 @@ impl Rule {
         mut solve: impl FnMut(&mut [f64]) -> Result<(), SolveError>,
     ) -> Result<Probe, SolveError> {
         self.scales.of(entries.clone());
+        let mut bits = split_mix(self.sums.len() as u64);
         let (left, y) = (&mut self.sums, &mut self.estimate.largest);
-        noise(left);
+        noise(left, &mut bits);
         y.copy_from_slice(left);
         let mut solve = |x: &mut [f64], _| solve(x);
         match self.scales.solve(y, false, &mut solve) {
             Err(SolveError::NonFinite { .. }) => return Ok(Probe::UNKNOWN),
             solved => solved?,
         }
-        for (r, c, a) in entries.clone() {
+        entries.clone().for_each(|(r, c, a)| {
             left[r] -= Scales::at(&self.scales, r, c, a) * y[c];
-        }
+        });
         self.inverse = largest(y);
         Ok(Probe {
             growth: self.inverse,

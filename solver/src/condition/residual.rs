@@ -87,13 +87,13 @@ impl Rule {
         let error = &self.estimate.columns;
         high.copy_from_slice(r);
         low.fill(0.0);
-        for (r, c, a) in entries.clone() {
+        entries.clone().for_each(|(r, c, a)| {
             let x = DoubleDouble::from(x[c]) + error[c].into();
             let product = DoubleDouble::from(a) * x;
             let sum = DoubleDouble::from(high[r]) + low[r].into() - product;
             let rounded = sum.to_f64();
             (high[r], low[r]) = (rounded, (sum - rounded.into()).to_f64());
-        }
+        });
     }
 }
 

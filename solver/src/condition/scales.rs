@@ -23,14 +23,14 @@ impl Scales {
     /// Scales a matrix of these entries (row, column, value). Allocates nothing.
     pub(crate) fn of(&mut self, entries: impl Iterator<Item = (usize, usize, f64)> + Clone) {
         self.rows.fill(0.0);
-        for (r, _, a) in entries.clone() {
+        entries.clone().for_each(|(r, _, a)| {
             self.rows[r] = self.rows[r].max(a.abs());
-        }
+        });
         self.rows.iter_mut().for_each(|r| *r = over(*r));
         self.columns.fill(0.0);
-        for (r, c, a) in entries {
+        entries.for_each(|(r, c, a)| {
             self.columns[c] = self.columns[c].max(a.abs() * self.rows[r]);
-        }
+        });
         self.columns.iter_mut().for_each(|c| *c = over(*c));
     }
 

@@ -34,9 +34,11 @@ pub enum Kind {
     Kahan,
     /// L Lᵀ of a unit triangle L: pivots of 1, whatever the condition.
     Factors,
+    /// A diagonal of 1 and one number far larger or smaller beside it: regular in the right units.
+    Bidiagonal,
 }
 
-const KINDS: [Kind; 15] = [
+const KINDS: [Kind; 16] = [
     Kind::Definite,
     Kind::QuasiDefinite,
     Kind::Kkt,
@@ -52,6 +54,7 @@ const KINDS: [Kind; 15] = [
     Kind::Growth,
     Kind::Kahan,
     Kind::Factors,
+    Kind::Bidiagonal,
 ];
 
 /// Dependence of a row or column on others.
@@ -128,6 +131,11 @@ impl Drawn {
             Scaling::Graded,
             Scaling::Scattered,
         ][random.below(8)];
+        // Scattered, its inverse has no numbers.
+        let scaling = match (kind, scaling) {
+            (Kind::Bidiagonal, Scaling::Scattered) => Scaling::None,
+            _ => scaling,
+        };
         if scaling == Scaling::Scattered {
             scatter(&mut made, rank, random);
         } else {
@@ -199,7 +207,7 @@ impl Drawn {
 
 fn made(kind: Kind, n: usize, random: &mut Random) -> Made {
     let symmetric = match kind {
-        Kind::Unsymmetric | Kind::Triangular | Kind::Growth => false,
+        Kind::Unsymmetric | Kind::Triangular | Kind::Growth | Kind::Bidiagonal => false,
         Kind::Circulant | Kind::Kahan => random.below(2) == 0,
         _ => true,
     };
@@ -280,6 +288,17 @@ fn made(kind: Kind, n: usize, random: &mut Random) -> Made {
         }
         Kind::Kahan => kahan(n, symmetric, random),
         Kind::Factors => factors(n, random),
+        Kind::Bidiagonal => {
+            // A⁻¹ stays within 10^±100.
+            let most = 330.0 / n as f64;
+            let above = 2.0_f64.powi((most.min(100.0) * random.uniform()) as i32);
+            let at = |r: usize, c: usize| match c.wrapping_sub(r) {
+                0 => 1.0,
+                1 => above,
+                _ => 0.0,
+            };
+            (0..n).map(|r| (0..n).map(|c| at(r, c)).collect()).collect()
+        }
     };
     let mut made = Made { a, symmetric };
     mirror(&mut made);

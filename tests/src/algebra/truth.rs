@@ -7,6 +7,9 @@ use taut_solver::{DoubleDouble, norm_inf};
 /// Numbers below this part of the sizes that they are left of by cancellation are zero: what double-doubles make of it.
 const ZERO: f64 = 1e-27;
 
+/// Products with |B⁻¹| |B| that find the best scales.
+const PRODUCTS: usize = 8;
+
 /// A prime. Doubles are whole numbers times powers of two, so that determinants by it are exact but for their multiples of it.
 const PRIME: u128 = (1 << 61) - 31;
 
@@ -17,6 +20,10 @@ pub struct Truth {
     pub condition: f64,
     /// Condition of R A C in the ∞-norm: rows and columns are scaled to a largest entry of about 1.
     pub scaled: f64,
+    /// Bound of the least condition in the ∞-norm that scaled rows and columns leave: the spectral radius of |A⁻¹| |A|.
+    pub least: f64,
+    /// ‖C⁻¹ |A⁻¹| |A| |x|‖∞ over ‖C⁻¹ x‖∞: what rounded entries make of this solution (Skeel).
+    pub of_solution: f64,
     /// Condition of S⁻¹ A S⁻¹ in the ∞-norm, with largest entries of about 1 in all rows.
     pub symmetrically_scaled: f64,
     /// A right-hand side.
@@ -226,6 +233,38 @@ fn norm(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
     (0..n).map(row).fold(0.0, f64::max)
 }
 
+/// |A| v.
+fn times_sizes(n: usize, entry: impl Fn(usize, usize) -> f64, v: &[f64]) -> Vec<f64> {
+    let row = |r: usize| {
+        v.iter()
+            .enumerate()
+            .map(|(c, v)| entry(r, c).abs() * v)
+            .sum()
+    };
+    (0..n).map(row).collect()
+}
+
+/// maxᵢ (|B⁻¹| |B| c)ᵢ / cᵢ, an upper bound of the spectral radius for each c > 0, after some products.
+fn least_condition(
+    n: usize,
+    entry: impl Fn(usize, usize) -> f64,
+    of_inverse: impl Fn(usize, usize) -> f64,
+) -> f64 {
+    let mut c = vec![1.0; n];
+    let mut least = f64::INFINITY;
+    for _ in 0..PRODUCTS {
+        let y = times_sizes(n, &of_inverse, &times_sizes(n, &entry, &c));
+        let ratios = y.iter().zip(&c).map(|(y, c)| y / c);
+        least = ratios.fold(0.0, f64::max).min(least);
+        let largest = norm_inf(&y);
+        c = y
+            .iter()
+            .map(|y| (y / largest).max(f64::MIN_POSITIVE))
+            .collect();
+    }
+    least
+}
+
 impl Truth {
     /// Solves a drawn system and computes its conditions.
     #[must_use]
@@ -239,10 +278,12 @@ impl Truth {
             .map(|r| (0..n).map(|c| scaled(r, c)).collect())
             .collect();
         let Some(factor) = Factor::of(&matrix) else {
-            let [condition, scaled, symmetrically_scaled] = [f64::INFINITY; 3];
+            let [condition, scaled, least, of_solution, symmetrically_scaled] = [f64::INFINITY; 5];
             return Self {
                 condition,
                 scaled,
+                least,
+                of_solution,
                 symmetrically_scaled,
                 b,
                 x: None,
@@ -282,6 +323,12 @@ impl Truth {
         Self {
             condition: norm(n, |r, c| a[r][c]) * norm(n, of_matrix),
             scaled: norm(n, scaled) * norm(n, of_scaled),
+            least: least_condition(n, scaled, of_scaled),
+            of_solution: {
+                let y: Vec<f64> = y.iter().map(|y| y.to_f64().abs()).collect();
+                let of_y = times_sizes(n, of_scaled, &times_sizes(n, scaled, &y));
+                norm_inf(&of_y) / norm_inf(&y)
+            },
             symmetrically_scaled: norm(n, |r, c| a[r][c] / s[r] / s[c])
                 * norm(n, |r, c| s[r] * of_matrix(r, c) * s[c]),
             b,
