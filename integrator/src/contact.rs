@@ -585,9 +585,10 @@ impl Contacts {
         violation(inert, rate, touch.found.surface.friction)
     }
 
-    /// Largest violation of the conditions by the rates u, over the size of all rates.
-    pub(crate) fn violation(&self, rates: &[f64], system_data: &SystemData) -> f64 {
-        let (mut worst, mut size) = (0.0_f64, 0.0_f64);
+    /// Largest violation of the conditions by the rates u, over the size of all rates, of which `least` (m/s) is a part of all: that
+    /// of a weight in a step. Where ropes carry it, rates are the rounding of it.
+    pub(crate) fn violation(&self, rates: &[f64], system_data: &SystemData, least: f64) -> f64 {
+        let (mut worst, mut size) = (0.0_f64, least);
         for (n, touch) in self.touches.iter().enumerate() {
             worst = worse(worst, self.residual(n, rates));
             let before = touch.rates(|i| system_data.v.get(i));

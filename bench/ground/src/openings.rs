@@ -82,8 +82,8 @@ impl Openings {
                 self.widest.put(stepper, c, [gap, length]);
             }
             let most = self.unexplained.strain().max(0.0) * length;
-            // Rates are not asked for where the spring explains it all.
-            if !is_damped && !wider(gap - explained(stepper, c, &[0.0; MAX_ROWS]), most) {
+            let by_spring = || gap - explained(stepper, c, &[0.0; MAX_ROWS]);
+            if !wider(gap, most) || !is_damped && !wider(by_spring(), most) {
                 continue;
             }
             if !std::mem::replace(&mut rates_known, true) {

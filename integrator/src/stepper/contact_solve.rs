@@ -87,11 +87,11 @@ impl Stepper {
             ConeMethod::Newton => PASSES,
             _ => 1,
         };
+        let close = self.scene.gravity.norm() * dt;
         for pass in 0.. {
             self.system_data.update_velocity_change(&self.mu);
             self.contacts.rates(&self.system_data, rates);
             // W is that of another matrix at first.
-            let close = self.scene.gravity.norm() * dt;
             let new = self.contacts.activate(rates, close) || pass == 0;
             // A changed pattern of slipping sheaves changes W.
             let other = std::mem::take(&mut self.slip.has_changed);
@@ -99,7 +99,7 @@ impl Stepper {
                 self.contacts.rates(&self.system_data, rates);
             }
             self.contacts.regularize(rates);
-            let found = self.contacts.violation(rates, &self.system_data);
+            let found = self.contacts.violation(rates, &self.system_data, close);
             let settled = found <= tolerance && (!new || self.contacts.none_active());
             if passes == 0 || settled {
                 return Ok(found);
@@ -119,7 +119,7 @@ impl Stepper {
                 self.system_data.update_velocity_change(&self.mu);
                 self.contacts.rates(&self.system_data, rates);
                 self.contacts.regularize(rates);
-                return Ok(self.contacts.violation(rates, &self.system_data));
+                return Ok(self.contacts.violation(rates, &self.system_data, close));
             }
         }
         Ok(f64::NAN)

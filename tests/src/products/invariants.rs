@@ -153,7 +153,7 @@ fn ends_well(case: &Case) -> Fault {
     // Where a force vanishes its bound is within the noise: in single steps, not for long.
     let steps = case.run.steps.iter().enumerate();
     let mut undecided = steps.filter(|(_, m)| m.report.undecided > 0);
-    let allowed = case.run.steps.len() / 4;
+    let allowed = case.run.steps.len() / 20;
     if let Some((n, m)) = undecided.nth(allowed) {
         let count = m.report.undecided;
         let text = format!("{count} undecided, as in {allowed} steps before");

@@ -136,13 +136,13 @@ pub(super) fn substepped(case: &Case) -> Fault {
     let substeps = case.choices.steps.substeps;
     let at_ends = case.choices.steps.sleep || !case.scene.events.is_empty();
     let fine = case.fine().filter(|_| substeps > 1 && !at_ends)?;
-    let last = fine.steps.iter().skip(substeps - 1).step_by(substeps);
-    let steps = case.run.steps.iter().zip(last).enumerate();
+    let parts = fine.steps.chunks_exact(substeps);
+    let steps = case.run.steps.iter().zip(parts).enumerate();
     let wheels = case.run.steps.first()?.wheels.len();
     let lies = |m: &Moment| m.wheels.len() == wheels;
-    let mut steps = steps.take_while(|(_, (a, b))| lies(a) && lies(b));
-    steps.find_map(|(n, (a, b))| {
-        let places = a.bodies.position.iter().zip(&b.bodies.position);
+    let mut steps = steps.take_while(|(_, (a, parts))| lies(a) && parts.iter().all(lies));
+    steps.find_map(|(n, (a, parts))| {
+        let places = a.bodies.position.iter().zip(&parts.last()?.bodies.position);
         let off = places.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         (off > 1e-9).then(|| (n, format!("{off:.3e} m off the run of {substeps} steps")))
     })
