@@ -643,16 +643,21 @@ impl Stepper {
                 slipped |= cable.run_out(self.time);
             }
         }
-        for n in 0..self.winches.len() {
-            slipped |= self.stall(self.winches[n]);
-        }
         if slipped {
             self.system_data.rows.update_state(&self.scene, self.time);
         }
-        if slipped || self.slip.slips() {
+        // A drum that stalls has fed its cable until now.
+        self.cut_at_winches();
+        let mut stalled = false;
+        for n in 0..self.winches.len() {
+            stalled |= self.stall(self.winches[n]);
+        }
+        if stalled {
+            self.system_data.rows.update_state(&self.scene, self.time);
+        }
+        if slipped || stalled || self.slip.slips() {
             self.system_data.rescale(&self.scene);
         }
-        self.cut_at_winches();
     }
 
     /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.

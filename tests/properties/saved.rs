@@ -294,3 +294,57 @@ fn reports_round_trip() {
         assert_eq!(read, choice.backend);
     }
 }
+
+/// A winch that gives way to its load, stands at the end of its empty drum and hauls in again: its first segment is cut, stalls
+/// and goes on within the steps between which the run is saved.
+#[test]
+fn a_drum_that_runs_empty_goes_on_with_the_same_bits() {
+    let text = r#"
+        load = "load"
+        gravity = [0, 0, -9.81]
+        [[body]]
+        name = "load"
+        mass = 100.0
+        shape = { sphere = { radius = 0.25 } }
+        velocity = [0.05, 0.0, 0.0]
+        [[cable]]
+        name = "rope"
+        from = { body = "world", point = [0.0, 0.0, 3.25] }
+        to = { body = "load", point = [0, 0, 0.25] }
+        segments = 5
+        ea = 981000.0
+        ei = 9.81
+        gj = 9.81
+        mass_per_length = 0.1
+        winch = { since = 0, force_limit = 490.5, shortest = 2.8, longest = 3.2 }
+        [[control]]
+        name = "hoist"
+        drives = [{ joint = "rope" }]
+        [[event]]
+        name = "haul"
+        at = 0.1
+        set = [{ control = "hoist", value = -0.5 }]
+    "#;
+    let source = SceneSource::parse(text, &[]).expect("a scene");
+    for (substeps, guard) in [(1, None), (16, None), (16, Some(Guard::default()))] {
+        let options = StepOptions {
+            substeps,
+            guard,
+            ..StepOptions::default()
+        };
+        let scene = source.build().expect("sound");
+        let mut stepper = Stepper::new(scene, options).expect("sound");
+        let mut stood = 0;
+        for n in 0..60 {
+            let saved = stepper.save().expect("a sound state");
+            let mut again = Stepper::restore(saved).expect("a sound run");
+            for stepper in [&mut stepper, &mut again] {
+                stepper.step().expect("a stable run");
+            }
+            assert_eq!(told(&stepper), told(&again), "{substeps} {n}");
+            stood +=
+                usize::from(format!("{:?}", stepper.scene().constraints).contains("stalled: true"));
+        }
+        assert!(stood > 5, "{substeps}: {stood}");
+    }
+}
