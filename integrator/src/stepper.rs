@@ -622,44 +622,6 @@ impl Stepper {
         self.tally.end(Phase::Update);
     }
 
-    /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
-    /// have paid out.
-    pub(crate) fn accept(&mut self) {
-        self.activation.accept(&self.active_set);
-        let rows = &mut self.system_data.rows;
-        let mut slipped = rows.follow_windings(&mut self.scene, self.time);
-        for bound in self.active_set.at_lower().map(|k| rows.bounds[k]) {
-            let constraint = &mut self.scene.constraints[bound.constraint];
-            if let Constraint::MasslessCable(cable) = constraint {
-                let paid = cable.settle(rows.phi[bound.row], self.time);
-                // The step took the cable to be as long as the winch alone would have it.
-                self.history.phi_t[bound.row] -= paid / self.stage.advanced();
-                slipped |= paid > 0.0;
-            }
-        }
-        for bound in self.active_set.emptied().map(|k| rows.bounds[k]) {
-            let constraint = &mut self.scene.constraints[bound.constraint];
-            if let Constraint::MasslessCable(cable) = constraint {
-                slipped |= cable.run_out(self.time);
-            }
-        }
-        if slipped {
-            self.system_data.rows.update_state(&self.scene, self.time);
-        }
-        // A drum that stalls has fed its cable until now.
-        self.cut_at_winches();
-        let mut stalled = false;
-        for n in 0..self.winches.len() {
-            stalled |= self.stall(self.winches[n]);
-        }
-        if stalled {
-            self.system_data.rows.update_state(&self.scene, self.time);
-        }
-        if slipped || stalled || self.slip.slips() {
-            self.system_data.rescale(&self.scene);
-        }
-    }
-
     /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.
     pub(crate) fn update(&mut self) -> Result<(), StepError> {
         if self.stage != Stage::Solved {

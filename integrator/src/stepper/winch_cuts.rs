@@ -15,6 +15,44 @@ use taut_model::{Constraint, Scene};
 const FASTEST: f64 = 0.25;
 
 impl Stepper {
+    /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
+    /// have paid out.
+    pub(crate) fn accept(&mut self) {
+        self.activation.accept(&self.active_set);
+        let rows = &mut self.system_data.rows;
+        let mut slipped = rows.follow_windings(&mut self.scene, self.time);
+        for bound in self.active_set.at_lower().map(|k| rows.bounds[k]) {
+            let constraint = &mut self.scene.constraints[bound.constraint];
+            if let Constraint::MasslessCable(cable) = constraint {
+                let paid = cable.settle(rows.phi[bound.row], self.time);
+                // The step took the cable to be as long as the winch alone would have it.
+                self.history.phi_t[bound.row] -= paid / self.stage.advanced();
+                slipped |= paid > 0.0;
+            }
+        }
+        for bound in self.active_set.emptied().map(|k| rows.bounds[k]) {
+            let constraint = &mut self.scene.constraints[bound.constraint];
+            if let Constraint::MasslessCable(cable) = constraint {
+                slipped |= cable.run_out(self.time);
+            }
+        }
+        if slipped {
+            self.system_data.rows.update_state(&self.scene, self.time);
+        }
+        // A drum that stalls has fed its cable until now.
+        self.cut_at_winches();
+        let mut stalled = false;
+        for n in 0..self.winches.len() {
+            stalled |= self.stall(self.winches[n]);
+        }
+        if stalled {
+            self.system_data.rows.update_state(&self.scene, self.time);
+        }
+        if slipped || stalled || self.slip.slips() {
+            self.system_data.rescale(&self.scene);
+        }
+    }
+
     /// No winch feeds more in a step than its first segment can lose.
     pub(super) fn check_winches(&self) -> Result<(), StepError> {
         for &i in &self.fairleads {
