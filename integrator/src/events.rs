@@ -74,6 +74,9 @@ impl Stepper {
             self.scene.events.retain(|event| !due.contains(event));
             self.wake();
         } else {
+            if actions().any(|action| matches!(action, Action::Release(_) | Action::Detach(_))) {
+                self.catch_up()?;
+            }
             self.change(|edit| {
                 edit.drop_events(&due);
                 edit.act(&due, time)

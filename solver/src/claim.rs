@@ -29,9 +29,19 @@ const SWEEPS: usize = 16;
 /// Acceptance bound for the solutions of one matrix.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Judge {
-    /// Largest ‖b − A x‖∞ / ‖x‖∞ that is claimed.
-    bar: f64,
+    /// Largest ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞) that is claimed.
+    part: f64,
+    /// ‖A‖∞.
+    norm: f64,
 }
+
+/// Size below which numbers are compared multiplied by `UP`: their products with roundoff may have no digits.
+const SMALL: f64 = 1.0 / UP;
+
+const UP: f64 = (1_u128 << 120) as f64
+    * (1_u128 << 120) as f64
+    * (1_u128 << 120) as f64
+    * (1_u128 << 120) as f64;
 
 impl Judge {
     /// For solutions of `a`; `sums` is room for one number a row. Allocates nothing.
@@ -59,22 +69,33 @@ impl Judge {
     /// For matrices with at most `longest` entries a row and the ∞-norm `norm`.
     pub(crate) fn new(longest: f64, norm: f64) -> Self {
         Self {
-            bar: (longest + 2.0) * f64::EPSILON * norm,
+            part: (longest + 2.0) * f64::EPSILON,
+            norm,
         }
     }
 
     /// For residuals over the size of x of at most `bar`.
     pub(crate) fn at(bar: f64) -> Self {
-        Self { bar }
+        Self {
+            part: bar,
+            norm: 1.0,
+        }
+    }
+
+    /// For residuals over |A| |x|, row by row.
+    pub(crate) fn by_rows(self) -> Self {
+        Self::at(self.part)
     }
 
     /// Returns true if a residual of size `residual` is small enough for an x of size `x`. False if
     /// the bound overflows.
     pub(crate) fn admits(self, residual: f64, x: f64) -> bool {
-        let most = self.bar * x;
+        let (small, large) = (self.norm.min(x), self.norm.max(x));
+        let up = if small < SMALL { UP } else { 1.0 };
+        let most = small * up * self.part * large;
         // Below the normal numbers a product may be 0 for lack of digits.
         let is_zero = residual == 0.0 && x == 0.0;
-        is_zero || most.is_normal() && residual <= most
+        is_zero || most.is_normal() && residual * up <= most
     }
 
     /// Judges x, whose residual `residual(x, r)` writes, and corrects it by `solve(r, d)` where that is called for:
@@ -110,7 +131,7 @@ impl Judge {
                 return Ok(Status::Direct);
             }
             // Not a number, or no nearer by half.
-            if !((self.bar * size).is_finite() && left <= 0.5 * before) {
+            if !((self.part * self.norm * size).is_finite() && left <= 0.5 * before) {
                 break;
             }
             before = left;

@@ -20,6 +20,7 @@ mod scales;
 pub use estimate::inverse_norm;
 pub(crate) use probe::Probe;
 use probe::noise;
+pub(crate) use residual::LEAST;
 pub(crate) use scales::Scales;
 
 use crate::agreement::split_mix;
@@ -426,6 +427,13 @@ impl Rule {
         Ok(match factors {
             Factors::Useless => Status::Stalled,
             Factors::Graded if status == Status::Direct => {
+                // Further corrections, where they take off more: what is told of x is its bound.
+                let rows = &mut self.sums;
+                let sizes = |r: &[f64], x: &[f64]| [componentwise(entries, rows, r, x), 1.0];
+                let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
+                let buffers = [&mut *r, &mut *d];
+                let judge = judge.by_rows();
+                judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?;
                 let by_factors = |x: &mut [f64], transposed: bool| {
                     d.copy_from_slice(x);
                     solve(d, x, transposed)

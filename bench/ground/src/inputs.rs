@@ -149,16 +149,32 @@ impl Inputs {
         }
     }
 
+    /// Mean of column `k` between the times `from` and `to` (s): what drives move in a step is then that of the table, whatever
+    /// its rows are.
+    fn mean(&self, k: usize, from: f64, to: f64) -> f64 {
+        let first = self.time.partition_point(|t| *t <= from);
+        let last = self.time.partition_point(|t| *t < to).max(first);
+        let corners = self.time[first..last].iter().copied().chain([to]);
+        let mut sum = 0.0;
+        let mut before = (from, self.at(k, from));
+        for t in corners {
+            let value = self.at(k, t);
+            sum += 0.5 * (t - before.0) * (value + before.1);
+            before = (t, value);
+        }
+        sum / (to - from)
+    }
+
     /// Sets the controls for the step that begins at the stepper's time, but for those that have gone with what they drove.
     ///
     /// # Errors
     /// As [`Stepper::set_control`].
     pub fn apply(&self, stepper: &mut Stepper) -> Result<(), StepError> {
-        let middle = stepper.time() + 0.5 * stepper.options().dt;
+        let (from, dt) = (stepper.time(), stepper.options().dt);
         for (k, name) in self.controls.iter().enumerate() {
             let controls = &stepper.scene().controls;
             if let Some(control) = controls.iter().position(|c| c.name == *name) {
-                stepper.set_control(control, self.at(k, middle))?;
+                stepper.set_control(control, self.mean(k, from, from + dt))?;
             }
         }
         Ok(())
@@ -183,6 +199,21 @@ mod tests {
 
     fn gantry() -> Scene {
         GantryParams::default().build().expect("builds")
+    }
+
+    #[test]
+    fn a_step_is_driven_by_the_mean() {
+        let text = "time,hoist_speed\n0,0\n0.1,0\n0.104,10\n0.108,0\n2,0\n";
+        let inputs = Inputs::parse(text, &gantry()).expect("reads");
+        for [from, to, mean] in [
+            [0.0, 0.1, 0.0],
+            [0.1, 0.2, 0.4],
+            [0.102, 0.104, 7.5],
+            [3.0, 4.0, 0.0],
+        ] {
+            let found = inputs.mean(0, from, to);
+            assert!((found - mean).abs() < 1e-12, "{from} {to}: {found}");
+        }
     }
 
     #[test]

@@ -274,6 +274,22 @@ pub enum Limits {
     Sweep(f64),
 }
 
+impl Limits {
+    /// What is stretched already may open by as much again: its force has that way to give back.
+    fn widen(&mut self, stepper: &Stepper) {
+        let Self::Scene(limits) = self else { return };
+        let rows = stepper.linearized();
+        let yields = |c: &usize| rows.compliance[rows.row_range(*c)].iter().any(|e| *e > 0.0);
+        let open = numbered_gaps(stepper).filter(|(c, gap)| yields(c) && gap.is_finite());
+        for (c, gap) in open {
+            limits
+                .get_mut(c)
+                .into_iter()
+                .for_each(|limit| *limit += gap);
+        }
+    }
+}
+
 /// A run step by step, until its steps are made or it is lost. It keeps no sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
@@ -321,6 +337,9 @@ impl Simulation {
     pub fn step(&mut self, stepper: &mut Stepper) -> Option<Sample> {
         self.left = self.left.checked_sub(1)?;
         let begun = stepper.time();
+        if self.gaps.is_empty() {
+            self.limits.widen(stepper);
+        }
         let report = match pace::step(stepper) {
             Ok(report) => report,
             // Whoever asked the step to end knows why.
@@ -345,6 +364,7 @@ impl Simulation {
             if let Limits::Scene(gaps) = &mut self.limits {
                 *gaps = stepper.scene().gap_limits();
             }
+            self.limits.widen(stepper);
         }
         self.openings.see(stepper);
         self.gaps.resize(stepper.scene().constraints.len(), 0.0);
@@ -459,6 +479,30 @@ fn instability(stepper: &Stepper, limits: &Limits) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
+    use taut_integrator::StepOptions;
+    use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
+
+    /// 10 kg on a spring of 0.1 m that is drawn to 2 m: it is open by what its force explains.
+    #[test]
+    fn a_spring_that_is_drawn_out_is_not_lost() {
+        let mut scene = Scene::new("spring");
+        let load = scene.add_body("load", Body::particle(10.0).at(Vector3::z() * -2.0));
+        let origin = Vector3::zeros();
+        let frames = [Frame::world(origin), Frame::body(load, origin)];
+        let spring = Distance {
+            frames,
+            length: 0.1,
+            law: RowLaw::new(1e-3, 0.0),
+            transverse: false,
+        };
+        scene.add_constraint("spring", Constraint::Distance(spring), 0);
+        let limits = Limits::Scene(scene.gap_limits());
+        let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+        let mut simulation = Simulation::new(60, limits);
+        while simulation.step(&mut stepper).is_some() {}
+        assert_eq!(simulation.failure, None);
+    }
 
     #[test]
     fn timings_are_order_statistics() {

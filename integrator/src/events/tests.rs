@@ -1,4 +1,4 @@
-use crate::{StepError, StepOptions, Stepper};
+use crate::{Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::{
     Action, Body, Constraint, Distance, Event, Frame, GantryParams, RowLaw, Scene, SceneError, When,
@@ -577,4 +577,41 @@ fn an_event_that_sets_a_control_leaves_the_balance_of_energy() {
     let balance = stepper.step().unwrap().balance.unwrap();
     let lifted = 100.0 * 10.0 * 0.5;
     assert!((balance.work / lifted - 1.0).abs() < 0.05, "{balance:?}");
+}
+
+/// A load at rest that is let go falls ½ g t² from then on, at any step: it does not leave with the velocity of half a step before.
+#[test]
+fn what_is_let_go_falls_from_then_on() {
+    for scheme in Scheme::KINDS {
+        for (dt, substeps) in [(1.0 / 60.0, 1), (1.0 / 60.0, 4), (1.0 / 240.0, 1)] {
+            let mut scene = twins();
+            for name in ["left", "right"] {
+                scene.events.push(Event {
+                    name: name.into(),
+                    when: When::Time(0.5),
+                    then: vec![Action::Release(scene.constraint(name).unwrap())],
+                });
+            }
+            let options = StepOptions {
+                dt,
+                substeps,
+                scheme,
+                ..options()
+            };
+            let mut stepper = Stepper::new(scene, options).unwrap();
+            let start = stepper.scene().bodies.position[0].z;
+            let steps = (1.0 / dt).round() as usize;
+            run(&mut stepper, steps);
+            let fallen = start - stepper.scene().bodies.position[0].z;
+            let first_order = if scheme.is_staggered() {
+                0.0
+            } else {
+                10.0 * dt
+            };
+            assert!(
+                (fallen - 1.25).abs() < 1e-3 + first_order,
+                "{scheme:?} {dt} {substeps}: {fallen}"
+            );
+        }
+    }
 }

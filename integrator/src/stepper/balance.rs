@@ -455,7 +455,8 @@ impl Stepper {
         work
     }
 
-    /// Weight of the dynamic bodies \[N] times the longest way from one to another, of a lever arm or of a shape's end \[m].
+    /// Weight of the dynamic bodies \[N] times the longest way from one to another, of a lever arm, of a shape's end or of a fall
+    /// of one step \[m].
     fn weight_times_extent(&self) -> f64 {
         let rows = &self.system_data.rows;
         let levers = (0..rows.slots.len()).map(|s| rows.lever(s).norm());
@@ -470,8 +471,11 @@ impl Stepper {
             .filter(|c| c.body.as_ref().is_some_and(moving));
         let ends = shapes.map(|c| c.position.norm() + c.shape.reach());
         let ends = ends.filter(|end| end.is_finite());
-        let longest = levers.chain(ways).chain(ends).fold(0.0, f64::max);
-        self.scene.mass() * self.scene.gravity.norm() * longest
+        let gravity = self.scene.gravity.norm();
+        // A body that hangs by its centre has no other length.
+        let fall = gravity * self.options.dt * self.options.dt;
+        let longest = levers.chain(ways).chain(ends).fold(fall, f64::max);
+        self.scene.mass() * gravity * longest
     }
 }
 
@@ -508,6 +512,30 @@ mod tests {
     }
 
     /// An anchor in a circle does the work that its load gains, of which the first-order scheme loses some.
+    /// Weights that hang by their centres on a rope: nothing moves, and rounding is no energy from nowhere.
+    #[test]
+    fn a_weight_at_rest_has_no_energy_from_nowhere() {
+        for mass in [250.0, 300.0, 1000.0, 8000.0, 1e6] {
+            let mut scene = Scene::new("rest");
+            scene.gravity = Vector3::z() * -9.81;
+            let load = scene.add_body("load", Body::sphere(0.2, mass));
+            let frames = vec![
+                Frame::world(Vector3::z() * 5.0),
+                Frame::body(load, Vector3::zeros()),
+            ];
+            let rope = MasslessCable::new(frames, 5.0, RowLaw::RIGID);
+            scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+            let options = StepOptions {
+                energy_tolerance: Some(0.01),
+                ..StepOptions::default()
+            };
+            let mut stepper = Stepper::new(scene, options).unwrap();
+            for _ in 0..120 {
+                stepper.step().unwrap();
+            }
+        }
+    }
+
     #[test]
     fn a_moved_anchor_pays_for_the_swing() {
         for (scheme, lost) in [

@@ -152,9 +152,7 @@ impl Stepper {
                 *sum += factor * mu;
             }
         }
-        let is_late = self.options.scheme.is_staggered()
-            && !matches!(self.stage, Stage::Advanced { implicit: true, .. });
-        if is_late {
+        if self.is_late() {
             self.bring_forward(false)?;
         }
         self.mu.copy_from_slice(&self.division.sum);
@@ -162,6 +160,33 @@ impl Stepper {
         for (tension, mu) in self.tension.iter_mut().zip(&self.mu[..]) {
             *tension = mu / self.mu_dt;
         }
+        self.history.known = false;
+        self.stage = Stage::Advanced {
+            dt: self.mu_dt,
+            implicit: true,
+        };
+        self.started = false;
+        Ok(())
+    }
+
+    /// True if velocities lag half a step behind.
+    fn is_late(&self) -> bool {
+        let implicit = matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        self.options.scheme.is_staggered() && self.started && !implicit
+    }
+
+    /// Brings late velocities up to the present state with the forces of the rows that are about to go: a load that is let go
+    /// has their force until now. Impulses stay those of the step.
+    ///
+    /// # Errors
+    /// Those of a solve.
+    pub(crate) fn catch_up(&mut self) -> Result<(), StepError> {
+        if !self.is_late() {
+            return Ok(());
+        }
+        let kept = (self.mu.clone(), self.mu_dt, self.tension.clone());
+        self.bring_forward(false)?;
+        (self.mu, self.mu_dt, self.tension) = kept;
         self.history.known = false;
         self.stage = Stage::Advanced {
             dt: self.mu_dt,

@@ -2,12 +2,12 @@
 
 use super::check_solution;
 use crate::claim::Judge;
-use crate::condition::{Factors, Probe, Rule};
+use crate::condition::{Factors, LEAST, Probe, Rule};
 use crate::error::{columns, expect_columns};
 use crate::kernels::Scalar;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
-    Status, SymBlockMatrix,
+    Status, SymBlockMatrix, norm_inf,
 };
 use std::sync::Arc;
 
@@ -79,7 +79,7 @@ pub(crate) trait Direct: Send {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         check_solution(a, x)?;
-        if self.common().is_good() && self.is_sure() {
+        if self.common().is_good() && self.is_sure() && has_digits(b) {
             return Ok(SolveReport::DIRECT);
         }
         let mut common = std::mem::take(self.common());
@@ -104,7 +104,7 @@ pub(crate) trait Direct: Send {
         common: &mut Common,
     ) -> Result<Option<Status>, SolveError> {
         self.examine(a, common)?;
-        if common.is_good() && self.is_sure() {
+        if common.is_good() && self.is_sure() && has_digits(b) {
             return Ok(None);
         }
         self.judge(a, b, x, common).map(Some)
@@ -221,6 +221,12 @@ pub(crate) trait Direct: Send {
         let rule = &mut common.rule;
         rule.settle(judge, &a.entries(), x, [r, d], residual, solve)
     }
+}
+
+/// True if theory bounds the rounding of a solution for `b`, whose products are normal numbers.
+fn has_digits(b: &[f64]) -> bool {
+    let most = norm_inf(b);
+    most == 0.0 || most >= LEAST
 }
 
 /// State of a direct backend besides its factor.

@@ -6,7 +6,7 @@ use super::Rule;
 use crate::{DoubleDouble, SolveError};
 
 /// Least product whose two halves are normal numbers: 2⁻¹⁰²² over 2⁻¹⁰⁶.
-const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON;
+pub(crate) const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON;
 
 /// True if a x is below `least` and has digits, or all of them, below the normal numbers. `least` is at most 2⁻⁹⁰⁰.
 pub(super) fn is_lost(a: f64, x: f64, least: f64) -> bool {
@@ -99,12 +99,41 @@ impl Rule {
 
 #[cfg(test)]
 mod tests {
-    use crate::{GeneralMatrix, Status, solve_general};
+    use crate::{Backend, GeneralMatrix, Status, SymBlockMatrix, solve_general};
+
+    /// The line −1 2 −1 for right-hand sides among the subnormal numbers, which no factor solves to a digit.
+    #[test]
+    fn definite_solutions_below_the_normal_numbers_are_judged() {
+        let n = 12;
+        let beside = (1..n).flat_map(|i| [(i, i - 1, -1.0), (i - 1, i, -1.0)]);
+        let entries = (0..n).map(|i| (i, i, 2.0)).chain(beside).collect();
+        let a = GeneralMatrix::from_entries(n, entries).expect("sound");
+        let a = SymBlockMatrix::from_symmetric(&a, &[1; 12]).expect("symmetric");
+        for (size, claimed) in [(1e-323, false), (1e-280, true), (1e-200, true)] {
+            let b: Vec<f64> = (0..n).map(|i| size * (1 + i % 3) as f64).collect();
+            let direct = Backend::all()
+                .into_iter()
+                .filter(|b| b.is_compiled() && !b.is_iterative());
+            for backend in direct {
+                let mut x = vec![0.0; n];
+                let mut solver = backend.create().expect("compiled");
+                solver.analyze(a.pattern()).expect("sound");
+                solver.factorize(&a).expect("definite");
+                let status = solver.solve(&a, &b, &mut x).expect("solves").status;
+                assert_eq!(status == Status::Direct, claimed, "{backend} {size:e}");
+            }
+        }
+    }
 
     /// [a 2a; 3a a] of a subnormal a, whose products with thirds are rounded to multiples of it.
     #[test]
     fn residuals_that_vanish_below_the_normal_numbers_prove_nothing() {
-        for (a, claimed) in [(5e-324, false), (1e-322, false), (1e-200, true)] {
+        for (a, claimed) in [
+            (5e-324, false),
+            (1e-322, false),
+            (1e-300, true),
+            (1e-200, true),
+        ] {
             let entries = vec![(0, 0, a), (0, 1, 2.0 * a), (1, 0, 3.0 * a), (1, 1, a)];
             let matrix = GeneralMatrix::from_entries(2, entries).expect("sound");
             for backend in ["dense:double", "dense:extended"] {

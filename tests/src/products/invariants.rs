@@ -586,8 +586,12 @@ fn momentum(case: &Case) -> Fault {
         // The first step begins at the velocities' own time.
         let before = &run.steps[n.checked_sub(1)?].bodies;
         // A divided step leaves velocities of its end to the next one.
-        let divided = |n: usize| run.steps[n].report.divided > 0;
-        let sudden = m.report.implicit_substeps > 0 || m.report.events > 0 || m.report.asleep;
+        // So does one in which something was let go.
+        let divided = |n: usize| {
+            let report = &run.steps[n].report;
+            report.divided > 0 || report.events > 0
+        };
+        let sudden = m.report.implicit_substeps > 0 || m.report.asleep;
         let sudden = sudden || divided(n) || divided(n - 1);
         if sudden || before.len() != m.bodies.len() {
             return None;

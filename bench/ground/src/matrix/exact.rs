@@ -27,9 +27,8 @@ const BALANCES: usize = 16;
 const TARGET: f64 = 1e-24;
 
 /// Largest correction that suffices once corrections no longer shrink. Rounding of the residual
-/// leaves 10⁻³² times the condition number; an error of this size does not reach the last digit of
-/// a double.
-const ENOUGH: f64 = 1e-18;
+/// leaves 10⁻³² times the condition number; an error of this size is at most half of the last digit of a double.
+const ENOUGH: f64 = 0.25 * f64::EPSILON;
 
 /// Sweeps at most.
 const SWEEPS: usize = 40;

@@ -303,6 +303,9 @@ fn refusal(
         (SolveError::Singular { .. }, Regularity::Regular(_)) if exchanges_rows(backend) => {
             format!("at {place} it is nearer to a singular matrix than rounding tells apart")
         }
+        (SolveError::Singular { .. }, Regularity::Regular(_)) if backend.is_iterative() => {
+            "the right-hand side lies along what it takes for the null space, though the matrix is regular: choose a direct backend".to_owned()
+        }
         (SolveError::Singular { .. }, Regularity::Regular(_)) => format!(
             "a pivot of {place} vanishes in this order though the matrix is regular: choose a backend that exchanges rows \
              (umfpack, faer:lu, dense)"
@@ -388,22 +391,19 @@ fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<Strin
     if let Err(e) = backend.create() {
         return Some(e.to_string());
     }
-    let a = match &system.matrix {
-        Matrix::General(_) => {
-            return (!backend.accepts_unsymmetric()).then(|| {
-                SolveError::NotSymmetric {
-                    backend: backend.name(),
-                }
-                .to_string()
-            });
+    let symmetric = match &system.matrix {
+        Matrix::General(_) if !backend.accepts_unsymmetric() => {
+            let backend = backend.name();
+            return Some(SolveError::NotSymmetric { backend }.to_string());
         }
-        Matrix::Symmetric(a) => a,
+        Matrix::General(_) => None,
+        Matrix::Symmetric(a) => Some(a),
     };
     if config.named {
         return None;
     }
-    let groups = a.pattern().groups();
-    if backend.factorizes_groups() && groups.iter().all(|g| *g == groups[0]) {
+    let of_one = |groups: &[u32]| groups.iter().all(|g| *g == groups[0]);
+    if backend.factorizes_groups() && symmetric.is_some_and(|a| of_one(a.pattern().groups())) {
         return Some("the matrix has one group only: it would be a direct solver".to_owned());
     }
     let most = match backend {
@@ -411,11 +411,9 @@ fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<Strin
         Backend::NalgebraSparse => NALGEBRA_ROWS,
         _ => usize::MAX,
     };
-    (a.dim() > most).then(|| {
-        format!(
-            "takes too long at {} rows, more than {most}: ask for it with --backends",
-            a.dim()
-        )
+    let rows = system.b.len();
+    (rows > most).then(|| {
+        format!("takes too long at {rows} rows, more than {most}: ask for it with --backends")
     })
 }
 
