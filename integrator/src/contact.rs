@@ -585,8 +585,8 @@ impl Contacts {
         violation(inert, rate, touch.found.surface.friction)
     }
 
-    /// Largest violation of the conditions by the rates u, over the size of all rates, of which `least` (m/s) is a part of all: that
-    /// of a weight in a step. Where ropes carry it, rates are the rounding of it.
+    /// Largest violation of the conditions by the rates u, over the largest of all rates, or over `least` (m/s), that of a weight
+    /// in a step: where ropes carry the weight, the rates are its rounding.
     pub(crate) fn violation(&self, rates: &[f64], system_data: &SystemData, least: f64) -> f64 {
         let (mut worst, mut size) = (0.0_f64, least);
         for (n, touch) in self.touches.iter().enumerate() {
