@@ -202,7 +202,10 @@ mod tests {
     fn the_gap_of_a_joint_alone_is_over_a_metre() {
         let scene = hung(-1.0, |frames| Constraint::Hinge(Hinge::new(frames)));
         let seen = seen(scene, 1, 60);
-        assert!(seen.widest.strain() < 1e-9, "{:?}", seen.widest);
-        assert!(seen.unexplained.strain() < 1e-9, "{:?}", seen.unexplained);
+        for opening in [seen.widest, seen.unexplained] {
+            // Rounding may leave none at all.
+            let is_small = |o: &Opening| o.length_m == 1.0 && o.strain() < 1e-9;
+            assert!(opening.found().is_none_or(is_small), "{opening:?}");
+        }
     }
 }
