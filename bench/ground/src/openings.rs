@@ -65,7 +65,6 @@ impl Openings {
         }
         let longest = self.lengths.iter().copied().fold(0.0, f64::max);
         let longest = if longest > 0.0 { longest } else { 1.0 };
-        let is_damped = rows.damping.iter().any(|tau| *tau > 0.0);
         let mut rates_known = false;
         for (c, constraint) in scene.constraints.iter().enumerate() {
             let range = rows.row_range(c);
@@ -83,7 +82,7 @@ impl Openings {
             }
             let most = self.unexplained.strain().max(0.0) * length;
             let by_spring = || gap - explained(stepper, c, &[0.0; MAX_ROWS]);
-            if !wider(gap, most) || !is_damped && !wider(by_spring(), most) {
+            if !wider(gap, most) || !wider(by_spring(), most) {
                 continue;
             }
             if !std::mem::replace(&mut rates_known, true) {
