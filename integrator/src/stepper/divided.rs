@@ -160,13 +160,18 @@ impl Stepper {
         for (tension, mu) in self.tension.iter_mut().zip(&self.mu[..]) {
             *tension = mu / self.mu_dt;
         }
+        self.begin_anew();
+        Ok(())
+    }
+
+    /// The next step starts from velocities of the present, and takes its half step back by its own rows.
+    fn begin_anew(&mut self) {
         self.history.known = false;
         self.stage = Stage::Advanced {
             dt: self.mu_dt,
             implicit: true,
         };
         self.started = false;
-        Ok(())
     }
 
     /// True if velocities lag half a step behind.
@@ -187,12 +192,7 @@ impl Stepper {
         let kept = (self.mu.clone(), self.mu_dt, self.tension.clone());
         self.bring_forward(false)?;
         (self.mu, self.mu_dt, self.tension) = kept;
-        self.history.known = false;
-        self.stage = Stage::Advanced {
-            dt: self.mu_dt,
-            implicit: true,
-        };
-        self.started = false;
+        self.begin_anew();
         Ok(())
     }
 
