@@ -218,6 +218,29 @@ impl Kernel for AllFinite<'_> {
     }
 }
 
+/// Returns true if all absolute values are below `bound`; looks no further than the first that is not.
+pub(crate) fn all_below(v: &[f64], bound: f64) -> bool {
+    dispatch(Level::best(), AllBelow(v, bound))
+}
+
+struct AllBelow<'a>(&'a [f64], f64);
+
+impl Kernel for AllBelow<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> bool {
+        let bound = I::X8::splat(self.1);
+        let (chunks, rest) = self.0.as_chunks::<16>();
+        let largest = |chunk: &[f64; 16]| {
+            let (a, b) = (I::X8::load(&chunk[..8]), I::X8::load(&chunk[8..]));
+            a.abs().max(b.abs())
+        };
+        chunks.iter().all(|chunk| largest(chunk).all_below(bound))
+            && rest.iter().all(|x| x.abs() < self.1)
+    }
+}
+
 /// Fails where `v` (length `dim`) is not finite, with the block row.
 pub(crate) fn check_finite(
     pattern: &BlockPattern,

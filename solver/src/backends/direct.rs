@@ -5,9 +5,10 @@ use crate::claim::Judge;
 use crate::condition::{Factors, LEAST, Probe, Rule};
 use crate::error::{columns, expect_columns};
 use crate::kernels::Scalar;
+use crate::matrix::all_below;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
-    Status, SymBlockMatrix, norm_inf,
+    Status, SymBlockMatrix,
 };
 use std::sync::Arc;
 
@@ -225,8 +226,7 @@ pub(crate) trait Direct: Send {
 
 /// True if theory bounds the rounding of a solution for `b`, whose products are normal numbers.
 fn has_digits(b: &[f64]) -> bool {
-    let most = norm_inf(b);
-    most == 0.0 || most >= LEAST
+    !all_below(b, LEAST) || b.iter().all(|v| *v == 0.0)
 }
 
 /// State of a direct backend besides its factor.
