@@ -332,9 +332,11 @@ impl Stepper {
     /// same while the scene changes. Allocates nothing.
     ///
     /// # Errors
-    /// [`StepError::NotControllable`] where there is no such control or the value is not finite.
+    /// [`StepError::NotControllable`] where there is no such control or the value is not finite; those of a solve where it jumps
+    /// while bodies touch.
     pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         self.channel(control, value)?;
+        self.let_riders_go(control, value)?;
         self.scene.set_control(control, value, self.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
         self.system_data.rescale(&self.scene);

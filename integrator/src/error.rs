@@ -55,9 +55,9 @@ pub enum StepError {
         /// The fault.
         reason: String,
     },
-    /// A massless cable has no way over its sheaves any more.
+    /// A massless cable has no way over its sheaves any more, or a motor does not know its angle.
     OffPath {
-        /// Name of the cable or its part.
+        /// Name of the cable or its part, or of the hinge.
         cable: String,
         /// The cause, and the cure.
         reason: &'static str,

@@ -524,7 +524,7 @@ mod tests {
     #[test]
     fn the_tension_balances_the_load_in_implicit_sub_steps() {
         let mut shortened = 0;
-        for substeps in [1, 4] {
+        for (substeps, kick) in [(1, 50.0), (4, 50.0), (1, 30.0), (4, 30.0)] {
             let options = StepOptions {
                 substeps,
                 guard: Some(Guard {
@@ -534,12 +534,13 @@ mod tests {
                 }),
                 ..StepOptions::default()
             };
-            let mut stepper = swing(options, 50.0);
+            let mut stepper = swing(options, kick);
             for _ in 0..30 {
                 let report = stepper.step().unwrap();
                 let [balance, law] = apart(&stepper);
                 assert!(balance < 1e-9, "{substeps}: {balance}");
-                if stepper.mu_dt < 0.9 * stepper.substep() {
+                // The forces of second order are those of the beginning of a divided step's last part.
+                if stepper.mu_dt < 0.9 * stepper.substep() && report.divided == 0 {
                     assert!(report.implicit_substeps > 1);
                     assert!(law < 0.1, "{substeps}: {law}");
                     shortened += 1;

@@ -225,7 +225,7 @@ impl fmt::Display for GeometricStiffness {
 }
 
 /// Watches over the linearisation: where a step's gaps φ(q⁺) disagree with what the linear step predicted, it is taken
-/// back and redone in implicit sub-steps with Newton passes.
+/// back and redone in parts, or in implicit sub-steps with Newton passes.
 ///
 /// A disagreement δ is compared with the longer lever arm r of its constraint: δ/r ≈ θ²/2 for a segment that turns by θ.
 ///
@@ -234,6 +234,9 @@ impl fmt::Display for GeometricStiffness {
 /// [`StepReport::unconverged_substeps`](crate::StepReport::unconverged_substeps); where they gain energy the velocities of
 /// all bodies shrink. With these defaults a step solves 103 linear systems at most, two more at the start, and more where
 /// rows reach their bounds.
+///
+/// Where turns at the beginning of the step explain the disagreement it is made of 2 to 32 steps of the scheme, which resolve
+/// them, and not of implicit ones, which brake them.
 ///
 /// A step in which a rope that is rigid in its eyes is caught, thrown slack or driven at another speed at once is taken back, too,
 /// and made of 32 steps of the scheme ([`StepReport::divided`](crate::StepReport::divided)): about 34 times the solves of one.

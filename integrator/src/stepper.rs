@@ -152,13 +152,16 @@ impl Stage {
     }
 }
 
-/// Largest turn of a sheave in a sub-step \[rad]: of half a one and more the direction is lost.
+/// Largest turn of a sheave, or of a motor that holds an angle, in a sub-step \[rad]: of half a one and more the direction is
+/// lost.
 const FASTEST: f64 = 3.0;
 
 /// Reasons of [`StepError::OffPath`].
 const LOST: &str = "has no way over its sheaves any more";
 const TOO_FAST: &str = "runs over a sheave that turns by more than half a turn a step: use a smaller time step, or a \
                         larger sheave";
+const SPINS: &str = "turns by more than half a turn a step, and its motor cannot tell which way: use a smaller time step, or \
+                     more sub-steps";
 
 /// A solver's error before the first step.
 pub(crate) fn at_start(source: SolveError) -> StepError {
@@ -360,12 +363,18 @@ impl Stepper {
         Ok(report)
     }
 
-    /// All cables have a way over their sheaves.
+    /// All cables have a way over their sheaves, and motors know their angles.
     fn check_paths(&self) -> Result<(), StepError> {
         let rows = &self.system_data.rows;
         for &c in rows.others() {
-            let Constraint::MasslessCable(cable) = &self.scene.constraints[c] else {
-                continue;
+            let cable = match &self.scene.constraints[c] {
+                Constraint::MasslessCable(cable) => cable,
+                Constraint::Hinge(hinge)
+                    if hinge.turn(&self.scene.bodies) * self.substep() > FASTEST =>
+                {
+                    return Err(self.off_path(c, SPINS));
+                }
+                _ => continue,
             };
             if rows.phi[rows.row_range(c).start].is_nan() {
                 let known = rows.lost.filter(|(lost, _)| *lost == c);
@@ -454,6 +463,7 @@ impl Stepper {
     /// The multipliers of the geometric stiffness; before the first step of a body also its velocity half a step back for
     /// the schemes that keep it there, v_0 − (Δt/2) a_0.
     fn start(&mut self) -> Result<(), StepError> {
+        self.division.from_start = false;
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }
@@ -486,6 +496,7 @@ impl Stepper {
                 self.substep_start.restore_contacts(&mut self.contacts);
             } else {
                 self.take_half_back(0..self.scene.bodies.len(), 1.0);
+                self.division.from_start = true;
             }
         }
         self.fresh.clear();

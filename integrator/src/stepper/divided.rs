@@ -1,4 +1,4 @@
-//! Steps that are divided: those in which a rope catches or is thrown slack.
+//! Steps that are divided: those in which a rope catches or is thrown slack, and those in which bodies turn too far.
 //!
 //! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone.
 //! Where a load lands and its rope catches it again, bodies keep velocities for a part of the step
@@ -8,22 +8,30 @@
 //! in a step. Softer rows have a bounce of their own. Cables that slip over sheaves with friction
 //! divide no step: their parts share one length.
 //!
+//! A body that turns by θ = |ω| Δt in a step parts the gaps from their prediction by the lever arm times θ²/2, d of it. Where the
+//! turns at the beginning of the step explain its disagreement d so, and not a blow in it, the scheme holds in parts: n of them
+//! leave d/n² each. Such a step is made of the least power of two of parts that leaves half of the guard's tolerance, at most
+//! [`PARTS`]. The companion of the error's estimate, whose steps are longer by a factor k, is allowed k² times the tolerance: with
+//! as many parts as the run its error is the larger one.
+//!
 //! A staggered scheme keeps velocities half a step before the positions. Before the first part they
 //! go forward by half of the Δv that the whole step has with all rows as they were and without
 //! blows of contacts, then half a part back. After the last part they go forward to its end, with
-//! Δv of a part. From there the next step begins as the first step of a run does.
+//! Δv of a part. From there the next step begins as the first step of a run does. If it is divided too, it goes back to those
+//! velocities.
 //!
 //! Drift of the rows at the beginning goes in proportion to time over the parts
 //! ([`crate::activation`]).
 //!
-//! The multipliers of a divided step are the sums of those of its parts. Their forces are means
-//! over the step, so that a catch shows wherever in the step it was.
+//! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts. Their forces are means
+//! over the step, so that a catch shows wherever in the step it was. In other scenes they are those at its end.
 
 use super::{Stage, Stepper};
 use crate::active_set::RowState;
 use crate::contact::rebound::slowest;
 use crate::{Guard, StepError};
 use taut_lanes::Aligned;
+use taut_model::Drive;
 
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
@@ -31,6 +39,9 @@ const PARTS: u32 = 32;
 
 /// Least rate that divides a step, over the largest one without restitution: |g| Δt.
 pub(super) const LEAST: f64 = 10.0;
+
+/// Part of a disagreement that the turns at the beginning of a step have to make.
+const EXPLAINED: f64 = 0.5;
 
 /// State of a divided step.
 #[derive(Debug, Clone)]
@@ -42,6 +53,10 @@ pub(crate) struct Division {
     phi_t: Vec<f64>,
     /// True if the velocities at the beginning belong to the same instant as the positions.
     on_time: bool,
+    /// True if the velocities of all bodies went half a step back just now, from those of the [`Stepper::substep_start`].
+    pub(super) from_start: bool,
+    /// Length of this run's steps over that of the run that it accompanies.
+    pub(super) coarseness: f64,
     /// Sum of the parts' multipliers, one a row.
     sum: Aligned,
 }
@@ -54,6 +69,8 @@ impl Division {
             places: Vec::with_capacity(bounded),
             phi_t: Vec::with_capacity(bounded),
             on_time: true,
+            from_start: false,
+            coarseness: 1.0,
             sum: Aligned::new(if bounded > 0 { rows } else { 0 }),
         }
     }
@@ -62,7 +79,7 @@ impl Division {
 impl Stepper {
     /// Before a step that may come to be divided.
     pub(super) fn begin_division(&mut self) {
-        if self.active_set.is_empty() || self.division.parts > 1 {
+        if self.division.parts > 1 {
             return;
         }
         let (division, bounds) = (&mut self.division, &self.system_data.rows.bounds);
@@ -73,6 +90,40 @@ impl Stepper {
         division.phi_t.extend(phi_t);
         division.on_time = !self.options.scheme.is_staggered()
             || matches!(self.stage, Stage::Advanced { implicit: true, .. });
+    }
+
+    /// Parts of the scheme that the step just taken needs where its gaps disagree so with their prediction: 1 where it stands,
+    /// `None` where the scheme does not suffice.
+    pub(super) fn parts(&self, disagreement: f64, tolerance: f64) -> Option<u32> {
+        let turn = self.fastest_turn();
+        let is_turn = self.slip.is_empty() && 2.0 * EXPLAINED * disagreement <= turn * turn;
+        let allowed = match is_turn {
+            true => tolerance * self.division.coarseness.powi(2),
+            false => tolerance,
+        };
+        let holds = disagreement <= allowed;
+        if !holds && (!is_turn || self.division.parts > 1) {
+            return None;
+        }
+        if self.catches() {
+            return Some(PARTS);
+        }
+        let least = if holds {
+            1.0
+        } else {
+            (2.0 * disagreement / allowed).sqrt()
+        };
+        (least <= f64::from(PARTS)).then(|| (least.ceil() as u32).next_power_of_two())
+    }
+
+    /// Largest angle by which a body turns in a step at its velocity from the beginning \[rad].
+    fn fastest_turn(&self) -> f64 {
+        let square = |i: usize| {
+            let [.., x, y, z] = self.system_data.v.get(i);
+            x * x + y * y + z * z
+        };
+        let bodies = self.scene.dynamic_bodies().map(square);
+        bodies.fold(0.0, f64::max).sqrt() * self.substep()
     }
 
     /// True if a row with bounds was hit so fast in the step just taken that the step has to be
@@ -102,8 +153,8 @@ impl Stepper {
             .any(|made| own.iter().any(|slot| slot.body == made.body))
     }
 
-    /// The step in parts, after it was taken back.
-    pub(super) fn divide(&mut self, guard: Guard) -> Result<(), StepError> {
+    /// The step in `parts`, after it was taken back.
+    pub(super) fn divide(&mut self, guard: Guard, parts: u32) -> Result<(), StepError> {
         self.active_set.put(&self.division.places);
         for (bound, phi_t) in self
             .system_data
@@ -117,11 +168,13 @@ impl Stepper {
         self.history.known = false;
         self.tally.divided += 1;
         let end = self.time + self.substep();
-        if !self.division.on_time {
+        if self.division.from_start {
+            self.substep_start.restore(&mut self.scene.bodies);
+        } else if !self.division.on_time {
             self.bring_forward(true)?;
         }
-        self.division.parts = PARTS;
-        let done = self.take_parts(guard);
+        self.division.parts = parts;
+        let done = self.take_parts(guard, parts);
         self.division.parts = 1;
         if done.is_ok() {
             // To the last bit, as a restored run begins.
@@ -131,15 +184,15 @@ impl Stepper {
         done
     }
 
-    fn take_parts(&mut self, guard: Guard) -> Result<(), StepError> {
+    fn take_parts(&mut self, guard: Guard, parts: u32) -> Result<(), StepError> {
         self.activation
             .take_drift(&self.system_data.rows, &self.tension);
         self.activation.left = 1.0;
         self.started = false;
         self.start()?;
         self.division.sum.fill(0.0);
-        for part in 1..=PARTS {
-            self.activation.left = 1.0 - f64::from(part) / f64::from(PARTS);
+        for part in 1..=parts {
+            self.activation.left = 1.0 - f64::from(part) / f64::from(parts);
             let implicit = self.tally.implicit_substeps;
             self.guarded_substep(guard)?;
             if self.tally.implicit_substeps > implicit {
@@ -155,10 +208,12 @@ impl Stepper {
         if self.is_late() {
             self.bring_forward(false)?;
         }
-        self.mu.copy_from_slice(&self.division.sum);
-        self.mu_dt = self.options.dt / self.options.substeps as f64;
-        for (tension, mu) in self.tension.iter_mut().zip(&self.mu[..]) {
-            *tension = mu / self.mu_dt;
+        if !self.active_set.is_empty() {
+            self.mu.copy_from_slice(&self.division.sum);
+            self.mu_dt = self.options.dt / self.options.substeps as f64;
+            for (tension, mu) in self.tension.iter_mut().zip(&self.mu[..]) {
+                *tension = mu / self.mu_dt;
+            }
         }
         self.begin_anew();
         Ok(())
@@ -189,10 +244,37 @@ impl Stepper {
         if !self.is_late() {
             return Ok(());
         }
-        let kept = (self.mu.clone(), self.mu_dt, self.tension.clone());
+        self.substep_start.save(
+            &self.scene,
+            self.time,
+            (&self.mu, self.mu_dt),
+            &self.tension,
+            &self.contacts,
+        );
         self.bring_forward(false)?;
-        (self.mu, self.mu_dt, self.tension) = kept;
+        let (mu, tension) = (&mut self.mu, &mut self.tension);
+        self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
         self.begin_anew();
+        Ok(())
+    }
+
+    /// Before a control gets this value. Where a drive jumps by more than gravity's speed in a step, what rides on it leaves with
+    /// the velocity of now.
+    ///
+    /// # Errors
+    /// Those of a solve.
+    pub(crate) fn let_riders_go(&mut self, control: usize, value: f64) -> Result<(), StepError> {
+        if self.contacts.none_active() {
+            return Ok(());
+        }
+        let least = self.scene.gravity.norm() * self.substep();
+        let jumps = |drive: &Drive| {
+            let before = self.scene.drive_value(drive);
+            before.is_some_and(|before| ((value - before) * drive.gain).abs() > least)
+        };
+        if self.scene.controls[control].drives.iter().any(jumps) {
+            self.catch_up()?;
+        }
         Ok(())
     }
 
@@ -227,3 +309,6 @@ impl Stepper {
         self.solve_linearized(self.substep())
     }
 }
+
+#[cfg(test)]
+mod tests;

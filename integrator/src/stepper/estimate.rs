@@ -8,7 +8,7 @@
 //! ```
 //!
 //! p is 2, and 1 with the linearly implicit scheme. It is also 1 for the growth of d once shapes
-//! touch, cables slip or the guard redoes a step, since an event inside a step is localised only to
+//! touch, cables slip, ropes catch or the guard redoes a step, since an event inside a step is localised only to
 //! that step. An oscillation that turns by more than half a radian in kΔt is soon out of phase in
 //! the companion, and d is as large as the error. Such oscillations dominate the second difference
 //! of d. Half of it, at most d/2, is a second estimate; the larger one counts.
@@ -140,7 +140,8 @@ impl Companion {
         for (i, sum) in self.controls.iter_mut().enumerate() {
             *sum += of.scene.control_value(i).unwrap_or(0.0);
         }
-        self.sink(report);
+        let is_bounded = !of.active_set.is_empty();
+        self.sink(report, is_bounded);
         self.since += 1;
         if self.since < every {
             return;
@@ -162,7 +163,7 @@ impl Companion {
             self.estimate.lost = true;
             return;
         };
-        self.sink(&report);
+        self.sink(&report, is_bounded);
         self.estimate.compared += every;
         let [from, before] = self.from;
         let time = before + (distance - from).max(0.0) / ((every as f64).powi(self.order) - 1.0);
@@ -197,10 +198,11 @@ impl Companion {
         self.estimate.algebra = self.estimate.algebra.max(moved);
     }
 
-    /// The order sinks to 1 where the report tells of what happens within a step.
-    fn sink(&mut self, report: &StepReport) {
+    /// The order sinks to 1 where the report tells of what happens within a step: rows with bounds alone divide one where a rope
+    /// catches, others where bodies turn, which the parts resolve.
+    fn sink(&mut self, report: &StepReport, is_bounded: bool) {
         let within = report.redone
-            || report.divided > 0
+            || report.divided > 0 && is_bounded
             || report.slipping > 0
             || report.contacts.touching > 0;
         if within && self.order > 1 {
@@ -242,6 +244,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     scene.lay_cables(time);
     let mut run = Stepper::build(scene, options, &mut None)?;
     run.effort.follow(&of.effort);
+    run.division.coarseness = every as f64;
     run.time = time;
     let (rows, scene) = (&mut run.system_data.rows, &run.scene);
     rows.drive(scene, time - run.options.dt, time);

@@ -2,7 +2,8 @@
 //!
 //! After a linear step the gaps φ(q⁺) are compared with their prediction φ + Δt (J v⁺ + ∂φ/∂t). A rotation by θ leaves
 //! them r θ²/2 apart, and through a stiff cable that is a force without a cause in the motion: energy from nowhere. A
-//! step that disagrees is taken back and redone by the implicit Euler method on the nonlinear equations,
+//! step that disagrees is taken back. Where it began with such turns it is divided ([`super::divided`]); where a blow in it
+//! made them it is redone by the implicit Euler method on the nonlinear equations,
 //!
 //! ```text
 //! M (v⁺ − v) = Δt f + J(q⁺)ᵀ μ,    ε μ/Δt + φ(q⁺) + τ (J v⁺ + ∂φ/∂t) = 0,    q⁺ = q ⊕ Δt v⁺
@@ -64,17 +65,20 @@ impl Stepper {
             Err(other) => return Err(other),
         };
         self.tally.see(disagreement);
-        if disagreement.is_finite() && disagreement <= guard.tolerance {
-            if self.catches() {
+        match self.parts(disagreement, guard.tolerance) {
+            Some(1) => {
+                self.accept_linear();
+                if self.contacts.is_empty() {
+                    return Ok(());
+                }
+                return self.rebound();
+            }
+            Some(parts) => {
                 self.return_to_start();
                 self.tally.end(Phase::Update);
-                return self.divide(guard);
+                return self.divide(guard, parts);
             }
-            self.accept_linear();
-            if self.contacts.is_empty() {
-                return Ok(());
-            }
-            return self.rebound();
+            None => {}
         }
         self.return_to_start();
         self.holding = guard.hold;

@@ -7,7 +7,8 @@
 //! 5 rows, or 6. The axis is u of both frames. Singular where the axes point in opposite directions.
 
 use super::cosserat::{BendTwist, columns};
-use super::{Motor, RowLaw, Rows};
+use super::{Motor, RowLaw, Rows, Target};
+use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
 /// A hinge about u of both frames: 3 gap rows, 2 tilt rows, and the motor's.
@@ -44,6 +45,20 @@ impl Hinge {
     pub fn driven(mut self, motor: Motor) -> Self {
         self.motor = Some(motor);
         self
+    }
+
+    /// Rate at which the angle turns that the motor holds \[rad/s]; 0 where it holds none.
+    #[must_use]
+    pub fn turn(&self, bodies: &Bodies) -> f64 {
+        let holds = |motor: &Motor| matches!(motor.target, Target::Position(_));
+        if !self.motor.as_ref().is_some_and(holds) {
+            return 0.0;
+        }
+        let rate = |frame: &Frame| {
+            let of = frame.body_index().map(|i| bodies.angular_velocity[i]);
+            of.unwrap_or_default()
+        };
+        (rate(&self.frames[1]) - rate(&self.frames[0])).norm()
     }
 
     pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {

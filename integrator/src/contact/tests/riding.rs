@@ -5,7 +5,9 @@ use crate::{StepOptions, Stepper};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use taut_model::collide::Shape;
-use taut_model::{Body, Mobility, Scene};
+use taut_model::{
+    Body, Constraint, Control, Frame, Mobility, Motor, RowLaw, Scene, Slider, Target, axes_along,
+};
 
 fn disc(length: f64, radius: f64, mass: f64) -> (Body, Shape) {
     let across = mass * (3.0 * radius * radius + length * length) / 12.0;
@@ -146,6 +148,53 @@ fn what_rides_on_a_platform_that_turns_stays_where_it_stands() {
         assert!(
             crept < 1e-4,
             "{spin} {radius} {mass}: {crept} m in a minute"
+        );
+    }
+}
+
+/// What rides on a lift that stops between two steps flies on by v²/2g.
+#[test]
+fn what_rides_on_a_lift_that_stops_flies_on() {
+    for (speed, mass, substeps) in [(0.5, 80.0, 1), (1.0, 1e4, 1), (1.0, 80.0, 4), (3.0, 5.0, 1)] {
+        let mut scene = Scene::new("lift");
+        scene.gravity.z = -G;
+        let (body, shape) = block(Vector3::new(2.0, 2.0, 0.2), 500.0);
+        let lift = add(&mut scene, body, shape, rough(0.5));
+        let (body, shape) = block(Vector3::repeat(0.4), mass);
+        let rider = add(&mut scene, body.at(Vector3::z() * 0.3), shape, rough(0.5));
+        let along = axes_along(&Vector3::z()).expect("a direction");
+        let frames = [
+            Frame::world(Vector3::zeros()),
+            Frame::body(lift, Vector3::zeros()),
+        ];
+        let slider = Slider::new(frames.map(|frame| frame.with_axes(along))).driven(Motor {
+            target: Target::Speed(0.0),
+            force_limit: 1e7,
+            law: RowLaw::RIGID,
+        });
+        let rail = scene.add_constraint("rail", Constraint::Slider(slider), 0);
+        scene.controls.push(Control::of("up", rail, 2.0));
+        let options = StepOptions {
+            substeps,
+            ..options(60.0)
+        };
+        let mut stepper = Stepper::new(scene, options).expect("a sound scene");
+        let mut highest = 0.0_f64;
+        for n in 0..60 {
+            if n % 30 == 0 {
+                let value = if n == 0 { 0.5 * speed } else { 0.0 };
+                stepper.set_control(0, value).expect("a control");
+            }
+            stepper.step().expect("a step");
+            let bodies = &stepper.scene().bodies;
+            highest = highest.max(bodies.position[rider].z - bodies.position[lift].z - 0.3);
+        }
+        let rise = speed * speed / (2.0 * G);
+        // The highest point lies between two steps.
+        let most = G * 0.125 / 3600.0 + 1e-3 * rise;
+        assert!(
+            (highest - rise).abs() < most,
+            "{speed} {mass}: {highest} m of {rise} m"
         );
     }
 }
