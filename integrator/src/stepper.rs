@@ -315,7 +315,8 @@ impl Stepper {
 
     /// Length of a sub-step, or of a part of a divided one \[s].
     pub(crate) fn substep(&self) -> f64 {
-        self.options.dt / (self.options.substeps as f64 * f64::from(self.division.parts))
+        let parts = self.options.substeps as f64 * f64::from(self.division.parts);
+        self.options.dt / parts * f64::from(self.division.taken)
     }
 
     /// Advances the scene by one time step, then fires the due events. Does not allocate with the

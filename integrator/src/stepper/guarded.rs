@@ -76,13 +76,16 @@ impl Stepper {
             Some(parts) => {
                 self.return_to_start();
                 self.tally.end(Phase::Update);
-                return self.divide(guard, parts);
+                let turns = disagreement > guard.tolerance;
+                return self.divide(guard, parts, turns);
             }
             None => {}
         }
         self.return_to_start();
         self.holding = guard.hold;
         self.tally.redone = true;
+        // More happens than turns: all that is left of the step.
+        self.division.taken = self.division.left;
         self.tally.end(Phase::Update);
         self.redo(guard)
     }
