@@ -235,8 +235,8 @@ impl fmt::Display for GeometricStiffness {
 /// all bodies shrink. With these defaults a step solves 103 linear systems at most, two more at the start, and more where
 /// rows reach their bounds.
 ///
-/// Where turns at the beginning of the step explain the disagreement, and no cable has segments, the step is made of 2 to 32 steps
-/// of the scheme, which resolve them, and not of implicit ones, which brake them.
+/// Where turns at the beginning of the step explain the disagreement, in scenes without cables, limits of force and shapes that
+/// touch, the step is made of 2 to 32 steps of the scheme, which resolve them, and not of implicit ones, which brake them.
 ///
 /// A step in which a rope that is rigid in its eyes is caught, thrown slack or driven at another speed at once is taken back, too,
 /// and made of 32 steps of the scheme ([`StepReport::divided`](crate::StepReport::divided)): about 34 times the solves of one.

@@ -328,6 +328,7 @@ impl Stepper {
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         self.check_winches()?;
+        self.check_motors()?;
         if let Some(report) = self.sleep_through()? {
             return Ok(report);
         }
@@ -364,18 +365,12 @@ impl Stepper {
         Ok(report)
     }
 
-    /// All cables have a way over their sheaves, and motors know their angles.
+    /// All cables have a way over their sheaves.
     fn check_paths(&self) -> Result<(), StepError> {
         let rows = &self.system_data.rows;
         for &c in rows.others() {
-            let cable = match &self.scene.constraints[c] {
-                Constraint::MasslessCable(cable) => cable,
-                Constraint::Hinge(hinge)
-                    if hinge.turn(&self.scene.bodies) * self.substep() > FASTEST =>
-                {
-                    return Err(self.off_path(c, SPINS));
-                }
-                _ => continue,
+            let Constraint::MasslessCable(cable) = &self.scene.constraints[c] else {
+                continue;
             };
             if rows.phi[rows.row_range(c).start].is_nan() {
                 let known = rows.lost.filter(|(lost, _)| *lost == c);
@@ -383,6 +378,18 @@ impl Stepper {
             }
             if cable.turn_of_sheaves(&self.scene.bodies) * self.substep() > FASTEST {
                 return Err(self.off_path(c, TOO_FAST));
+            }
+        }
+        Ok(())
+    }
+
+    /// Motors that hold an angle know it at the end of the next sub-step.
+    fn check_motors(&self) -> Result<(), StepError> {
+        for &c in self.system_data.rows.others() {
+            if let Constraint::Hinge(hinge) = &self.scene.constraints[c]
+                && hinge.turn(&self.scene.bodies) * self.substep() > FASTEST
+            {
+                return Err(self.off_path(c, SPINS));
             }
         }
         Ok(())

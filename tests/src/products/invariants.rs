@@ -9,7 +9,7 @@ use super::run::{Case, Moment, Part, Run};
 use super::{Choices, End, Form, G, Other, RATE, paired, ropes};
 use nalgebra::Vector3;
 use taut_integrator::{ContactForce, StepError};
-use taut_model::{Action, SceneError};
+use taut_model::SceneError;
 
 /// A violated invariant.
 #[derive(Debug, Clone)]
@@ -582,8 +582,6 @@ fn momentum(case: &Case) -> Fault {
         .any(|c| c.frames().iter().any(|f| f.body_index().is_none()));
     // Ties to the world come later.
     let held = held || !case.scene.events.is_empty();
-    let mut actions = case.scene.events.iter().flat_map(|event| &event.then);
-    let only_sets = actions.all(|action| matches!(action, Action::Set { .. }));
     first_of(run, |n, m| {
         // The first step begins at the velocities' own time.
         let before = &run.steps[n.checked_sub(1)?].bodies;
@@ -591,8 +589,7 @@ fn momentum(case: &Case) -> Fault {
         // jumped under what stands on it.
         let divided = |n: usize| {
             let report = &run.steps[n].report;
-            let leaves = !only_sets || report.contacts.touching > 0;
-            report.divided > 0 || report.events > 0 && leaves
+            report.divided > 0 || report.events > 0
         };
         let sudden = m.report.implicit_substeps > 0 || m.report.asleep;
         let sudden = sudden || divided(n) || divided(n - 1);
