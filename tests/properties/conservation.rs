@@ -42,7 +42,8 @@ fn a_free_cable_keeps_its_momentum_to_rounding() {
             }
         }
     }
-    worst.expect_measured("drift of the momentum", 6.1e-16);
+    // Steps in parts, of bodies that turn fast, add the rounding of their solves.
+    worst.expect_measured("drift of the momentum", 1.7e-15);
 }
 
 /// The lever arms are those of the beginning of the step, to which both velocities beside it belong by halves: the

@@ -250,9 +250,17 @@ fn matrix_with(
     // Before anything is made that is as large as the header says: each row of a regular matrix holds an entry.
     let reached = if market.symmetric { 2 } else { 1 } * market.entries.len();
     if reached < n {
+        let mut held: Vec<usize> = market.entries.iter().map(|(row, ..)| *row).collect();
+        if market.symmetric {
+            held.extend(market.entries.iter().map(|(_, column, _)| *column));
+        }
+        held.sort_unstable();
+        held.dedup();
+        let empty = held.iter().zip(0..).take_while(|(row, k)| **row == *k);
         let message = format!(
-            "{n} rows, {} entries: it is singular, some rows hold nothing",
-            market.entries.len()
+            "{n} rows, {} entries: it is singular, row {} holds nothing",
+            market.entries.len(),
+            empty.count() + 1
         );
         return Err(fault(message));
     }

@@ -142,7 +142,8 @@ impl Route {
             if sharp || chord.is_nan() || chord < SHORTEST_CHORD * length {
                 return Err(SceneError::Conflict {
                     what: cable.what(&format!("segment {}", i + 1)),
-                    reason: "cuts off too much of its route: divide it into more segments",
+                    reason: "cuts off too much of a corner of its route: take another number of `segments`, or give `lengths` with \
+                             a joint at the corner",
                 });
             }
             let turn = match laid.last() {

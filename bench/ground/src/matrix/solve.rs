@@ -378,7 +378,7 @@ fn exact_solution(system: &System, problem: &Problem<'_>) -> (Option<Vec<f64>>, 
             let told = match &problem.ordered {
                 Some(Err(_)) => "not known: the matrix fills beyond reach",
                 _ => {
-                    "not known: no refinement in 32 digits contracts, as for a matrix that is nearly singular"
+                    "not known: no refinement in 32 digits contracts, as for a matrix that is nearly singular or whose scales differ too much"
                 }
             };
             (None, told.to_owned())

@@ -93,7 +93,7 @@ fn heading(about: &About) -> String {
         let _ = write!(out, ", condition about {condition:.0e}");
     }
     if let Some(condition) = about.condition_scaled {
-        let _ = write!(out, " ({condition:.0e} with rows scaled)");
+        let _ = write!(out, " ({condition:.0e} with rows and columns scaled)");
     }
     if let (Some(order), Some(entries), Some(flops)) =
         (&about.order, about.factor_entries, about.factor_flops)
