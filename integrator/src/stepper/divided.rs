@@ -118,8 +118,9 @@ impl Stepper {
     /// Parts of the scheme that the step just taken needs where its gaps disagree so with their prediction: 1 where it stands,
     /// `None` where the scheme does not suffice.
     pub(super) fn parts(&self, disagreement: f64, tolerance: f64) -> Option<u32> {
-        let turn = self.steady_turn();
-        let is_turn = self.is_smooth() && 2.0 * EXPLAINED * disagreement <= turn * turn;
+        let explains =
+            || self.is_smooth() && 2.0 * EXPLAINED * disagreement <= self.steady_turn().powi(2);
+        let is_turn = disagreement > tolerance && explains();
         let is_part = self.division.parts > 1;
         let allowed = match is_turn {
             true => tolerance * self.division.coarseness.powi(2),
