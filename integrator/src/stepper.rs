@@ -485,14 +485,7 @@ impl Stepper {
     fn start_bodies(&mut self) -> Result<(), StepError> {
         self.find_tension()?;
         if self.options.scheme.is_staggered() {
-            let before = (&*self.mu, self.mu_dt);
-            self.substep_start.save(
-                &self.scene,
-                self.time,
-                before,
-                &self.tension,
-                &self.contacts,
-            );
+            self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
             self.system_data.update_velocity_change(&self.mu);
             if self.started {

@@ -511,7 +511,6 @@ mod tests {
         reports.collect()
     }
 
-    /// An anchor in a circle does the work that its load gains, of which the first-order scheme loses some.
     /// Weights that hang by their centres on a rope: nothing moves, and rounding is no energy from nowhere.
     #[test]
     fn a_weight_at_rest_has_no_energy_from_nowhere() {
@@ -536,6 +535,7 @@ mod tests {
         }
     }
 
+    /// An anchor in a circle does the work that its load gains, of which the first-order scheme loses some.
     #[test]
     fn a_moved_anchor_pays_for_the_swing() {
         for (scheme, lost) in [

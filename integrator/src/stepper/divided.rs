@@ -66,8 +66,9 @@ fn halves([x, y, z, p, q, r]: [f64; 6]) -> [f64; 2] {
 pub(crate) struct Division {
     /// Parts of the present step; 1 if it is not divided.
     pub(crate) parts: u32,
-    /// Parts that the present sub-step takes at once, and those that are left where bodies turn and no rope catches, else 1.
+    /// Parts that the present sub-step takes at once.
     pub(crate) taken: u32,
+    /// Parts that an implicit sub-step takes at once: those left of a step divided because bodies turn, else 1.
     pub(super) left: u32,
     /// Places of the bounded rows at the beginning of the step, and ∂φ/∂t of the step before.
     places: Vec<RowState>,
@@ -115,8 +116,8 @@ impl Stepper {
             || matches!(self.stage, Stage::Advanced { implicit: true, .. });
     }
 
-    /// Parts of the scheme that the step just taken needs where its gaps disagree so with their prediction: 1 where it stands,
-    /// `None` where the scheme does not suffice.
+    /// Parts that the step just taken needs for this disagreement of its gaps with their prediction: 1 if it stands, `None` if it
+    /// has to be implicit.
     pub(super) fn parts(&self, disagreement: f64, tolerance: f64) -> Option<u32> {
         let explains =
             || self.is_smooth() && 2.0 * EXPLAINED * disagreement <= self.steady_turn().powi(2);
@@ -141,8 +142,7 @@ impl Stepper {
         (least <= f64::from(PARTS)).then(|| (least.ceil() as u32).next_power_of_two())
     }
 
-    /// True if no rope can catch, no shape strike, no cable slip and no segment whip: blows that parts take on between their
-    /// half steps leave energy from nowhere.
+    /// True if no rope can catch, no shape strike, no cable slip and no segment whip: a blow inside a step in parts gains energy.
     fn is_smooth(&self) -> bool {
         use Constraint::{Cosserat, Fairlead, Paper};
         let bends = |c: &Constraint| matches!(c, Cosserat(_) | Fairlead(_) | Paper(_));
@@ -199,7 +199,7 @@ impl Stepper {
             .any(|made| own.iter().any(|slot| slot.body == made.body))
     }
 
-    /// The step in `parts`, after it was taken back; for what `turns`, or for a rope that catches.
+    /// The step in `parts`, after it was taken back: because a body `turns`, or a rope catches.
     pub(super) fn divide(
         &mut self,
         guard: Guard,
@@ -298,13 +298,7 @@ impl Stepper {
         if !self.is_late() {
             return Ok(());
         }
-        self.substep_start.save(
-            &self.scene,
-            self.time,
-            (&self.mu, self.mu_dt),
-            &self.tension,
-            &self.contacts,
-        );
+        self.keep_substep_start();
         self.bring_forward(false)?;
         let (mu, tension) = (&mut self.mu, &mut self.tension);
         self.mu_dt = self.substep_start.restore_multipliers(mu, tension);

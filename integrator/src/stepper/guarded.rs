@@ -181,6 +181,14 @@ impl Stepper {
         }
     }
 
+    /// Keeps the present state as that of the beginning of a sub-step.
+    pub(crate) fn keep_substep_start(&mut self) {
+        let impulses = (&*self.mu, self.mu_dt);
+        let (scene, tension, contacts) = (&self.scene, &self.tension, &self.contacts);
+        self.substep_start
+            .save(scene, self.time, impulses, tension, contacts);
+    }
+
     fn return_to_substep_start(&mut self) {
         let start = std::mem::take(&mut self.substep_start);
         self.go_back(&start);
@@ -196,13 +204,7 @@ impl Stepper {
         guard: Guard,
         shortest: bool,
     ) -> Result<bool, StepError> {
-        self.substep_start.save(
-            &self.scene,
-            self.time,
-            (&self.mu, self.mu_dt),
-            &self.tension,
-            &self.contacts,
-        );
+        self.keep_substep_start();
         self.system_data.load_velocities(&self.scene.bodies);
         if self.contacts.can_be() {
             self.find_contacts(dt, false)?;
