@@ -17,6 +17,7 @@ impl Stepper {
         self.check_rows(mu)?;
         self.mu.copy_from_slice(mu);
         self.mu_dt = self.substep();
+        self.told.forget();
         self.stage.unsolve();
         self.wake();
         Ok(())

@@ -226,6 +226,32 @@ impl ActiveSet {
         }
     }
 
+    /// Holds the rows inside their bounds that a blow with the impulses `blow` takes beyond them, after a step of `dt` (s) with
+    /// the impulses `mu`: what pulls only never pushes in a blow, however much it pulls before. Returns true if there are any.
+    pub(crate) fn let_go(
+        &mut self,
+        system_data: &SystemData,
+        [mu, blow]: [&[f64]; 2],
+        dt: f64,
+    ) -> bool {
+        let noise = NOISE * blow.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let mut any = false;
+        for (row, bound) in self.rows.iter_mut().zip(&system_data.rows.bounds) {
+            let (before, blow) = (mu[bound.row], blow[bound.row]);
+            let left = |limit: f64| match limit {
+                0.0 => 0.0,
+                limit => limit * dt - before,
+            };
+            let place = match row.place {
+                RowState::Inside if blow > left(bound.upper) + noise => RowState::Upper,
+                RowState::Inside if blow < left(bound.lower) - noise => RowState::Lower,
+                _ => continue,
+            };
+            (row.place, any) = (place, true);
+        }
+        any
+    }
+
     /// Puts back what [`hold`](Self::hold) took.
     pub(crate) fn release(&self, system_data: &mut SystemData) {
         if self.places().all(|place| place == RowState::Inside) {

@@ -230,7 +230,7 @@ impl Touch {
     }
 }
 
-/// A contact of the last sub-step, with the force that it carries.
+/// A contact of the last step, as in the last of its sub-steps that had it, with the force that it carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ContactForce {
@@ -246,7 +246,7 @@ pub struct ContactForce {
     pub normal: Vector3<f64>,
     /// Distance of the shapes at the beginning of the sub-step \[m], < 0 where they penetrate.
     pub gap: f64,
-    /// Force on the first side, world \[N]: the mean over the sub-step, blows included.
+    /// Force on the first side, world \[N]: the mean over the step, blows included.
     pub force: Vector3<f64>,
     /// Velocity of the first surface along the second in the middle of the sub-step, without blows, world \[m/s]. Friction is
     /// against it: exactly so of the sub-step's own forces, to the violation that the report tells.
@@ -296,20 +296,13 @@ impl Stepper {
         self.wake();
     }
 
-    /// The contacts of the last sub-step: those that carry a force, and those near enough to.
+    /// The contacts of the last step: those that carried a force in it, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
-        let contacts = &self.contacts;
-        let system_data = &self.system_data;
-        contacts.touches.iter().map(|touch| ContactForce {
-            slip: touch.slip(system_data),
-            colliders: touch.found.colliders,
-            bodies: touch.found.bodies,
-            partners: touch.found.partners,
-            point: touch.found.points[0],
-            normal: touch.found.normal,
-            gap: touch.found.gap,
-            force: touch.world_impulse() / contacts.dt,
-        })
+        let told = self.told.contacts();
+        let last = || self.contacts.told(&self.system_data);
+        let own = told.is_none().then(last).into_iter().flatten();
+        let own = own.map(|(_, contact)| contact);
+        told.into_iter().flatten().chain(own)
     }
 }
 
@@ -397,6 +390,27 @@ impl Contacts {
     /// Numbers of the shapes that can come to touch within the step.
     pub(crate) fn colliders(&self) -> impl Iterator<Item = usize> + '_ {
         self.touches.iter().flat_map(|touch| touch.found.colliders)
+    }
+
+    /// Contacts of the last sub-step, by their keys, with the means of their forces over it.
+    pub(crate) fn told<'a>(
+        &'a self,
+        system_data: &'a SystemData,
+    ) -> impl Iterator<Item = (Vector3<f64>, ContactForce)> + 'a {
+        self.touches.iter().map(|touch| {
+            let found = &touch.found;
+            let contact = ContactForce {
+                slip: touch.slip(system_data),
+                colliders: found.colliders,
+                bodies: found.bodies,
+                partners: found.partners,
+                point: found.points[0],
+                normal: found.normal,
+                gap: found.gap,
+                force: touch.world_impulse() / self.dt,
+            };
+            (found.key, contact)
+        })
     }
 
     /// True if no shapes are near each other.

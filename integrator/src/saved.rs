@@ -50,6 +50,12 @@ pub struct SavedRun {
     implicit: bool,
     impulses: Vec<f64>,
     impulse_time: f64,
+    /// Forces that the last step tells, where they are not those of its last solve.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Vec::is_empty")
+    )]
+    told: Vec<f64>,
     tension: Option<Vec<f64>>,
     places: Vec<RowState>,
     /// Steps since the bounded rows were last at a bound.
@@ -137,6 +143,7 @@ impl SavedRun {
             implicit: false,
             impulses: Vec::new(),
             impulse_time: 0.0,
+            told: Vec::new(),
             tension: None,
             places: Vec::new(),
             ages: Vec::new(),
@@ -164,6 +171,10 @@ impl SavedRun {
         Self {
             fresh: Vec::new(),
             impulses: to.rows(&self.impulses),
+            told: match self.told.is_empty() {
+                true => Vec::new(),
+                false => to.rows(&self.told),
+            },
             tension: self.tension.map(|tension| to.rows(&tension)),
             places: to.bounded(&self.places, RowState::Inside),
             ages: to.bounded(&self.ages, UNKNOWN),
@@ -219,6 +230,7 @@ impl SavedRun {
         } = &self.past;
         for (what, numbers) in [
             ("impulses", Some(&self.impulses)),
+            ("told", Some(&self.told).filter(|told| !told.is_empty())),
             ("tension", self.tension.as_ref()),
             ("drive", Some(&self.drive)),
             ("past.rate", Some(rate)),
@@ -350,6 +362,8 @@ impl Stepper {
         run.implicit = matches!(self.stage, Stage::Advanced { implicit: true, .. });
         refill(&mut run.impulses, self.mu.iter().copied());
         run.impulse_time = self.mu_dt;
+        let told = self.told.forces().into_iter().flatten();
+        refill(&mut run.told, told.copied());
         let tension = run.tension.get_or_insert_default();
         refill(tension, self.tension.iter().copied());
         refill(&mut run.places, self.active_set.places());
@@ -420,6 +434,9 @@ impl Stepper {
         stepper.holding = saved.holding;
         stepper.mu = saved.impulses.into();
         stepper.mu_dt = saved.impulse_time;
+        if !saved.told.is_empty() {
+            stepper.told.put(saved.told);
+        }
         stepper.tension_known = saved.tension.is_some();
         if let Some(tension) = saved.tension {
             stepper.tension = tension.into();

@@ -13,6 +13,7 @@ pub(crate) mod resolution;
 pub(crate) mod sleep;
 mod slipping;
 mod system;
+pub(crate) mod told;
 mod winch_cuts;
 
 use crate::activation::Activation;
@@ -46,6 +47,7 @@ use estimate::Companion;
 use potential::Search;
 use resolution::{Resolved, Resolving};
 use sleep::Rest;
+use told::Told;
 
 /// A scene in motion: its state, its linear system and the solver.
 pub struct Stepper {
@@ -87,6 +89,8 @@ pub struct Stepper {
     pub(crate) mu: Aligned,
     /// Length of the step that `mu` belongs to \[s].
     pub(crate) mu_dt: f64,
+    /// Forces that the last step tells.
+    pub(crate) told: Told,
     /// λ that the geometric stiffness is made of, one a row \[N, N m].
     pub(crate) tension: Aligned,
     /// Set once `tension` has the forces of a solve.
@@ -274,6 +278,7 @@ impl Stepper {
             history,
             mu: Aligned::new(rows),
             mu_dt: dt,
+            told: Told::new(rows),
             tension: Aligned::new(rows),
             tension_known: false,
             started: false,
@@ -349,6 +354,7 @@ impl Stepper {
                 stepper.measure_events();
             }
             stepper.check_paths()?;
+            stepper.close_told();
             stepper.weigh(opening)
         })?;
         report.slipping = self.slip.count();
@@ -407,11 +413,7 @@ impl Stepper {
     fn linear_substep(&mut self) -> Result<(), StepError> {
         self.solve_scheme(self.options.stiffness)?;
         self.update()?;
-        self.accept_linear();
-        if self.contacts.is_empty() {
-            return Ok(());
-        }
-        self.rebound()
+        self.accept_linear()
     }
 
     /// Solves the scheme's linear system at the present state.
@@ -428,6 +430,7 @@ impl Stepper {
     ) -> Result<StepReport, StepError> {
         self.tally = Tally::start();
         self.begin_effort();
+        self.told.forget();
         self.system_data.rows.lost = None;
         work(self).map_err(|e| self.after_failure(e))?;
         Ok(self.tally.report(self.time, self.refinements()))
@@ -620,18 +623,22 @@ impl Stepper {
     /// [`StepError::NonFinite`]; the state is then not to be used.
     pub fn advance(&mut self) -> Result<(), StepError> {
         self.tallied(Self::update)?;
-        self.accept_linear();
-        if self.contacts.is_empty() {
-            return Ok(());
-        }
-        self.rebound()
+        self.accept_linear()?;
+        self.told.forget();
+        Ok(())
     }
 
-    /// A sub-step of the scheme stands.
-    fn accept_linear(&mut self) {
-        self.account(self.stage.advanced(), false);
+    /// A sub-step of the scheme stands, with the blows at its end.
+    fn accept_linear(&mut self) -> Result<(), StepError> {
+        let dt = self.stage.advanced();
+        self.account(dt, false);
         self.accept();
         self.tally.end(Phase::Update);
+        if !self.contacts.is_empty() {
+            self.rebound()?;
+        }
+        self.tell(dt);
+        Ok(())
     }
 
     /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.

@@ -198,7 +198,7 @@ impl Stepper {
             [Some(Some(_)), Some(None)] => [1.0, 0.0],
             _ => segment.shares,
         };
-        for multipliers in [&mut self.mu, &mut self.tension] {
+        for multipliers in [&mut self.mu, &mut self.tension, &mut self.told.sum] {
             let mut sum = [0.0; MAX_ROWS];
             for (c, share) in around.into_iter().zip(shares) {
                 let Some(c) = c.flatten() else {

@@ -144,8 +144,7 @@ impl Contacts {
     /// add no energy where bodies do not turn.
     pub(crate) fn rebound(
         &mut self,
-        method: ConeMethod,
-        dt: f64,
+        (method, dt, spent): (ConeMethod, f64, Option<f64>),
         [begun, solved, of]: [&dyn Fn(usize) -> [f64; 6]; 3],
         factor: &mut Factor<'_>,
         each: impl FnMut(ConeReport, bool),
@@ -176,7 +175,7 @@ impl Contacts {
             self.operator
                 .take_free(touches, &rates, begun, self.after_blow);
         }
-        let spent = along(&self.touches, &rates, 0) - 0.5 * square;
+        let spent = spent.unwrap_or(along(&self.touches, &rates, 0) - 0.5 * square);
         for (touch, rates) in self.touches.iter().zip(rates.as_chunks_mut::<3>().0) {
             *rates = touch.rates(of);
         }
@@ -219,6 +218,13 @@ impl Contacts {
         })
     }
 
+    /// The impulses are those of the step again.
+    pub(crate) fn rest(&mut self) {
+        for (touch, resting) in self.touches.iter_mut().zip(&self.resting) {
+            touch.impulse = *resting;
+        }
+    }
+
     /// The impulses of the rebounds are `part` of what they were.
     pub(crate) fn lessen(&mut self, part: f64) {
         for touch in &mut self.touches {
@@ -246,7 +252,7 @@ fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Budget {
     /// Energy that the step's impulses have added, ≤ 0 where they have not \[J].
-    spent: f64,
+    pub(crate) spent: f64,
     /// Part of the blow's work between its own instant and that of the velocities \[J].
     shifted: f64,
 }

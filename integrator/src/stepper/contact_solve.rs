@@ -181,6 +181,57 @@ impl Stepper {
         {
             return Ok(());
         }
+        let [mut impulse, mut change] = std::mem::take(&mut self.contacts.blow);
+        let mut mu = std::mem::take(&mut self.contacts.joints);
+        let done = self.find_blow(&mut impulse, &mut change, &mut mu);
+        if let Ok(budget) = done {
+            self.strike(budget, &change, &mu);
+        }
+        (self.contacts.blow, self.contacts.joints) = ([impulse, change], mu);
+        done?;
+        self.account_for_blow();
+        self.contacts.end_rebound();
+        // The rates of the step are those before the blow.
+        self.history.forget(&self.system_data.rows.phi_t);
+        Ok(())
+    }
+
+    /// Impulses of the rebounds, and what joints make of them: by bodies, with the change of velocities, and by rows in `mu`.
+    /// A row that would go beyond its bound, as a rope that would push, has no part in the blow.
+    fn find_blow(
+        &mut self,
+        impulse: &mut BodyVectors,
+        change: &mut BodyVectors,
+        mu: &mut Vec<f64>,
+    ) -> Result<Budget, StepError> {
+        let mut spent = None;
+        loop {
+            let budget = self.solve_rebound(spent)?;
+            self.effort.check(self.time)?;
+            self.blow(impulse, change, mu)?;
+            let (impulses, dt) = ([&*self.mu, &*mu], self.mu_dt);
+            if !self.active_set.let_go(&self.system_data, impulses, dt) {
+                return Ok(budget);
+            }
+            spent = Some(budget.spent);
+            self.contacts.rest();
+            self.active_set.hold(&mut self.system_data, dt);
+            let built = self.build_without_held(dt);
+            self.active_set.release(&mut self.system_data);
+            built?;
+        }
+    }
+
+    /// W without the rows that are held at bounds.
+    fn build_without_held(&mut self, dt: f64) -> Result<(), StepError> {
+        self.assemble(dt);
+        let factorized = self.solver.factorize(&self.matrix);
+        factorized.map_err(|e| self.culprit(e))?;
+        self.build_operator().map(|_| ())
+    }
+
+    /// The contacts' impulses of the rebounds, for the energy that the step's have `spent`, where that is known.
+    fn solve_rebound(&mut self, spent: Option<f64>) -> Result<Budget, StepError> {
         // A cable sticks to its sheaves in the instant of a blow.
         let mut factor = factor_of!(self, None);
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
@@ -198,8 +249,7 @@ impl Stepper {
         };
         let mut solved = true;
         let done = contacts.rebound(
-            self.options.contacts,
-            contacts.dt(),
+            (self.options.contacts, contacts.dt(), spent),
             [&|i| v.get(i), &solved_for, &of],
             &mut factor,
             |report, softer| {
@@ -208,38 +258,25 @@ impl Stepper {
             },
         );
         tally.undecided += usize::from(!solved);
-        let budget = done.map_err(|e| self.culprit(e))?;
-        self.effort.check(self.time)?;
-        self.strike(budget)?;
-        self.account_for_blow();
-        self.contacts.end_rebound();
-        // The rates of the step are those before the blow.
-        self.history.forget(&self.system_data.rows.phi_t);
-        Ok(())
+        done.map_err(|e| self.culprit(e))
     }
 
-    /// The velocities change by the contacts' impulses, and by what the joints make of them.
-    fn strike(&mut self, budget: Budget) -> Result<(), StepError> {
-        let [mut impulse, mut change] = std::mem::take(&mut self.contacts.blow);
-        let mut mu = std::mem::take(&mut self.contacts.joints);
-        let done = self.blow(&mut impulse, &mut change, &mut mu);
-        if done.is_ok() {
-            let (linear, square) = works(&self.scene.bodies, &change);
-            let part = budget.part(linear, square);
-            if part < 1.0 {
-                self.contacts.lessen(part);
-            }
-            let bodies = &mut self.scene.bodies;
-            for i in 0..bodies.len() {
-                if bodies.is_dynamic(i) {
-                    let [x, y, z, p, q, r] = change.get(i);
-                    bodies.velocity[i] += Vector3::new(x, y, z) * part;
-                    bodies.angular_velocity[i] += Vector3::new(p, q, r) * part;
-                }
+    /// The velocities change as far as the blow has the energy for.
+    fn strike(&mut self, budget: Budget, change: &BodyVectors, mu: &[f64]) {
+        let (linear, square) = works(&self.scene.bodies, change);
+        let part = budget.part(linear, square);
+        if part < 1.0 {
+            self.contacts.lessen(part);
+        }
+        let bodies = &mut self.scene.bodies;
+        for i in 0..bodies.len() {
+            if bodies.is_dynamic(i) {
+                let [x, y, z, p, q, r] = change.get(i);
+                bodies.velocity[i] += Vector3::new(x, y, z) * part;
+                bodies.angular_velocity[i] += Vector3::new(p, q, r) * part;
             }
         }
-        (self.contacts.blow, self.contacts.joints) = ([impulse, change], mu);
-        done
+        self.tell_of_blow(mu, part);
     }
 
     /// The impulses of contacts and joints by bodies, and the change of velocities.

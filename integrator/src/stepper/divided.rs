@@ -25,8 +25,8 @@
 //! Drift of the rows at the beginning goes in proportion to time over the parts
 //! ([`crate::activation`]).
 //!
-//! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts. Their forces are means
-//! over the step, so that a catch shows wherever in the step it was. In other scenes they are those at its end.
+//! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts, from which the next step
+//! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Stepper};
 use crate::active_set::RowState;
@@ -95,7 +95,7 @@ impl Division {
             on_time: true,
             from_start: false,
             coarseness: 1.0,
-            sum: Aligned::new(if bounded > 0 { rows } else { 0 }),
+            sum: Aligned::new(rows),
         }
     }
 }
@@ -253,12 +253,9 @@ impl Stepper {
                 self.activation.forget_drift();
             }
             self.measure_events();
-            let factor = self.substep() / self.mu_dt;
-            for (sum, mu) in self.division.sum.iter_mut().zip(&self.mu[..]) {
-                *sum += factor * mu;
-            }
             left -= self.division.taken;
         }
+        self.told.add(&self.division.sum, 1.0);
         if self.is_late() {
             self.bring_forward(false)?;
         }
@@ -271,6 +268,17 @@ impl Stepper {
         }
         self.begin_anew();
         Ok(())
+    }
+
+    pub(super) fn is_divided(&self) -> bool {
+        self.division.parts > 1
+    }
+
+    /// A part of the step stands, or an implicit sub-step of it.
+    pub(super) fn add_part(&mut self) {
+        for (sum, mu) in self.division.sum.iter_mut().zip(&self.mu[..]) {
+            *sum += mu;
+        }
     }
 
     /// The next step starts from velocities of the present, and takes its half step back by its own rows.

@@ -66,13 +66,7 @@ impl Stepper {
         };
         self.tally.see(disagreement);
         match self.parts(disagreement, guard.tolerance) {
-            Some(1) => {
-                self.accept_linear();
-                if self.contacts.is_empty() {
-                    return Ok(());
-                }
-                return self.rebound();
-            }
+            Some(1) => return self.accept_linear(),
             Some(parts) => {
                 self.return_to_start();
                 self.tally.end(Phase::Update);
@@ -159,6 +153,7 @@ impl Stepper {
             } else {
                 self.lose_gain(dt);
             }
+            self.tell(dt);
             length = (2.0 * dt).min(first);
         }
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.

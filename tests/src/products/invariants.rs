@@ -173,7 +173,7 @@ pub(super) fn first(case: &Case, of: impl Fn(usize, &Moment) -> Option<String>) 
 }
 
 /// The first step of a run for which `of` gives numbers.
-fn first_of(run: &Run, of: impl Fn(usize, &Moment) -> Option<String>) -> Fault {
+pub(super) fn first_of(run: &Run, of: impl Fn(usize, &Moment) -> Option<String>) -> Fault {
     let steps = run.steps.iter().enumerate();
     steps.filter_map(|(n, m)| Some((n, of(n, m)?))).next()
 }
@@ -512,8 +512,8 @@ fn rebound(case: &Case) -> Fault {
 
 fn cone_of_contacts(case: &Case) -> Fault {
     let (noise, friction) = (1e-6 * case.choices.weight(), case.choices.friction);
-    first(case, |_, m| {
-        if m.report.undecided > 0 || m.report.contacts.softened > 0 {
+    first_of(case.fine()?, |_, m| {
+        if m.report.undecided > 0 || m.report.contacts.softened > 0 || !m.is_one_solve() {
             return None;
         }
         m.contacts.iter().find_map(|c| {
@@ -568,12 +568,10 @@ fn work_of_contacts(case: &Case) -> Fault {
 /// m Δv of each body against gravity, constraints and contacts: to the angle that ropes turn by in the step.
 fn momentum(case: &Case) -> Fault {
     let c = &case.choices;
-    // The part of a blow that ropes and links have is in no force.
-    let struck = c.restitution > 0.0 && (c.rope.is_some() || c.attach.is_some());
-    if c.load.mass > 1e12 || struck {
+    if c.load.mass > 1e12 {
         return None;
     }
-    let (run, rate) = (case.fine()?, case.rate());
+    let (run, rate) = (&case.run, RATE);
     let gravity = case.scene.gravity;
     let held = case
         .scene
@@ -591,8 +589,7 @@ fn momentum(case: &Case) -> Fault {
             let report = &run.steps[n].report;
             report.divided > 0 || report.events > 0
         };
-        let sudden = m.report.implicit_substeps > 0 || m.report.asleep;
-        let sudden = sudden || divided(n) || divided(n - 1);
+        let sudden = m.report.asleep || divided(n) || divided(n - 1);
         if sudden || before.len() != m.bodies.len() {
             return None;
         }

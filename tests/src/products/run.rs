@@ -42,7 +42,7 @@ pub(crate) struct Moment {
     pub(crate) parts: Vec<Part>,
     pub(crate) wheels: Vec<Wheel>,
     pub(crate) contacts: Vec<ContactForce>,
-    /// Force of constraints and contacts on each body in the last sub-step \[N].
+    /// Mean force of constraints and contacts on each body in the step \[N].
     pub(crate) forces: Vec<Vector3<f64>>,
     /// The sizes of those forces, added up \[N].
     pub(crate) sizes: Vec<f64>,
@@ -138,6 +138,11 @@ impl Moment {
             fired: stepper.fired().to_vec(),
             bits: bits(stepper),
         }
+    }
+
+    /// True if the step is that of the scheme, solved once: its forces are no means.
+    pub(crate) fn is_one_solve(&self) -> bool {
+        self.report.implicit_substeps == 0 && self.report.divided == 0
     }
 
     /// The part of that name, if there is one.
