@@ -330,6 +330,8 @@ pub(crate) struct Contacts {
     taken: Vec<bool>,
     /// True in a step of the scheme itself, whose rates belong to the middles of steps.
     pub(crate) of_scheme: bool,
+    /// False once the rebounds of a step have jammed.
+    pub(crate) rebounds: bool,
     /// Admits only contacts at rest, while the accelerations of the beginning are sought.
     pub(crate) begins: bool,
     /// True in a sub-step that begins with the blow of a rod that an event has just made.
@@ -368,6 +370,7 @@ impl Contacts {
             known: Vec::new(),
             taken: Vec::new(),
             of_scheme: false,
+            rebounds: true,
             begins: false,
             after_blow: false,
             dt: 1.0,

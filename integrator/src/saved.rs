@@ -185,7 +185,7 @@ impl SavedRun {
             velocity: to.bodies(&self.velocity),
             velocity_change: to.bodies(&self.velocity_change),
             drive: to.rows(&self.drive),
-            account: Account::default(),
+            account: self.account.left(),
             watch: None,
             past: Past {
                 known,

@@ -37,6 +37,11 @@ use taut_solver::coulomb::{ConeMethod, ConeReport};
 const SLOWEST: f64 = 0.1;
 const STANDSTILL: f64 = 1e-3;
 
+/// Rate that the regularisation of contacts gives way by, over the fastest rebound, and sum of normal impulses, over the
+/// momentum, beyond which no impulses make the rebound.
+const JAMMED: f64 = 1e-4;
+const WEDGED: f64 = 1e4;
+
 /// Speed of arrival below which nothing bounces in a step `dt` long \[m/s].
 pub(crate) fn slowest(scene: &Scene, dt: f64) -> f64 {
     (SLOWEST * scene.gravity.norm() * dt).max(STANDSTILL)
@@ -51,12 +56,12 @@ impl Touch {
     }
 
     /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` are the rates that the
-    /// step begins with, `free` those that it ends with without contacts.
+    /// step begins with, `free` those that it ends with without contacts. Nothing `rebounds` in a solve after one that jammed.
     ///
     /// The normal rate at the beginning is w, and a = (free − before)/Δt; in steps `of_scheme` the rates belong to the middles
     /// of the steps, and w = before + ½ a Δt. The gap φ + w t + ½ a t² closes at t = T with the rate w + a T; from there the
     /// shapes part with −e times that. An implicit step ends with what it begins with: where the shapes touch.
-    fn aim(&mut self, before: [f64; 3], free: [f64; 3], dt: f64, of_scheme: bool) {
+    fn aim(&mut self, before: [f64; 3], free: [f64; 3], dt: f64, [of_scheme, rebounds]: [bool; 2]) {
         (self.rebound, self.aim) = (None, 0.0);
         let (e, gap) = (self.found.surface.restitution, self.found.gap.max(0.0));
         let a: [f64; 3] = std::array::from_fn(|k| (free[k] - before[k]) / dt);
@@ -72,7 +77,7 @@ impl Touch {
         };
         // The scheme's rates are known with its impulses.
         self.shift = [a.map(|a| a * 0.5 * (dt - time)); 2];
-        if e == 0.0 || !self.hit || !arrives {
+        if e == 0.0 || !self.hit || !arrives || !rebounds {
             return;
         }
         let parting = e * root;
@@ -123,7 +128,7 @@ impl Contacts {
         dt: f64,
         after_blow: bool,
     ) {
-        let of_scheme = self.of_scheme;
+        let kinds = [self.of_scheme, self.rebounds];
         self.after_blow = after_blow;
         let touches = self.touches.iter_mut().zip(free.as_chunks_mut::<3>().0);
         for (touch, free) in touches.filter(|(touch, _)| touch.active) {
@@ -134,18 +139,42 @@ impl Contacts {
                 true => alone,
                 false => touch.rates(|i| system_data.v.get(i)),
             };
-            touch.aim(before, alone, dt, of_scheme);
+            touch.aim(before, alone, dt, kinds);
             free[0] += touch.aim;
         }
     }
 
-    /// Impulses of rebounds, from the velocities at the end of a step `dt` long, which `of` gives; those that it was solved
-    /// for, before the bodies turned, `solved` gives, and those that it began with `begun`. The step's impulses are kept in `resting`. Scaled so that both together
-    /// add no energy where bodies do not turn.
+    /// Energy that the step's impulses p have added, p·u − ½ p·W p in the instant that they belong to, ≤ 0 where they have not \[J]:
+    /// of the rates that the step `solved` for, before the bodies turned, and of those that it `begun` with. The impulses are kept
+    /// in `resting`.
+    pub(crate) fn begin_rebound(
+        &mut self,
+        [begun, solved]: [&dyn Fn(usize) -> [f64; 6]; 2],
+        factor: &mut Factor<'_>,
+    ) -> Result<f64, SolveError> {
+        self.resting.clear();
+        let resting = self.touches.iter().map(|t| t.impulse);
+        self.resting.extend(resting);
+        let square = self.operator.energy(&self.touches, factor)?;
+        let mut rates = std::mem::take(&mut self.rates);
+        rates.clear();
+        rates.extend(self.touches.iter().flat_map(|touch| touch.rates(solved)));
+        if self.of_scheme {
+            let touches = &mut self.touches;
+            self.operator
+                .take_free(touches, &rates, begun, self.after_blow);
+        }
+        let spent = along(&self.touches, &rates, 0) - 0.5 * square;
+        self.rates = rates;
+        Ok(spent)
+    }
+
+    /// Impulses of rebounds, from the velocities at the end of a step `dt` long, which `of` gives. Scaled so that they add no
+    /// energy to that of the step's impulses, which have `spent`, where bodies do not turn.
     pub(crate) fn rebound(
         &mut self,
-        (method, dt, spent): (ConeMethod, f64, Option<f64>),
-        [begun, solved, of]: [&dyn Fn(usize) -> [f64; 6]; 3],
+        (method, dt, spent): (ConeMethod, f64, f64),
+        of: impl Fn(usize) -> [f64; 6],
         factor: &mut Factor<'_>,
         each: impl FnMut(ConeReport, bool),
     ) -> Result<Budget, SolveError> {
@@ -153,38 +182,17 @@ impl Contacts {
         let mut wanted = std::mem::take(&mut self.wanted);
         wanted.clear();
         rates.clear();
-        for touch in &self.touches {
-            let [n, s, t] = touch.rates(of);
-            rates.extend(touch.rates(solved));
-            let room = (touch.found.gap + dt * n).max(0.0) / dt;
-            wanted.extend([touch.rebound.map_or(n + room, |rate| n - rate), s, t]);
-        }
-        self.resting.clear();
-        let resting = self.touches.iter().map(|t| t.impulse);
-        self.resting.extend(resting);
-        // p₀·u of the step's impulses; p₀·W p₀ below.
-        let along = |touches: &[Touch], rates: &[f64], stage: usize| -> f64 {
-            let impulses = touches.iter().flat_map(|t| t.impulse);
-            let shifts = touches.iter().flat_map(|t| t.shift[stage]);
-            let instant = rates.iter().zip(shifts).map(|(u, shift)| u - shift);
-            impulses.zip(instant).map(|(p, u)| p * u).sum()
-        };
-        let square = self.operator.energy(&self.touches, factor)?;
-        if self.of_scheme {
-            let touches = &mut self.touches;
-            self.operator
-                .take_free(touches, &rates, begun, self.after_blow);
-        }
-        let spent = spent.unwrap_or(along(&self.touches, &rates, 0) - 0.5 * square);
-        for (touch, rates) in self.touches.iter().zip(rates.as_chunks_mut::<3>().0) {
-            *rates = touch.rates(of);
-        }
         let gains = spent > 0.0;
-        if gains {
+        for touch in &self.touches {
+            let [n, s, t] = touch.rates(&of);
+            rates.extend([n, s, t]);
+            let room = (touch.found.gap + dt * n).max(0.0) / dt;
+            let wanted_rate = touch.rebound.map_or(n + room, |rate| n - rate);
             // A step without restitution: its rates without impulses, and no more than closing the gaps.
-            for (wanted, rate) in wanted.iter_mut().step_by(3).zip(rates.iter().step_by(3)) {
-                *wanted = rate.max(*wanted);
-            }
+            let least = if gains { n } else { f64::NEG_INFINITY };
+            wanted.extend([wanted_rate.max(least), s, t]);
+        }
+        if gains {
             self.operator
                 .take_away(&self.touches, &mut wanted, factor)?;
         }
@@ -218,6 +226,24 @@ impl Contacts {
         })
     }
 
+    /// True if no impulses make the rebounds: friction wedges shapes between joints. They are then beyond [`WEDGED`] times all of
+    /// the momentum, for a `mass` (kg), the rates that the step began with and a `fall` (m/s), and the regularisation gives way by
+    /// more than the part [`JAMMED`] of the fastest rebound.
+    pub(crate) fn jam(&self, mass: f64, fall: f64, begun: impl Fn(usize) -> [f64; 6]) -> bool {
+        let (mut fastest, mut rate, mut gives, mut pressed) = (0.0_f64, fall, 0.0_f64, 0.0_f64);
+        for (i, touch) in self.touches.iter().enumerate() {
+            fastest = fastest.max(touch.rebound.unwrap_or(0.0));
+            rate = touch
+                .rates(&begun)
+                .into_iter()
+                .fold(rate, |most, u| most.max(u.abs()));
+            let p = touch.impulse[0].abs();
+            gives = gives.max(self.operator.floor(i) * p);
+            pressed += p;
+        }
+        fastest > 0.0 && gives > JAMMED * fastest && pressed > WEDGED * mass * rate
+    }
+
     /// The impulses are those of the step again.
     pub(crate) fn rest(&mut self) {
         for (touch, resting) in self.touches.iter_mut().zip(&self.resting) {
@@ -243,6 +269,14 @@ impl Contacts {
     }
 }
 
+/// p·u of impulses p at the rates u less their shift of this stage \[J].
+fn along(touches: &[Touch], rates: &[f64], stage: usize) -> f64 {
+    let impulses = touches.iter().flat_map(|t| t.impulse);
+    let shifts = touches.iter().flat_map(|t| t.shift[stage]);
+    let instant = rates.iter().zip(shifts).map(|(u, shift)| u - shift);
+    impulses.zip(instant).map(|(p, u)| p * u).sum()
+}
+
 /// a·b of three numbers.
 fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -252,7 +286,7 @@ fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Budget {
     /// Energy that the step's impulses have added, ≤ 0 where they have not \[J].
-    pub(crate) spent: f64,
+    spent: f64,
     /// Part of the blow's work between its own instant and that of the velocities \[J].
     shifted: f64,
 }

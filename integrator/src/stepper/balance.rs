@@ -43,20 +43,26 @@ pub struct EnergyBalance {
     pub work: f64,
     /// Work of contacts that undo the penetrations of the start, ≥ 0.
     pub recovery: f64,
-    /// Scale of a gain: the larger of the largest kinetic energy and the largest work so far; at
-    /// least 10⁻³ of the elastic energy and of the scene's weight times its extent.
+    /// Scale of a gain: the larger of the largest kinetic energy, without what came from nowhere, and the largest work so far;
+    /// at least 10⁻³ of the elastic energy and of the scene's weight times its extent.
     pub scale: f64,
     /// Energy from nowhere over the scale, (gained − work − recovery)/scale, if it lasts: the least
-    /// of the last eight steps, so that a blow of a few steps does not count. 0 without a gain, NaN
-    /// if the energy is NaN.
+    /// of the last eight steps, so that a blow of a few steps does not count. A change of the scene begins the balance with
+    /// the least of three. 0 without a gain, NaN if the energy is NaN.
     pub excess: f64,
 }
 
 /// Steps that an excess has to last.
 const LASTING: usize = 8;
 
+/// Steps that it has to last for the next balance to begin with it.
+const OWED: usize = 3;
+
 /// Least scale, over the elastic energy and the weight times the extent: motions of less are not judged.
 const LEAST: f64 = 1e-3;
+
+/// Speed of motions that are not judged either \[m/s].
+const STILL: f64 = 1e-9;
 
 /// Running sums of the balance.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -78,12 +84,14 @@ pub(crate) struct Account {
     /// and the last forces λ, one a row.
     open: Vec<f64>,
     lambda: Vec<f64>,
-    /// Excess in the last steps.
+    /// Excess in the last steps \[J], and that of the balance before.
     recent: [f64; LASTING],
-    /// Largest kinetic energy and work.
+    #[cfg_attr(feature = "serde", serde(default))]
+    owed: f64,
+    /// Largest kinetic energy without excess, and largest work \[J].
     scale: f64,
-    /// Weight times extent.
-    potential: f64,
+    /// Least scale, but for the elastic energy's part: that of the weight, and of a motion at [`STILL`] \[J].
+    least: f64,
 }
 
 impl Account {
@@ -93,9 +101,10 @@ impl Account {
         let sums = [
             &self.work,
             &self.pending,
+            &self.owed,
             &self.overlap,
             &self.scale,
-            &self.potential,
+            &self.least,
         ];
         (
             sums.into_iter().chain(&self.recovery).chain(&self.start),
@@ -103,13 +112,19 @@ impl Account {
         )
     }
 
+    /// What a changed scene's balance begins with.
+    pub(crate) fn left(&self) -> Self {
+        let last = &self.recent[LASTING - OWED..];
+        Self {
+            recent: self.recent,
+            owed: last.iter().copied().fold(f64::INFINITY, f64::min),
+            ..Self::default()
+        }
+    }
+
     /// A new balance of so many rows, whose steps allocate nothing.
     pub(crate) fn begin(&mut self, rows: usize) {
-        *self = Self {
-            open: vec![0.0; rows],
-            lambda: vec![0.0; rows],
-            ..Self::default()
-        };
+        (self.open, self.lambda) = (vec![0.0; rows], vec![0.0; rows]);
     }
 
     /// Becomes a copy of `other`. Allocates only where this one has fewer rows.
@@ -260,24 +275,27 @@ impl Stepper {
             Some(start) => start,
             None => {
                 let start = self.start_of(opening.unwrap_or(energy), energy).total();
+                let start = start - std::mem::take(&mut self.account.owed);
                 self.account.start = Some(start);
-                self.account.potential = self.weight_times_extent();
+                let still = 0.5 * self.scene.mass() * STILL * STILL;
+                self.account.least = LEAST * self.weight_times_extent() + still;
                 start
             }
         };
         let account = &mut self.account;
-        let moved = energy.kinetic.max(account.work.abs());
-        account.scale = account.scale.max(moved);
         let gained = total - start;
-        let scale = account
-            .scale
-            .max(LEAST * (account.potential + energy.elastic));
         let [recovery, _] = account.recovery;
         let excess = gained - account.work - recovery;
+        let moved = (energy.kinetic - excess.max(0.0)).max(account.work.abs());
+        account.scale = account.scale.max(moved);
+        let least = account.least + LEAST * energy.elastic;
+        let scale = account.scale.max(least);
         account.recent.rotate_left(1);
-        account.recent[LASTING - 1] = if excess <= 0.0 { 0.0 } else { excess / scale };
+        account.recent[LASTING - 1] = if excess <= 0.0 { 0.0 } else { excess };
         // `f64::min` drops NaN: the balance reports such an excess at once.
         let lasting = account.recent.iter().copied().fold(f64::INFINITY, f64::min);
+        // Without dynamic bodies there is no scale.
+        let lasting = if lasting > 0.0 { lasting / scale } else { 0.0 };
         let balance = EnergyBalance {
             gained,
             work: account.work,

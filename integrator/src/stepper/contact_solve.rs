@@ -53,12 +53,24 @@ impl Stepper {
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
-        let found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
+        self.contacts.rebounds = true;
+        let mut found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
+        if self.jams() {
+            self.contacts.rebounds = false;
+            found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
+        }
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
         let decided = found <= TOLERANCE && !self.contacts.sink(dt);
         self.tally.undecided += usize::from(!decided);
         Ok(())
+    }
+
+    /// True if friction wedges what has to rebound: see [`Contacts::jam`](crate::contact::Contacts::jam).
+    fn jams(&self) -> bool {
+        let (scene, v) = (&self.scene, &self.system_data.v);
+        let fall = scene.gravity.norm() * self.contacts.dt();
+        self.contacts.jam(scene.mass(), fall, |i| v.get(i))
     }
 
     /// Passes through W until the conditions hold to `tolerance`; `solve` finds μ for the contacts' impulses. The largest
@@ -184,12 +196,15 @@ impl Stepper {
         let [mut impulse, mut change] = std::mem::take(&mut self.contacts.blow);
         let mut mu = std::mem::take(&mut self.contacts.joints);
         let done = self.find_blow(&mut impulse, &mut change, &mut mu);
-        if let Ok(budget) = done {
+        if let Ok(Some(budget)) = done {
             self.strike(budget, &change, &mu);
         }
         (self.contacts.blow, self.contacts.joints) = ([impulse, change], mu);
-        done?;
-        self.account_for_blow();
+        if done?.is_some() {
+            self.account_for_blow();
+        } else {
+            self.contacts.resting.fill([0.0; 3]);
+        }
         self.contacts.end_rebound();
         // The rates of the step are those before the blow.
         self.history.forget(&self.system_data.rows.phi_t);
@@ -197,60 +212,73 @@ impl Stepper {
     }
 
     /// Impulses of the rebounds, and what joints make of them: by bodies, with the change of velocities, and by rows in `mu`.
-    /// A row that would go beyond its bound, as a rope that would push, has no part in the blow.
+    /// The blow comes after the bodies have moved, and the rows are those of that state: where a light body has a long lever
+    /// those of the beginning leave its joint with the velocity of a turn. A row that would go beyond its bound, as a rope that
+    /// would push, has no part in the blow. `None` where the shapes jam.
     fn find_blow(
         &mut self,
         impulse: &mut BodyVectors,
         change: &mut BodyVectors,
         mu: &mut Vec<f64>,
-    ) -> Result<Budget, StepError> {
-        let mut spent = None;
+    ) -> Result<Option<Budget>, StepError> {
+        let spent = self.begin_rebound()?;
         loop {
+            if self.system_data.rows.rows() > 0 {
+                self.active_set.hold(&mut self.system_data, self.mu_dt);
+                let built = self.build_for_blow();
+                self.active_set.release(&mut self.system_data);
+                built?;
+            }
             let budget = self.solve_rebound(spent)?;
             self.effort.check(self.time)?;
             self.blow(impulse, change, mu)?;
-            let (impulses, dt) = ([&*self.mu, &*mu], self.mu_dt);
+            let impulses = [&*self.mu, &*mu];
+            let dt = self.mu_dt;
             if !self.active_set.let_go(&self.system_data, impulses, dt) {
-                return Ok(budget);
+                let jams = self.jams();
+                if jams {
+                    self.contacts.rest();
+                }
+                return Ok((!jams).then_some(budget));
             }
-            spent = Some(budget.spent);
             self.contacts.rest();
-            self.active_set.hold(&mut self.system_data, dt);
-            let built = self.build_without_held(dt);
-            self.active_set.release(&mut self.system_data);
-            built?;
         }
     }
 
-    /// W without the rows that are held at bounds.
-    fn build_without_held(&mut self, dt: f64) -> Result<(), StepError> {
-        self.assemble(dt);
+    /// The factor and W of the rows at the present state, without those that are held at bounds.
+    fn build_for_blow(&mut self) -> Result<(), StepError> {
+        self.assemble(self.mu_dt);
         let factorized = self.solver.factorize(&self.matrix);
         factorized.map_err(|e| self.culprit(e))?;
         self.build_operator().map(|_| ())
     }
 
-    /// The contacts' impulses of the rebounds, for the energy that the step's have `spent`, where that is known.
-    fn solve_rebound(&mut self, spent: Option<f64>) -> Result<Budget, StepError> {
-        // A cable sticks to its sheaves in the instant of a blow.
+    /// Energy that the step's impulses have added, of the rates that it was solved for.
+    fn begin_rebound(&mut self) -> Result<f64, StepError> {
         let mut factor = factor_of!(self, None);
-        let (contacts, tally) = (&mut self.contacts, &mut self.tally);
-        let (bodies, v, dv) = (
-            &self.scene.bodies,
-            &self.system_data.v,
-            &self.system_data.dv,
-        );
-        let of = |i: usize| bodies.rates(i);
+        let (contacts, bodies) = (&mut self.contacts, &self.scene.bodies);
+        let (v, dv) = (&self.system_data.v, &self.system_data.dv);
         // Passes of an implicit step turn on from the last one.
         let of_scheme = contacts.of_scheme;
         let solved_for = |i: usize| match of_scheme {
             true => std::array::from_fn(|k| v.get(i)[k] + dv.get(i)[k]),
-            false => of(i),
+            false => bodies.rates(i),
         };
+        let begun = |i: usize| v.get(i);
+        let spent = contacts.begin_rebound([&begun, &solved_for], &mut factor);
+        spent.map_err(|e| self.culprit(e))
+    }
+
+    /// The contacts' impulses of the rebounds, after the step's have `spent` so much energy (J).
+    fn solve_rebound(&mut self, spent: f64) -> Result<Budget, StepError> {
+        // A cable sticks to its sheaves in the instant of a blow.
+        let mut factor = factor_of!(self, None);
+        let (contacts, tally) = (&mut self.contacts, &mut self.tally);
+        let bodies = &self.scene.bodies;
         let mut solved = true;
         let done = contacts.rebound(
             (self.options.contacts, contacts.dt(), spent),
-            [&|i| v.get(i), &solved_for, &of],
+            |i| bodies.rates(i),
             &mut factor,
             |report, softer| {
                 tally.contacts.add(&report, softer);

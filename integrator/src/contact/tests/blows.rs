@@ -5,7 +5,7 @@ use crate::{Guard, StepOptions, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use taut_model::collide::{Collider, Shape, Surface};
-use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
+use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene, Spherical};
 
 const MASSES: [f64; 4] = [1.0, 3e3, 1e5, 1e6];
 const RATES: [f64; 3] = [60.0, 240.0, 3840.0];
@@ -129,7 +129,37 @@ fn a_rod_made_in_the_step_of_a_bounce_throws_nothing_up() {
 
 /// A ball on a rod of 2 m that falls against a wall below its end, from 0.5 rad.
 fn pendulum(mass: f64) -> Scene {
-    let (length, angle, surface) = (2.0, 0.5_f64, bouncing(1.0));
+    let (mut scene, ends) = before_wall(mass, 0.0);
+    let rod = Distance {
+        frames: ends,
+        length: 2.0,
+        law: RowLaw::RIGID,
+        transverse: false,
+    };
+    scene.add_constraint("rod", Constraint::Distance(rod), 0);
+    scene
+}
+
+/// A ball pinned in its place against a wall with this friction.
+fn pinned(mass: f64, friction: f64) -> Scene {
+    let (mut scene, [top, ball]) = before_wall(mass, friction);
+    let body = ball.body_index().expect("a body");
+    let arm = top.resolve(&scene.bodies, 0.0).point() - scene.bodies.position[body];
+    let pin = Spherical {
+        frames: [top, Frame::body(body, arm)],
+        stretch: RowLaw::RIGID,
+    };
+    scene.add_constraint("pin", Constraint::Spherical(pin), 0);
+    scene
+}
+
+/// The ball and its wall, with the ends of what holds the ball.
+fn before_wall(mass: f64, friction: f64) -> (Scene, [Frame; 2]) {
+    let (length, angle) = (2.0, 0.5_f64);
+    let surface = Surface {
+        restitution: 1.0,
+        ..rough(friction)
+    };
     let mut scene = Scene::new("pendulum");
     scene.gravity.z = -G;
     scene.add_collider(Collider {
@@ -143,14 +173,7 @@ fn pendulum(mass: f64) -> Scene {
         Frame::world(Vector3::x() * RADIUS),
         Frame::body(i, Vector3::zeros()),
     ];
-    let rod = Distance {
-        frames: ends,
-        length,
-        law: RowLaw::RIGID,
-        transverse: false,
-    };
-    scene.add_constraint("rod", Constraint::Distance(rod), 0);
-    scene
+    (scene, ends)
 }
 
 /// Largest height after each hit, over that of the start.
@@ -184,6 +207,81 @@ fn a_pendulum_against_a_wall_keeps_its_energy() {
             let tops = heights(stepper, 6);
             assert_eq!(tops.len(), 6, "{mass} {rate}: {tops:?}");
             assert!((tops[5] - 1.0).abs() < 2e-3, "{mass} {rate}: {tops:?}");
+        }
+    }
+}
+
+/// The friction of a blow turns the ball, whose joint has a lever ten times as long as the ball is large.
+#[test]
+fn a_pinned_ball_stays_in_its_joint_through_blows_with_friction() {
+    for (friction, rate, least) in [
+        (0.0, 60.0, 0.99),
+        (0.5, 60.0, 0.9),
+        (0.5, 240.0, 0.97),
+        (0.5, 960.0, 0.995),
+    ] {
+        let start = || Stepper::new(pinned(100.0, friction), options(rate)).expect("a sound scene");
+        let (mut stepper, mut open) = (start(), 0.0_f64);
+        while stepper.time() < 8.0 {
+            stepper.step().expect("a step");
+            let gaps = stepper.linearized().phi.iter().map(|gap| gap.abs());
+            open = gaps.fold(open, f64::max);
+        }
+        assert!(open < 2.0 / (rate * rate), "{friction} {rate}: {open} m");
+        let tops = heights(start(), 6);
+        let kept = (least..1.01).contains(&tops[5]);
+        assert!(kept, "{friction} {rate}: {tops:?}");
+    }
+}
+
+/// A disc that slides on the ground under a rod that is nearer to the vertical than the angle of friction: no impulses of its
+/// contacts part it from the ground.
+#[test]
+fn what_wedges_does_not_rebound() {
+    let surface = Surface {
+        restitution: 0.3,
+        ..rough(0.5)
+    };
+    let (length, radius) = (0.3, 0.4);
+    for (turn, top) in [
+        (0.316, [-0.38357, -0.265867, 1.244789]),
+        (2.716, [-0.019478, -0.154492, 1.408181]),
+        (2.814, [-0.215429, 0.010258, 1.177748]),
+    ] {
+        let mut scene = ground(0.0, surface);
+        let body = Body {
+            orientation: UnitQuaternion::from_scaled_axis(Vector3::new(-0.365, -0.454, turn)),
+            angular_velocity: Vector3::new(1.06, 2.67, -0.313),
+            ..Body::rod(length, radius, 100.0).at(Vector3::z() * 0.676)
+        };
+        let i = add(
+            &mut scene,
+            body,
+            Shape::Cylinder { length, radius },
+            surface,
+        );
+        let mut stepper = Stepper::new(scene, options(60.0)).expect("a sound scene");
+        for _ in 0..30 {
+            stepper.step().expect("a step");
+        }
+        let top = Vector3::from(top);
+        let rod = Distance {
+            frames: [Frame::world(top), Frame::body(i, Vector3::zeros())],
+            length: (top - stepper.scene().bodies.position[i]).norm(),
+            law: RowLaw::RIGID,
+            transverse: false,
+        };
+        let add = Constraint::Distance(rod);
+        let made = stepper.change(|edit| Ok(edit.add_constraint("rod", add, 0)));
+        made.expect("a sound rod");
+        let energy = |stepper: &Stepper| {
+            stepper.scene().kinetic_energy() + stepper.scene().potential_energy()
+        };
+        let start = energy(&stepper);
+        for n in 0..40 {
+            stepper.step().expect("a step");
+            let now = energy(&stepper);
+            assert!(now < start + 1.0, "{turn}, step {n}: {now} J of {start} J");
         }
     }
 }
