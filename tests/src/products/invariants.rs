@@ -545,14 +545,14 @@ fn work_of_contacts(case: &Case) -> Fault {
         }
         let left = &m.report.contacts;
         let after = &m.bodies;
-        // Rounding of velocities and forces, in sums of some numbers of this size.
+        // Rounding of velocities and forces of this size, in the solve of ropes and contacts together.
         let speed = |i: usize| after.velocity[i].norm() + after.angular_velocity[i].norm();
         let bodies = (0..after.len()).filter(|i| after.is_dynamic(*i));
         let fastest = bodies.map(speed).fold(1.0, f64::max);
         m.contacts.iter().find_map(|c| {
             let across = c.force - c.normal * c.normal.dot(&c.force);
             let (size, power) = (across.norm(), across.dot(&c.slip));
-            let rate = left.residual_gap * case.rate() + 1e-14 * fastest;
+            let rate = left.residual_gap * case.rate() + 1e-12 * fastest;
             let residual = left.residual_force + 1e-14 * c.force.norm();
             let allowed = size * rate + residual * c.slip.norm();
             (power > allowed).then(|| {
@@ -599,8 +599,9 @@ fn momentum(case: &Case) -> Fault {
             let mass = m.bodies.mass[i];
             let change = (m.bodies.velocity[i] - before.velocity[i]) * mass * rate;
             left += change - gravity * mass - m.forces[i];
-            let turn = (m.bodies.position[i] - before.position[i]).norm()
-                + m.bodies.angular_velocity[i].norm() / rate;
+            // A swing that turns back within the step is not seen in its way.
+            let speed = m.bodies.velocity[i].norm() + before.velocity[i].norm();
+            let turn = (speed + m.bodies.angular_velocity[i].norm()) / rate;
             let moves = m.bodies.velocity[i].norm() * mass * rate;
             let angle = if held { (10.0 * turn).min(2.0) } else { 0.0 };
             scale += m.sizes[i] * (angle + 1e-9) + 1e-10 * (moves + mass * G);

@@ -60,18 +60,20 @@ fn chains(m: &Moment) -> Vec<Vec<&Part>> {
     chains
 }
 
+/// True if a blow may have been in the last steps: the law of a step is that of its velocities before the blow, and two steps
+/// remember the rate before.
+fn blow_before(case: &Case, n: usize) -> bool {
+    let near = &case.run.steps[n.saturating_sub(2)..=n];
+    case.choices.restitution > 0.0 && near.iter().any(|m| m.report.contacts.touching > 0)
+}
+
 pub(super) fn slack(case: &Case) -> Fault {
     let noise = 1e-9 * case.choices.weight().min(1e12);
     first(case, |n, m| {
         if let Some(part) = m.parts.iter().find(|part| part.tension < -noise) {
             return Some(format!("{part:?} pushes"));
         }
-        // A blow is in the velocities that a step ends with, and not in the tension: two steps
-        // remember the rate before.
-        let near = &case.run.steps[n.saturating_sub(2)..=n];
-        let touches = near.iter().any(|m| m.report.contacts.touching > 0);
-        let blows = case.choices.restitution > 0.0 && touches;
-        if case.choices.steps.substeps > 1 || m.report.asleep || blows {
+        if case.choices.steps.substeps > 1 || m.report.asleep || blow_before(case, n) {
             return None;
         }
         chains(m).into_iter().find_map(|chain| {
@@ -129,6 +131,7 @@ pub(super) fn stretch(case: &Case) -> Fault {
         m.parts.iter().find_map(|part| {
             let history = history(case, n, part)?;
             let slips = part.tension >= part.holds * (1.0 - 1e-9);
+            let slips = slips || blow_before(case, n);
             if m.report.asleep || slips || history.iter().any(|p| p.tension <= 0.0) {
                 return None;
             }
