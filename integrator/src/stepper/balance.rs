@@ -90,8 +90,8 @@ pub(crate) struct Account {
     owed: f64,
     /// Largest kinetic energy without excess, and largest work \[J].
     scale: f64,
-    /// Least scale, but for the elastic energy's part: that of the weight, and of a motion at [`STILL`] \[J].
-    least: f64,
+    /// Weight times extent, and as much as a motion at [`STILL`] needs \[J].
+    potential: f64,
 }
 
 impl Account {
@@ -104,7 +104,7 @@ impl Account {
             &self.owed,
             &self.overlap,
             &self.scale,
-            &self.least,
+            &self.potential,
         ];
         (
             sums.into_iter().chain(&self.recovery).chain(&self.start),
@@ -278,7 +278,7 @@ impl Stepper {
                 let start = start - std::mem::take(&mut self.account.owed);
                 self.account.start = Some(start);
                 let still = 0.5 * self.scene.mass() * STILL * STILL;
-                self.account.least = LEAST * self.weight_times_extent() + still;
+                self.account.potential = self.weight_times_extent() + still / LEAST;
                 start
             }
         };
@@ -288,7 +288,7 @@ impl Stepper {
         let excess = gained - account.work - recovery;
         let moved = (energy.kinetic - excess.max(0.0)).max(account.work.abs());
         account.scale = account.scale.max(moved);
-        let least = account.least + LEAST * energy.elastic;
+        let least = LEAST * (account.potential + energy.elastic);
         let scale = account.scale.max(least);
         account.recent.rotate_left(1);
         account.recent[LASTING - 1] = if excess <= 0.0 { 0.0 } else { excess };
