@@ -277,19 +277,22 @@ impl Truth {
         let matrix: Vec<Vec<f64>> = (0..n)
             .map(|r| (0..n).map(|c| scaled(r, c)).collect())
             .collect();
-        let Some(factor) = Factor::of(&matrix) else {
+        let unknown = || {
             let [condition, scaled, least, of_solution, symmetrically_scaled] = [f64::INFINITY; 5];
-            return Self {
+            Self {
                 condition,
                 scaled,
                 least,
                 of_solution,
                 symmetrically_scaled,
-                b,
+                b: b.clone(),
                 x: None,
                 regular: is_regular(&a),
-                columns,
-            };
+                columns: columns.clone(),
+            }
+        };
+        let Some(factor) = Factor::of(&matrix) else {
+            return unknown();
         };
         let unit = |at: usize| {
             let column: Vec<_> = (0..n)
@@ -315,11 +318,17 @@ impl Truth {
                 *y = *y + d;
             }
         }
-        let x = y
+        let x: Vec<f64> = y
             .iter()
             .zip(&columns)
             .map(|(y, c)| y.to_f64() * c)
             .collect();
+        // Scattered, an inverse may be beyond all doubles.
+        let inverses = (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
+        let mut inverses = inverses.map(|(r, c)| of_scaled(r, c));
+        if !inverses.all(f64::is_finite) || !x.iter().all(|x| x.is_finite()) {
+            return unknown();
+        }
         Self {
             condition: norm(n, |r, c| a[r][c]) * norm(n, of_matrix),
             scaled: norm(n, scaled) * norm(n, of_scaled),
