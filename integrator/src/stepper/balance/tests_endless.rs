@@ -1,4 +1,4 @@
-//! Energies that are infinite or no number.
+//! Energies that are infinite, no number, or hidden behind larger ones.
 
 use crate::{StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
@@ -62,5 +62,39 @@ fn an_energy_without_end_is_an_error() {
             "{mass:e} {compliance:e}: {error:?}, {:?}",
             stepper.energy()
         );
+    }
+}
+
+/// A blow from nowhere leaves 10⁴ times the motion's energy, and 10⁶ times for an instant; in the second run the scene changes
+/// four steps later.
+#[test]
+fn a_gain_does_not_hide_behind_the_blow_that_made_it() {
+    for changes in [false, true] {
+        let mut scene = Scene::new("free");
+        let mut ball = Body::sphere(0.1, 1.0);
+        ball.velocity.x = 1.0;
+        scene.add_body("ball", ball);
+        let options = StepOptions {
+            energy_tolerance: Some(0.2),
+            ..StepOptions::default()
+        };
+        let mut stepper = Stepper::new(scene, options).unwrap();
+        let kick = |stepper: &mut Stepper, factor: f64| {
+            stepper.step().unwrap();
+            stepper.scene.bodies.velocity[0] *= factor;
+        };
+        kick(&mut stepper, 1e3);
+        kick(&mut stepper, 0.1);
+        for _ in 0..4 {
+            stepper.step().unwrap();
+        }
+        if changes {
+            let far = Body::particle(1.0).at(Vector3::y() * 50.0);
+            let added = stepper.change(|edit| Ok(edit.add_body("far", far)));
+            added.unwrap();
+        }
+        let found = (0..5).find_map(|_| stepper.step().err());
+        let gained = matches!(found, Some(StepError::EnergyGain { .. }));
+        assert!(gained, "{changes}: {found:?}");
     }
 }
