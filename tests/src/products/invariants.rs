@@ -540,7 +540,7 @@ fn work_of_contacts(case: &Case) -> Fault {
         return None;
     }
     first_of(case.fine()?, |_, m| {
-        if m.report.undecided > 0 || m.report.implicit_substeps > 0 || m.report.asleep {
+        if m.report.undecided > 0 || !m.is_one_solve() || m.report.asleep {
             return None;
         }
         let left = &m.report.contacts;
