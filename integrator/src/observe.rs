@@ -97,16 +97,28 @@ impl Stepper {
         if constraint >= self.scene.constraints.len() {
             return None;
         }
-        let range = self.system_data.rows.row_range(constraint);
-        let (mut rows, count) = ([0.0; MAX_ROWS], range.len());
-        match self.told.forces() {
-            Some(told) => rows[..count].copy_from_slice(&told[range]),
-            None => {
-                for (force, mu) in rows.iter_mut().zip(&self.mu[range]) {
-                    *force = mu / self.mu_dt;
-                }
-            }
+        let Some(told) = self.told.forces() else {
+            return self.last_forces(constraint);
+        };
+        let told = &told[self.system_data.rows.row_range(constraint)];
+        let (mut rows, count) = ([0.0; MAX_ROWS], told.len());
+        rows[..count].copy_from_slice(told);
+        Some(RowForces { rows, count })
+    }
+
+    /// As [`row_forces`](Self::row_forces), of the last sub-step alone: the forces that gaps and energies of the present state
+    /// belong to.
+    #[must_use]
+    pub fn last_forces(&self, constraint: usize) -> Option<RowForces> {
+        if constraint >= self.scene.constraints.len() {
+            return None;
         }
+        let mu = &self.mu[self.system_data.rows.row_range(constraint)];
+        let mut rows = [0.0; MAX_ROWS];
+        for (force, mu) in rows.iter_mut().zip(mu) {
+            *force = mu / self.mu_dt;
+        }
+        let count = mu.len();
         Some(RowForces { rows, count })
     }
 

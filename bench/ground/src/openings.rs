@@ -132,7 +132,7 @@ fn explained(stepper: &Stepper, c: usize, rates: &[f64]) -> f64 {
     let rows = stepper.linearized();
     let range = rows.row_range(c);
     let mut law = [0.0; MAX_ROWS];
-    let forces = stepper.row_forces(c);
+    let forces = stepper.last_forces(c);
     let forces = forces.as_deref().unwrap_or_default();
     let of_row = forces.iter().zip(range).zip(rates);
     for (law, ((force, row), rate)) in law.iter_mut().zip(of_row) {
