@@ -226,6 +226,11 @@ impl Contacts {
         })
     }
 
+    /// True if something arrives in the step that leaves with its restitution.
+    pub(crate) fn rebound_is_due(&self) -> bool {
+        self.touches.iter().any(|touch| touch.rebound.is_some())
+    }
+
     /// True if no impulses make the rebounds: friction wedges shapes between joints. They are then beyond [`WEDGED`] times all of
     /// the momentum, for a `mass` (kg), the rates that the step began with and a `fall` (m/s), and the regularisation gives way by
     /// more than the part [`JAMMED`] of the fastest rebound.
@@ -241,7 +246,7 @@ impl Contacts {
             gives = gives.max(self.operator.floor(i) * p);
             pressed += p;
         }
-        fastest > 0.0 && gives > JAMMED * fastest && pressed > WEDGED * mass * rate
+        gives > JAMMED * fastest && pressed > WEDGED * mass * rate
     }
 
     /// The impulses are those of the step again.

@@ -68,6 +68,9 @@ impl Stepper {
 
     /// True if friction wedges what has to rebound: see [`Contacts::jam`](crate::contact::Contacts::jam).
     fn jams(&self) -> bool {
+        if !self.contacts.rebound_is_due() {
+            return false;
+        }
         let (scene, v) = (&self.scene, &self.system_data.v);
         let fall = scene.gravity.norm() * self.contacts.dt();
         self.contacts.jam(scene.mass(), fall, |i| v.get(i))
@@ -185,12 +188,7 @@ impl Stepper {
 
     /// After a step of the scheme: what arrived in it leaves with its restitution.
     pub(crate) fn rebound(&mut self) -> Result<(), StepError> {
-        if self
-            .contacts
-            .touches
-            .iter()
-            .all(|touch| touch.rebound.is_none())
-        {
+        if !self.contacts.rebound_is_due() {
             return Ok(());
         }
         let [mut impulse, mut change] = std::mem::take(&mut self.contacts.blow);

@@ -173,7 +173,7 @@ pub(super) fn first(case: &Case, of: impl Fn(usize, &Moment) -> Option<String>) 
 }
 
 /// The first step of a run for which `of` gives numbers.
-pub(super) fn first_of(run: &Run, of: impl Fn(usize, &Moment) -> Option<String>) -> Fault {
+fn first_of(run: &Run, of: impl Fn(usize, &Moment) -> Option<String>) -> Fault {
     let steps = run.steps.iter().enumerate();
     steps.filter_map(|(n, m)| Some((n, of(n, m)?))).next()
 }
@@ -545,14 +545,14 @@ fn work_of_contacts(case: &Case) -> Fault {
         }
         let left = &m.report.contacts;
         let after = &m.bodies;
-        // Rounding of velocities and forces of this size, in the solve of ropes and contacts together.
+        // Rounding of velocities and forces, in sums of some numbers of this size.
         let speed = |i: usize| after.velocity[i].norm() + after.angular_velocity[i].norm();
         let bodies = (0..after.len()).filter(|i| after.is_dynamic(*i));
         let fastest = bodies.map(speed).fold(1.0, f64::max);
         m.contacts.iter().find_map(|c| {
             let across = c.force - c.normal * c.normal.dot(&c.force);
             let (size, power) = (across.norm(), across.dot(&c.slip));
-            let rate = left.residual_gap * case.rate() + 1e-12 * fastest;
+            let rate = left.residual_gap * case.rate() + 1e-14 * fastest;
             let residual = left.residual_force + 1e-14 * c.force.norm();
             let allowed = size * rate + residual * c.slip.norm();
             (power > allowed).then(|| {

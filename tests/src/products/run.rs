@@ -18,8 +18,9 @@ pub(crate) struct Part {
     /// m/N and s.
     pub(crate) compliance: f64,
     pub(crate) damping: f64,
-    /// Over the last sub-step, and at which its drum slips \[N].
+    /// Over the last sub-step, over the step, and at which its drum slips \[N].
     pub(crate) tension: f64,
+    pub(crate) mean: f64,
     pub(crate) holds: f64,
 }
 
@@ -106,7 +107,9 @@ impl Moment {
         let mut parts = Vec::new();
         for (k, constraint) in scene.constraints.iter().enumerate() {
             if let Constraint::MasslessCable(cable) = constraint {
-                let force = stepper.row_forces(k).map_or(0.0, |rows| rows[0]);
+                // The laws are those of a solve; nothing pushes in a whole step either.
+                let force = stepper.last_forces(k).map_or(0.0, |rows| rows[0]);
+                let mean = stepper.row_forces(k).map_or(0.0, |rows| rows[0]);
                 parts.push(Part {
                     name: scene.constraint_names[k].clone(),
                     phi: rows.phi[rows.row_range(k).start],
@@ -115,6 +118,7 @@ impl Moment {
                     damping: cable.law.damping,
                     // Not −0.
                     tension: 0.0 - force,
+                    mean: 0.0 - mean,
                     holds: -cable.bounds_at(time).0,
                 });
             }
