@@ -416,6 +416,17 @@ impl Rule {
             let buffers = [&mut *r, &mut *d];
             let judge = Judge::at(COMPONENTWISE);
             status = judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?;
+            // What is small beside |A| |x| may be large beside what the condition leaves of x.
+            if status == Status::Direct && !self.is_close(r, x) {
+                self.even.columns.copy_from_slice(&self.scales.columns);
+                let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
+                let off =
+                    self.corrections(entries, x, [&mut *r, &mut *d], &mut residual, correct)?;
+                // A NaN is no bound.
+                if off.is_nan() || off > BOUND {
+                    status = Status::Stalled;
+                }
+            }
         }
         if !by_norms {
             let scales = &self.scales;
@@ -449,18 +460,23 @@ impl Rule {
         })
     }
 
-    /// True if ‖(R A C)⁻¹‖ times the residual `r` is a small part of x, both scaled; and, where norms and scaled norms differ by
-    /// more digits than there are, if each row of `r` is small.
+    /// True if ‖(R A C)⁻¹‖ times the residual `r` is a small part of x, both scaled.
+    fn is_close(&self, r: &[f64], x: &[f64]) -> bool {
+        let scales = &self.scales;
+        self.inverse * scales.by(r, true) <= BOUND * scales.by(x, false)
+    }
+
+    /// True if x is close; and, where norms and scaled norms differ by more digits than there are, if each row of its residual
+    /// `r` is small.
     fn is_near(
         &mut self,
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         r: &[f64],
         x: &[f64],
     ) -> bool {
-        let scales = &self.scales;
-        let near = self.inverse * scales.by(r, true) <= BOUND * scales.by(x, false);
-        let even = scales.spread() * f64::ROUNDOFF <= 1.0;
-        near && (even || componentwise(entries, &mut self.sums, r, x) <= COMPONENTWISE)
+        let even = self.scales.spread() * f64::ROUNDOFF <= 1.0;
+        let is_small = |rows: &mut [f64]| componentwise(entries, rows, r, x) <= COMPONENTWISE;
+        self.is_close(r, x) && (even || is_small(&mut self.sums))
     }
 
     /// True if the residual `r` of x tells the error in spite of what products lose that are no normal numbers: each up to

@@ -17,9 +17,10 @@
 //! ```
 
 pub mod draw;
+pub mod exact;
 pub mod truth;
 
-use draw::{Drawn, Kind, Rank};
+use draw::{Drawn, Kind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use taut_ground::choice::Omission;
@@ -281,12 +282,19 @@ fn told(
     match solved {
         Ok(report) if report.status == Status::Direct => {
             verdict.claims += 1;
-            let error = error_of(x, truth);
-            // Entries rounded to doubles are a regular matrix for 32 digits; and what vanishes in them may be regular.
-            let told_by_digits = truth.x.is_some() || !truth.regular;
-            let known = drawn.rank != Rank::Rounded && told_by_digits;
-            if (known || !backend.to_string().contains("extended"))
-                && error.is_none_or(|error| error.is_nan() || error > CLAIMED)
+            // Where 32 digits do not confirm it, all digits decide.
+            let is_right = |error: &Option<f64>| error.is_some_and(|e| e <= CLAIMED);
+            let in_full = || {
+                let x_in_full = exact::solution(&drawn.full(), &truth.b);
+                let truth = Truth {
+                    x: x_in_full,
+                    ..truth.clone()
+                };
+                error_of(x, &truth)
+            };
+            if !is_right(&error_of(x, truth))
+                && let error = in_full()
+                && !is_right(&error)
             {
                 verdict.fault("false claim", told(format!("error {error:?}")));
             }
@@ -332,9 +340,10 @@ fn words((drawn, truth): (&Drawn, &Truth), system: &System, verdict: &mut Verdic
         return;
     }
     let converged = results.records.iter().filter(|r| r.status == CONVERGED);
-    // With entries rounded to doubles, 32 digits may still determine the solution.
+    // What is singular to rounding may have a solution yet.
+    let is_regular = || exact::solution(&drawn.full(), &truth.b).is_some();
     let first = converged.clone().find(|r| r.forward_error.is_some());
-    if let Some(first) = first.filter(|_| !truth.regular) {
+    if let Some(first) = first.filter(|_| !is_regular()) {
         let error = first.forward_error;
         verdict.fault(
             "error of one of many",
@@ -342,8 +351,8 @@ fn words((drawn, truth): (&Drawn, &Truth), system: &System, verdict: &mut Verdic
         );
     }
     let about = &results.about;
-    let known = about.solution.starts_with("refined") && truth.regular;
-    if converged.count() > 0 && !about.solution.contains("singular") && !known {
+    let is_known = || about.solution.starts_with("refined") && is_regular();
+    if converged.count() > 0 && !about.solution.contains("singular") && !is_known() {
         verdict.fault("not said to be singular", results.about.solution.clone());
     }
     // Nobody solved it: the first that is told of has to be that it is singular.

@@ -10,9 +10,6 @@ const ZERO: f64 = 1e-27;
 /// Products with |B⁻¹| |B| that find the best scales.
 const PRODUCTS: usize = 8;
 
-/// A prime. Doubles are whole numbers times powers of two, so that determinants by it are exact but for their multiples of it.
-const PRIME: u128 = (1 << 61) - 31;
-
 /// A drawn system's right-hand side, solution and conditions.
 #[derive(Debug, Clone)]
 pub struct Truth {
@@ -28,67 +25,11 @@ pub struct Truth {
     pub symmetrically_scaled: f64,
     /// A right-hand side.
     pub b: Vec<f64>,
-    /// Its solution; none of a singular matrix.
+    /// Its solution; none of a matrix that is singular for 32 digits.
     pub x: Option<Vec<f64>>,
-    /// True if the determinant of the entries as stored is not 0, whatever digits that takes.
-    pub regular: bool,
     /// Scales of the columns, C; of a definite matrix the S⁻¹ by which its elimination is judged, since units of such a matrix
     /// are those of rows and columns at once.
     pub columns: Vec<f64>,
-}
-
-fn to_the(mut x: u128, mut power: u128) -> u128 {
-    let mut y = 1;
-    while power > 0 {
-        if power & 1 == 1 {
-            y = y * x % PRIME;
-        }
-        (x, power) = (x * x % PRIME, power >> 1);
-    }
-    y
-}
-
-fn inverse(x: u128) -> u128 {
-    to_the(x, PRIME - 2)
-}
-
-/// A double by the prime.
-fn residue(x: f64) -> u128 {
-    let bits = x.to_bits();
-    let exponent = (bits >> 52 & 0x7ff) as i32;
-    let fraction = u128::from(bits & ((1 << 52) - 1)) + (u128::from(exponent > 0) << 52);
-    let power = to_the(2, u128::from((exponent.max(1) - 1075).unsigned_abs()));
-    let size = match exponent.max(1) < 1075 {
-        true => fraction * inverse(power) % PRIME,
-        false => fraction * power % PRIME,
-    };
-    if x < 0.0 {
-        (PRIME - size) % PRIME
-    } else {
-        size
-    }
-}
-
-/// True if the determinant is not 0 modulo [`PRIME`].
-fn is_regular(a: &[Vec<f64>]) -> bool {
-    let n = a.len();
-    let of_row = |row: &Vec<f64>| row.iter().map(|&v| residue(v)).collect();
-    let mut a: Vec<Vec<u128>> = a.iter().map(of_row).collect();
-    for k in 0..n {
-        let Some(pivot) = (k..n).find(|&r| a[r][k] != 0) else {
-            return false;
-        };
-        a.swap(k, pivot);
-        let (done, rest) = a.split_at_mut(k + 1);
-        let by = inverse(done[k][k]);
-        for row in rest.iter_mut().filter(|row| row[k] != 0) {
-            let factor = PRIME - row[k] * by % PRIME;
-            for (a, &u) in row[k..].iter_mut().zip(&done[k][k..]) {
-                *a = (*a + factor * u) % PRIME;
-            }
-        }
-    }
-    true
 }
 
 /// The nearest power of two, 1 of 0.
@@ -287,7 +228,6 @@ impl Truth {
                 symmetrically_scaled,
                 b: b.clone(),
                 x: None,
-                regular: is_regular(&a),
                 columns: columns.clone(),
             }
         };
@@ -342,7 +282,6 @@ impl Truth {
                 * norm(n, |r, c| s[r] * of_matrix(r, c) * s[c]),
             b,
             x: Some(x),
-            regular: true,
             columns: match drawn.market.symmetric && is_definite(&a, &s) {
                 true => s.iter().map(|s| 1.0 / s).collect(),
                 false => columns,

@@ -10,7 +10,7 @@ use super::{Matrix, RightHandSide, System};
 use crate::choice::{Choice, Omission};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
-use taut_solver::{Backend, SolveError, Status, forward_error};
+use taut_solver::{Backend, FaerFactorization, SolveError, Status, forward_error};
 
 /// Rows beyond which the dense solver has no rows unless it is asked for.
 pub const DENSE_ROWS: usize = 1500;
@@ -298,6 +298,12 @@ fn refusal(
         _ => return e.to_string(),
     };
     let place = problem.place(backend, block);
+    let order = match backend {
+        Backend::Faer(o) if o.factorization == FaerFactorization::Lblt => {
+            "where pivots are sought within panels only"
+        }
+        _ => "in this order",
+    };
     match (e, regularity) {
         // Another solves it: which of them is right stays open.
         (SolveError::Singular { .. }, Regularity::Regular(_)) if exchanges_rows(backend) => {
@@ -307,11 +313,11 @@ fn refusal(
             "the right-hand side lies along what it takes for the null space, though the matrix is regular: choose a direct backend".to_owned()
         }
         (SolveError::Singular { .. }, Regularity::Regular(_)) => format!(
-            "a pivot of {place} vanishes in this order though the matrix is regular: choose a backend that exchanges rows \
+            "a pivot of {place} vanishes {order} though the matrix is regular: choose a backend that exchanges rows \
              (umfpack, faer:lu, dense)"
         ),
         (SolveError::Singular { .. }, Regularity::Unknown) if !exchanges_rows(backend) => format!(
-            "a pivot of {place} vanishes in this order: choose a backend that exchanges rows (umfpack, faer:lu, dense)"
+            "a pivot of {place} vanishes {order}: choose a backend that exchanges rows (umfpack, faer:lu, dense)"
         ),
         (SolveError::Singular { .. }, Regularity::Singular) => {
             format!("the matrix is singular to rounding at {place}")
