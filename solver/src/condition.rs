@@ -49,6 +49,9 @@ const BOUND: f64 = 0.1;
 /// Largest part of |A| |x| that is left in a row of a solution whose norms tell nothing.
 const COMPONENTWISE: f64 = 1e-12;
 
+/// ‖(R A C)⁻¹‖ beyond which the rounding of a residual may be a digit of x.
+const DOUBTFUL: f64 = 1e12;
+
 /// Reciprocal condition below which factors that do not solve are those of a singular matrix.
 const GROWTH: f64 = 1e-10;
 
@@ -210,7 +213,8 @@ impl Rule {
         } else {
             let hardest = self.solves(entries, Some(longest.unit), solve)?;
             let mut all = hardest.max(self.solves(entries, None, solve)?);
-            let mut bits = split_mix(self.sums.len() as u64);
+            // Others than those which the estimate starts with.
+            let mut bits = split_mix(!(self.sums.len() as u64));
             for _ in 0..COLUMNS {
                 all = all.max(self.finds(entries, &mut bits, solve)?);
                 // Corrections may hide what is singular from the vectors before, not from several.
@@ -267,7 +271,7 @@ impl Rule {
         Ok(Factors::Useless)
     }
 
-    /// How many corrections bring the solution of R A C y = R A C s near an s of signs: of a singular matrix none does, since
+    /// How many corrections bring the solution of R A C y = R A C s near an s of noise: of a singular matrix none does, since
     /// what is in s of the null vector is not in the right-hand side; and s takes part in what is not hardest too.
     fn finds(
         &mut self,
@@ -277,8 +281,7 @@ impl Rule {
     ) -> Result<Factors, SolveError> {
         // s − y.
         let (error, left) = (&mut self.estimate.largest, &mut self.sums);
-        let signs = error.iter_mut();
-        signs.for_each(|s| *s = if bits() >> 63 == 0 { 1.0 } else { -1.0 });
+        noise(error, bits);
         for solution in 0..=CORRECTIONS {
             left.fill(0.0);
             entries.clone().for_each(|(r, c, a)| {
@@ -416,17 +419,6 @@ impl Rule {
             let buffers = [&mut *r, &mut *d];
             let judge = Judge::at(COMPONENTWISE);
             status = judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?;
-            // What is small beside |A| |x| may be large beside what the condition leaves of x.
-            if status == Status::Direct && !self.is_close(r, x) {
-                self.even.columns.copy_from_slice(&self.scales.columns);
-                let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
-                let off =
-                    self.corrections(entries, x, [&mut *r, &mut *d], &mut residual, correct)?;
-                // A NaN is no bound.
-                if off.is_nan() || off > BOUND {
-                    status = Status::Stalled;
-                }
-            }
         }
         if !by_norms {
             let scales = &self.scales;
@@ -434,6 +426,18 @@ impl Rule {
             let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
             let buffers = [&mut *r, &mut *d];
             status = judge.settle_by(sizes, x, buffers, first, &mut residual, correct)?;
+        }
+        // What is small beside |A| |x| may be large beside what the condition leaves of x, and so may its rounding.
+        let is_doubtful = self.inverse > DOUBTFUL || !self.is_close(r, x);
+        let is_open = matches!(factors, Factors::Good | Factors::Poor);
+        if is_open && status == Status::Direct && is_doubtful {
+            self.even.columns.copy_from_slice(&self.scales.columns);
+            let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);
+            let off = self.corrections(entries, x, [&mut *r, &mut *d], &mut residual, correct)?;
+            // A NaN is no bound.
+            if off.is_nan() || off > BOUND {
+                status = Status::Stalled;
+            }
         }
         Ok(match factors {
             Factors::Useless => Status::Stalled,

@@ -51,7 +51,8 @@ pub enum SolveError {
         /// Block row.
         block: usize,
     },
-    /// Numbers of this block, or of its Schur complement, are too small or too large: the elimination squares them.
+    /// Numbers of this block, or of its Schur complement, are too small or too large: eliminations and inner products square
+    /// them.
     OutOfRange {
         /// Block row.
         block: usize,
@@ -147,8 +148,8 @@ impl fmt::Display for SolveError {
             Self::OutOfRange { block } => {
                 write!(
                     f,
-                    "numbers of block {block} are too small or too large to be squared: scale the matrix, or take its \
-                     cable by itself with `banded`"
+                    "numbers of block {block} are too small or too large to be squared: scale the matrix or the \
+                     right-hand side, or take a cable by itself with `banded`"
                 )
             }
             Self::NotSymmetric { backend } => {

@@ -203,13 +203,17 @@ impl Krylov for Run<'_> {
         let mut iterations = 0;
         while square.sqrt() > target && iterations < limit && rz > 0.0 {
             let curvature = plan.product(a, &v.p, &mut v.ap);
-            if curvature <= 0.0 {
+            if curvature <= 0.0 || !curvature.is_finite() {
                 // Where the direction is largest.
                 let mut rows = std::mem::take(&mut plan.rows[0]);
                 plan.save(&v.p, &mut rows);
                 let block = largest_block(a.pattern(), &rows);
                 plan.rows[0] = rows;
-                return Err(SolveError::NotPositiveDefinite { block });
+                return Err(if curvature.is_finite() && !underflows(&v.p, &v.ap) {
+                    SolveError::NotPositiveDefinite { block }
+                } else {
+                    SolveError::OutOfRange { block }
+                });
             }
             square = step(rz / curvature, [&v.p, &v.ap], [&mut v.x, &mut v.r]);
             iterations += 1;
@@ -227,6 +231,13 @@ impl Krylov for Run<'_> {
         }
         Ok(iterations)
     }
+}
+
+/// True if pᵀq has lost its digits below the normal numbers.
+fn underflows(p: &[f64], q: &[f64]) -> bool {
+    let mut pairs = p.iter().zip(q).filter(|(p, q)| **p != 0.0 && **q != 0.0);
+    let least = f64::MIN_POSITIVE / f64::EPSILON;
+    pairs.clone().next().is_some() && pairs.all(|(p, q)| (p * q).abs() < least)
 }
 
 impl Inside {
@@ -425,5 +436,26 @@ mod tests {
         let mut x = vec![0.0; a.dim()];
         let report = solver.solve(&a, &vec![1e-170; a.dim()], &mut x);
         assert_eq!(report.expect("finite").status, Status::Stalled);
+    }
+
+    /// Products that are no doubles tell nothing of definiteness.
+    #[test]
+    fn products_out_of_range_are_told_as_such() {
+        for (scale, b) in [(1e-109, 1e-109), (1e-200, 1e-100), (1e120, 1e120)] {
+            let a = chain(scale);
+            let options = CgOptions {
+                preconditioner: Preconditioner::None,
+                ..CgOptions::default()
+            };
+            let mut solver = ConjugateGradient::new(options).expect("sound options");
+            solver.analyze(a.pattern()).expect("analysed");
+            solver.factorize(&a).expect("definite");
+            let b: Vec<_> = (0..a.dim()).map(|i| b * (1.0 + (i as f64).cos())).collect();
+            let e = solver.solve(&a, &b, &mut vec![0.0; a.dim()]);
+            assert!(
+                matches!(e, Err(SolveError::OutOfRange { .. })),
+                "{scale:e}: {e:?}"
+            );
+        }
     }
 }

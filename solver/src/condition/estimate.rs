@@ -1,5 +1,6 @@
 //! ‖A⁻¹‖₁ from below by products with A⁻¹ and A⁻ᵀ (Higham and Tisseur 2000).
 
+use super::noise;
 use crate::SolveError;
 use crate::agreement::split_mix;
 
@@ -105,9 +106,13 @@ impl Estimate {
             return Ok(longest);
         }
         let mut bits = split_mix(n as u64);
+        // Of several sizes, since numbers of one size cancel where two rows are nearly equal and have equal signs.
+        for x in self.columns.chunks_mut(n) {
+            noise(x, &mut bits);
+            let norm: f64 = x.iter().map(|x| x.abs()).sum();
+            x.iter_mut().for_each(|x| *x /= norm);
+        }
         let mut random = || if bits() >> 63 == 0 { 1.0 } else { -1.0 };
-        let part = 1.0 / n as f64;
-        self.columns.iter_mut().for_each(|x| *x = part * random());
         self.tried.fill(false);
         self.signs.fill(0.0);
         self.units = [None; COLUMNS];

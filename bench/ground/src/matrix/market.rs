@@ -443,8 +443,9 @@ impl<R: BufRead> Reader<'_, R> {
     fn value(&self, word: &str, banner: Banner) -> Result<f64, MarketError> {
         let bad = |why: &str| self.error(Fault::Value, format!("the value is `{word}`: {why}"));
         if banner.integer {
-            let value: i64 = word.parse().map_err(|_| bad("the banner says `integer`"))?;
-            if value.unsigned_abs() > 1 << f64::MANTISSA_DIGITS {
+            let value: i128 = word.parse().map_err(|_| bad("the banner says `integer`"))?;
+            let digits = i128::BITS - value.unsigned_abs().leading_zeros();
+            if digits.saturating_sub(value.trailing_zeros()) > f64::MANTISSA_DIGITS {
                 return Err(bad(
                     "a double does not hold it, call the matrix `real` to have it rounded",
                 ));

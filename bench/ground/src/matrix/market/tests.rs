@@ -214,6 +214,11 @@ fn entries_that_make_no_sense_say_why_and_what_to_do() {
         3,
         "`real`",
     );
+    for power in [54, 63, 64] {
+        let text = format!("{integer}1 1 1\n1 1 {}\n", 1_i128 << power);
+        let market = parse(text.as_bytes()).expect("a double holds it");
+        assert_eq!(market.entries, [(0, 0, 2.0_f64.powi(power))]);
+    }
 }
 
 /// Announced sizes that the file does not fill allocate nothing.
