@@ -2,6 +2,8 @@
 
 /// Bounded rows, motors, winches, driven bodies.
 mod driven;
+/// Contacts beside motors and ropes.
+mod meeting;
 /// Swings: order in Δt, sub-steps, the guard, fast spins.
 mod motion;
 /// Static shapes, however they are reached.

@@ -236,14 +236,16 @@ impl Activation {
 
     /// The fastest rate, in size, at which a stiff one-sided row is caught or thrown open in the linear step of `dt` that has been
     /// taken but not accepted, or the largest change of its rate or its drive, with the rates `before`, the drives of the steps
-    /// before and now, and the places of `bounded`, but for rows that are `left_out` \[m/s].
+    /// before and now, and the places of `bounded` \[m/s]. `of_row` is J M̃⁻¹ Jᵀ of a row with what its bodies carry \[1/kg], and
+    /// the speed at which one of them lands in the step \[m/s]: the floor may take that in two steps, in the first of which the
+    /// rope still pulls, and its other end is braked with it.
     pub(crate) fn fastest_blow(
         &self,
         system_data: &SystemData,
         bounded: &ActiveSet,
         (before, driven): (&[f64], [&[f64]; 2]),
         dt: f64,
-        left_out: impl Fn(usize) -> bool,
+        of_row: impl Fn(usize) -> [f64; 2],
     ) -> f64 {
         let mut fastest = 0.0_f64;
         let bounds = system_data.rows.bounds.iter().enumerate();
@@ -256,8 +258,9 @@ impl Activation {
             if side == 0.0 || !passes && opens {
                 continue;
             }
-            let stiff = dt * (dt + system_data.rows.damping[r]) * response(system_data, k);
-            if stiff > STIFF * STIFF * system_data.rows.compliance[r] && !left_out(k) {
+            let [response, landing] = of_row(k);
+            let stiff = dt * (dt + system_data.rows.damping[r]) * response;
+            if stiff > STIFF * STIFF * system_data.rows.compliance[r] {
                 let after = (end - begin) / dt;
                 let of = if passes {
                     after.abs().max(before[r].abs())
@@ -266,6 +269,9 @@ impl Activation {
                 };
                 let drive = (driven[1][r] - driven[0][k]).abs();
                 fastest = fastest.max(of).max(drive);
+                if !was_open {
+                    fastest = fastest.max(landing);
+                }
             }
         }
         fastest

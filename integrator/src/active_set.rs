@@ -22,7 +22,10 @@ const PASSES: usize = 64;
 const TRIES: usize = 3;
 
 /// A multiplier beyond its bound, or a rate of the wrong sign, is noise below this part of the largest multiplier.
-const NOISE: f64 = 1e-11;
+pub(crate) const NOISE: f64 = 1e-11;
+
+/// [`NOISE`] beside contacts, which are solved to fewer digits.
+pub(crate) const NOISE_BESIDE_CONTACTS: f64 = 1e-9;
 
 /// State of a row in the active set: between its bounds, or at one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +79,8 @@ pub(crate) struct ActiveSet {
     fewest: usize,
     tries: usize,
     passes: usize,
+    /// Rows only come free: the passes are used up.
+    closing: bool,
 }
 
 impl ActiveSet {
@@ -189,6 +194,7 @@ impl ActiveSet {
     pub(crate) fn begin(&mut self) {
         self.emptied.fill(false);
         (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
+        self.closing = false;
     }
 
     /// Takes the rows at bounds out of the system of a step `dt` long.
@@ -274,13 +280,14 @@ impl ActiveSet {
     }
 
     /// Checks the places of all rows against the impulses `mu` of a step of `dt` (s), after
-    /// [`release`](Self::release), and moves the rows that are wrong. `mu` then keeps its bounds to
-    /// the last bit.
+    /// [`release`](Self::release), and moves the rows that are wrong by more than the part `noise` of the largest impulse.
+    /// `mu` then keeps its bounds to the last bit.
     pub(crate) fn judge(
         &mut self,
         system_data: &mut SystemData,
         mu: &mut [f64],
         dt: f64,
+        noise: f64,
     ) -> Outcome {
         if self.is_empty() {
             return Outcome::Settled;
@@ -300,7 +307,7 @@ impl ActiveSet {
         if self.places().any(|place| place != RowState::Inside) {
             system_data.update_velocity_change(mu);
         }
-        let noise = NOISE * mu.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let noise = noise * mu.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.wrong.clear();
         if self.frozen {
             return self.pivot(system_data, mu, dt);
@@ -384,10 +391,24 @@ impl ActiveSet {
         }
     }
 
+    /// Beside contacts, whose problem is no such one, the pivots may go round: a motor or brake is then never left at the
+    /// limit that drives it the wrong way, which turns a wheel by τ Δt/I, but is allowed a larger force for the step.
+    fn close(&mut self, system_data: &SystemData) {
+        let bounds = &system_data.rows.bounds;
+        let drives = |k: &usize| bounds[*k].lower < 0.0 && bounds[*k].upper > 0.0;
+        let rows = &self.rows;
+        self.wrong
+            .retain(|k| drives(k) && rows[*k].place != RowState::Inside);
+        (self.closing, self.passes) = (true, self.passes.max(1));
+    }
+
     fn pivot(&mut self, system_data: &mut SystemData, mu: &mut [f64], dt: f64) -> Outcome {
-        let verdict = match (self.wrong.len(), self.passes) {
-            (0, _) => Outcome::Settled,
-            (_, 0) => Outcome::NotConverged,
+        if self.passes == 0 && !self.wrong.is_empty() || self.closing {
+            self.close(system_data);
+        }
+        let verdict = match (self.wrong.len(), self.closing) {
+            (0, false) => Outcome::Settled,
+            (0, true) => Outcome::NotConverged,
             _ => Outcome::Changed,
         };
         if verdict != Outcome::Changed {
@@ -443,7 +464,10 @@ fn entry(system_data: &SystemData, k: usize, s: usize) -> usize {
 }
 
 /// J of bounded row `k`, slot by slot, with the slot's body.
-fn jacobian(system_data: &SystemData, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
+pub(crate) fn jacobian(
+    system_data: &SystemData,
+    k: usize,
+) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
     let slots = system_data
         .rows
         .slot_range(system_data.rows.bounds[k].constraint);

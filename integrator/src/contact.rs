@@ -416,6 +416,30 @@ impl Contacts {
         })
     }
 
+    /// Largest mass of a dynamic body that presses on `body` \[kg].
+    pub(crate) fn heaviest_beside(&self, scene: &Scene, body: usize) -> f64 {
+        let touches = self.touches.iter().filter(|touch| touch.impulse[0] > 0.0);
+        let carriers = touches.map(Touch::carriers);
+        let with = carriers.filter(|all| all.iter().any(|carrier| carrier.body == body));
+        let others = with.flatten().map(|carrier| carrier.body);
+        others
+            .filter(|&other| other != body && scene.bodies.is_dynamic(other))
+            .fold(0.0, |most, other| scene.bodies.mass[other].max(most))
+    }
+
+    /// Fastest speed, at the velocities `v`, of `body` towards what carries it and did not in the step before \[m/s].
+    pub(crate) fn landing(&self, body: usize, v: &BodyVectors) -> f64 {
+        let of = |touch: &&Touch| touch.carriers().iter().any(|carrier| carrier.body == body);
+        let landed = self
+            .touches
+            .iter()
+            .filter(|t| t.arrives && t.impulse[0] > 0.0);
+        let speeds = landed
+            .filter(of)
+            .map(|touch| -touch.normal_rate(|i| v.get(i)));
+        speeds.fold(0.0, f64::max)
+    }
+
     /// True if no shapes are near each other.
     pub(crate) fn is_empty(&self) -> bool {
         self.touches.is_empty()

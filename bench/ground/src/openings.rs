@@ -96,7 +96,7 @@ impl Openings {
         }
     }
 
-    /// φ̇ of the rows: velocities are those of the middle of the last sub-step.
+    /// φ̇ = J v + ∂φ/∂t of the rows: velocities are those of the middle of the last sub-step.
     fn find_rates(&mut self, stepper: &Stepper) {
         let (bodies, rows) = (&stepper.scene().bodies, stepper.linearized());
         if bodies.len() != self.bodies {
@@ -105,6 +105,8 @@ impl Openings {
         self.rates.resize(rows.phi.len(), 0.0);
         self.v.load(&bodies.velocity, &bodies.angular_velocity);
         rows.times_jacobian(&self.v, &mut self.rates);
+        let driven = self.rates.iter_mut().zip(&rows.phi_t);
+        driven.for_each(|(rate, phi_t)| *rate += phi_t);
     }
 
     /// Constraints have come or gone, and others have their numbers.

@@ -60,7 +60,8 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let signals = signals()?;
     drive.stop_by(Arc::clone(&signals.asked));
     files::print(&format!(
-        "{title}: {}\nOpen this address in a browser on this machine. Ctrl-C ends.\n",
+        "{}: {}\nOpen this address in a browser on this machine. Ctrl-C ends.\n",
+        files::line(&title),
         view.address()
     ))?;
     view.run(&mut drive, &|| signals.last() != 0)?;

@@ -256,16 +256,21 @@ fn routes(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
+/// A refusal ends its connection: who is refused keeps no place.
+fn refuse(status: StatusCode, text: &'static str) -> Response {
+    (status, [(header::CONNECTION, "close")], text).into_response()
+}
+
 async fn not_found() -> Response {
     let text = "There is nothing here: open the address that `taut view` has printed.\n";
-    (StatusCode::NOT_FOUND, text).into_response()
+    refuse(StatusCode::NOT_FOUND, text)
 }
 
 /// Refuses requests of other pages, to other hosts, or without the token.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     if !shared.is_own(request.uri(), request.headers()) {
         let text = "Only the page that `taut view` serves may send requests here.\n";
-        return (StatusCode::FORBIDDEN, text).into_response();
+        return refuse(StatusCode::FORBIDDEN, text);
     }
     let token = request.uri().path().split('/').nth(1);
     let mut response = if token == Some(&shared.token) {

@@ -193,6 +193,15 @@ fn a_landing_and_a_catch_within_a_step_keep_the_lift_of_a_pulley() {
     }
 }
 
+/// Landings of which the floor takes a part in the frame before, with the rope slack or still taut.
+#[test]
+fn a_landing_in_two_frames_keeps_the_lift_of_a_pulley() {
+    for (share, height) in [(0.4546, 0.3048), (0.2278, 0.2103), (0.4822, 0.3326)] {
+        let off = lift(share, height, 1, 0.0) / (share * share * height) - 1.0;
+        assert!(off.abs() < 0.05, "{share}, {height} m: {off}");
+    }
+}
+
 /// A load far away that hangs over a sheave with friction, and is tied where it hangs at `time`.
 fn elsewhere(time: f64) -> Scene {
     let mut scene = scene("pulley");

@@ -29,7 +29,7 @@
 //! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Stepper};
-use crate::active_set::RowState;
+use crate::active_set::{RowState, jacobian, response_of};
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
 use crate::{Guard, StepError};
@@ -181,11 +181,32 @@ impl Stepper {
         let (dt, before) = (self.substep(), &self.history.rate);
         let activation = &self.activation;
         let driven = [&*self.division.phi_t, &*self.history.phi_t];
-        let left_out = |k| self.slip.holds(k) || self.is_beside_made(k);
+        let of_row = |k| match self.slip.holds(k) || self.is_beside_made(k) {
+            true => [0.0; 2],
+            false => [self.loaded_response(k), self.landing(k)],
+        };
         let rates = (&before[..], driven);
-        let rate =
-            activation.fastest_blow(&self.system_data, &self.active_set, rates, dt, left_out);
+        let rate = activation.fastest_blow(&self.system_data, &self.active_set, rates, dt, of_row);
         rate > LEAST * slowest(&self.scene, dt)
+    }
+
+    /// J M̃⁻¹ Jᵀ of bounded row `k`, whose bodies move with the heaviest that touches each \[1/kg]: a light plate that ropes hold
+    /// bounces with what has landed on it.
+    fn loaded_response(&self, k: usize) -> f64 {
+        let parts = jacobian(&self.system_data, k).map(|(body, j)| {
+            let own = self.scene.bodies.mass[body];
+            let load = self.contacts.heaviest_beside(&self.scene, body);
+            response_of(&self.system_data, body, &j) * own / (own + load)
+        });
+        parts.sum()
+    }
+
+    /// Fastest speed at which a body of bounded row `k` lands in the step \[m/s].
+    fn landing(&self, k: usize) -> f64 {
+        let v = &self.system_data.v;
+        let bodies = jacobian(&self.system_data, k).map(|(body, _)| body);
+        let speeds = bodies.map(|body| self.contacts.landing(body, v));
+        speeds.fold(0.0, f64::max)
     }
 
     /// Returns true if bounded row `k` holds a body that a row which an event has just made holds too. A divided step goes on
