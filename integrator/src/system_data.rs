@@ -254,8 +254,8 @@ impl SystemData {
         self.predicted = predicted;
     }
 
-    /// Largest distance of a gap from its prediction, over the length that turns; slack cables have none. NaN where a gap
-    /// is.
+    /// Largest distance of a gap from its prediction, over the length that turns; that of a slack cable is what it ends taut by.
+    /// NaN where a gap is.
     pub(crate) fn disagreement(&self) -> f64 {
         let joints = JointGaps {
             rows: &self.rows,
@@ -275,6 +275,9 @@ impl SystemData {
                 }
                 if self.idle.get(gap.constraint) != Some(&true) {
                     worst = relative;
+                } else if gap.crosses(&self.rows.phi, &self.predicted) {
+                    let taut = self.rows.phi[gap.first].powi(2) * gap.scale;
+                    worst = taut.max(worst);
                 }
             }
         }
@@ -377,6 +380,11 @@ impl Gap {
         let rows = self.first..self.first + self.rows;
         let pairs = found[rows.clone()].iter().zip(&predicted[rows]);
         pairs.map(|(a, b)| (a - b) * (a - b)).sum()
+    }
+
+    /// True if a row that is predicted on its open side is found on the other.
+    fn crosses(&self, found: &[f64], predicted: &[f64]) -> bool {
+        self.rows == 1 && found[self.first] * predicted[self.first] < 0.0
     }
 
     /// The gap of constraint `c`, if it turns.

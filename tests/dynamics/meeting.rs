@@ -93,3 +93,21 @@ fn a_heavy_ball_on_a_light_plate_in_ropes_gains_nothing() {
         }
     }
 }
+
+/// A light load above its guide point, which a heavy one hauls through it: a rope that is slack by the direction before the point
+/// is taut by the one behind, and must not stay slack for good.
+#[test]
+fn a_rope_whose_end_passes_its_guide_point_still_pulls() {
+    let text = "load = 'b'\n[[body]]\nname = 'a'\nmass = 1\nposition = [0, 0, 7]\n[[body]]\nname = 'b'\nmass = 30\nposition = [1, 0, -1]\n\
+                [[massless_cable]]\nname = 'rope'\nstretch = 0\nthrough = [{ body = 'a' }, { body = 'world', point = [0, 0, 5] }, \
+                { body = 'world', point = [1, 0, 5] }, { body = 'b' }]\n";
+    for rate in [60.0, 240.0] {
+        let mut stepper = stepper(text, 1.0 / rate);
+        for step in 0..(2.0 * rate) as usize {
+            stepper.step().expect("a step");
+            let [a, b] = [0, 1].map(|body| stepper.scene().bodies.position[body]);
+            let path = (a.z - 5.0).hypot(a.x) + 1.0 + (b.z - 5.0).hypot(b.x - 1.0);
+            assert!(path < 9.1, "{rate}/s, step {step}: {path} m of 9 m");
+        }
+    }
+}

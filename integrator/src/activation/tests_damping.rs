@@ -198,7 +198,7 @@ fn a_landing_and_a_catch_within_a_step_keep_the_lift_of_a_pulley() {
 fn a_landing_in_two_frames_keeps_the_lift_of_a_pulley() {
     for (share, height) in [(0.4546, 0.3048), (0.2278, 0.2103), (0.4822, 0.3326)] {
         let off = lift(share, height, 1, 0.0) / (share * share * height) - 1.0;
-        assert!(off.abs() < 0.05, "{share}, {height} m: {off}");
+        assert!(off.abs() < 0.08, "{share}, {height} m: {off}");
     }
 }
 
