@@ -98,7 +98,7 @@ fn a_heavy_ball_on_a_light_plate_in_ropes_gains_nothing() {
 /// is taut by the one behind, and must not stay slack for good.
 #[test]
 fn a_rope_whose_end_passes_its_guide_point_still_pulls() {
-    let text = "load = 'b'\n[[body]]\nname = 'a'\nmass = 1\nposition = [0, 0, 7]\n[[body]]\nname = 'b'\nmass = 30\nposition = [1, 0, -1]\n\
+    let text = "load = 'b'\n[[body]]\nname = 'a'\nmass = 1\nshape = { sphere = { radius = 0.1 } }\nposition = [0, 0, 7]\n[[body]]\nname = 'b'\nmass = 30\nshape = { sphere = { radius = 0.1 } }\nposition = [1, 0, -1]\n\
                 [[massless_cable]]\nname = 'rope'\nstretch = 0\nthrough = [{ body = 'a' }, { body = 'world', point = [0, 0, 5] }, \
                 { body = 'world', point = [1, 0, 5] }, { body = 'b' }]\n";
     for rate in [60.0, 240.0] {

@@ -209,7 +209,10 @@ impl Krylov for Run<'_> {
                 plan.save(&v.p, &mut rows);
                 let block = largest_block(a.pattern(), &rows);
                 plan.rows[0] = rows;
-                return Err(if curvature.is_finite() && !underflows(&v.p, &v.ap) {
+                return Err(if !v.p.iter().all(|p| p.is_finite()) {
+                    let what = "solution";
+                    SolveError::NonFinite { what, block }
+                } else if curvature.is_finite() && !underflows(&v.p, &v.ap) {
                     SolveError::NotPositiveDefinite { block }
                 } else {
                     SolveError::OutOfRange { block }
