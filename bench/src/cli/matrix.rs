@@ -12,6 +12,7 @@ use taut_ground::inputs::Inputs;
 use taut_ground::matrix::System;
 use taut_ground::matrix::dump::{self, Label};
 use taut_ground::matrix::sequence::{INDEX, Recorder, Wanted, Written};
+use taut_ground::matrix::solve::{Record, STALLED};
 use taut_ground::{pace, source};
 use taut_integrator::Stepper;
 use taut_output::check::ExperimentError;
@@ -99,6 +100,11 @@ pub(crate) struct MatricesArgs {
 const SOLVE_LEGEND: &str = "\
 times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
 error: relative error of x in the largest norm";
+
+const STALLED_LEGEND: &str = "\
+stalled: nothing is claimed of x, whose residual or error no correction brings down any more: the matrix is near a singular one in
+the order or the scaling of this solver, or the tolerance is below rounding
+";
 
 /// Numbers of steps, `A..B`.
 fn range(text: &str) -> Result<Range<u64>, String> {
@@ -270,8 +276,13 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
         .map_err(|e| Failure::Input(e.to_string()))?;
     if !json.as_ref().is_some_and(Output::is_stdout) {
         let text = matrix::solved(&results);
+        let is_stalled = |record: &Record| record.status == STALLED;
+        let stalled = match results.records.iter().any(is_stalled) {
+            true => STALLED_LEGEND,
+            false => "",
+        };
         files::print(&format!(
-            "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
+            "{}\n{SOLVE_LEGEND}\n{stalled}{MARK}\n{text}",
             Machine::current()
         ))?;
     }

@@ -24,6 +24,9 @@ pub const DIRECT: &str = "direct";
 /// Claim of an iteration that met its tolerance.
 pub const CONVERGED: &str = "converged";
 
+/// Status of a solution of which nothing is claimed.
+pub const STALLED: &str = "stalled";
+
 /// Claim of an iteration that ran out of iterations.
 const LIMIT: &str = "limit";
 
@@ -483,7 +486,7 @@ fn row(
             Status::Direct => DIRECT,
             Status::Converged => CONVERGED,
             Status::IterationLimit => LIMIT,
-            _ => "stalled",
+            _ => STALLED,
         }
         .to_owned(),
         analyze_ns,
