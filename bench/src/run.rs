@@ -96,6 +96,9 @@ pub struct FinalState {
 pub struct Summary {
     /// Name of the scene.
     pub scene: String,
+    /// Massless cables over sheaves, and the lengths of their paths at the start \[m]. Not serialised.
+    #[serde(skip)]
+    pub paths: Vec<(String, f64)>,
     /// Backend with its options.
     pub backend: String,
     /// The solver that was chosen, where that is `auto`.
@@ -255,6 +258,7 @@ struct Tally {
     corners: Option<[Vector3<f64>; 2]>,
     events: Vec<(f64, String)>,
     path: LoadPath,
+    paths: Vec<(String, f64)>,
     columns: Option<Series>,
     /// Durations of the whole step and of each of [`Phase::ALL`], without the first step, which may
     /// allocate.
@@ -408,6 +412,7 @@ pub fn run(
     let limits = Limits::Scene(stepper.scene().gap_limits());
     let mut simulation = Simulation::new(steps, limits);
     let mut tally = Tally {
+        paths: stepper.scene().paths(),
         columns: wishes.columns.map(Series::new),
         ..Tally::default()
     };
@@ -508,6 +513,7 @@ fn summary(
     let energy = |sample: Option<Sample>| sample.map_or_else(Energy::default, |s| s.energy);
     Summary {
         scene: stepper.scene().name.clone(),
+        paths: tally.paths,
         backend: options.backend.to_string(),
         chosen: stepper.chosen().map(ChosenSolver::of),
         form: options.form.to_string(),

@@ -234,47 +234,42 @@ impl Activation {
         }
     }
 
-    /// The fastest rate, in size, at which a stiff one-sided row is caught or thrown open in the linear step of `dt` that has been
-    /// taken but not accepted, or the largest change of its rate or its drive, with the rates `before`, the drives of the steps
-    /// before and now, and the places of `bounded` \[m/s]. `of_row` is J M̃⁻¹ Jᵀ of a row with what its bodies carry \[1/kg], and
-    /// the speed at which one of them lands in the step \[m/s]: the floor may take that in two steps, in the first of which the
-    /// rope still pulls, and its other end is braked with it.
-    pub(crate) fn fastest_blow(
+    /// True if a stiff one-sided row is caught or thrown open faster than `least` in the linear step of `dt` that has been taken but
+    /// not accepted, or its rate or its drive changes by more, with the rates `before`, the drives of the steps before and now,
+    /// and the places of `bounded` \[m/s]; or if one of its bodies lands so fast: the floor may take that in two steps, in the
+    /// first of which the rope still pulls, and its other end is braked with it. `landing` is that speed of a row's bodies,
+    /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg].
+    pub(crate) fn is_struck(
         &self,
-        system_data: &SystemData,
-        bounded: &ActiveSet,
+        (system_data, bounded): (&SystemData, &ActiveSet),
         (before, driven): (&[f64], [&[f64]; 2]),
-        dt: f64,
-        of_row: impl Fn(usize) -> [f64; 2],
-    ) -> f64 {
-        let mut fastest = 0.0_f64;
+        (dt, least): (f64, f64),
+        landing: impl Fn(usize) -> f64,
+        loaded: impl Fn(usize) -> f64,
+    ) -> bool {
         let bounds = system_data.rows.bounds.iter().enumerate();
-        for ((k, bound), place) in bounds.zip(bounded.places()) {
+        bounds.zip(bounded.places()).any(|((k, bound), place)| {
             let (r, side, begin) = (bound.row, side(bound), self.begin[k]);
             let end = system_data.predicted[r];
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
             let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
             let passes = (side * begin < 0.0) != (side * end < 0.0) || was_open != opens;
             if side == 0.0 || !passes && opens {
-                continue;
+                return false;
             }
-            let [response, landing] = of_row(k);
-            let stiff = dt * (dt + system_data.rows.damping[r]) * response;
-            if stiff > STIFF * STIFF * system_data.rows.compliance[r] {
-                let after = (end - begin) / dt;
-                let of = if passes {
-                    after.abs().max(before[r].abs())
-                } else {
-                    (after - before[r]).abs()
-                };
-                let drive = (driven[1][r] - driven[0][k]).abs();
-                fastest = fastest.max(of).max(drive);
-                if !was_open {
-                    fastest = fastest.max(landing);
-                }
-            }
-        }
-        fastest
+            let after = (end - begin) / dt;
+            let rate = match passes {
+                true => after.abs().max(before[r].abs()),
+                false => (after - before[r]).abs(),
+            };
+            let drive = (driven[1][r] - driven[0][k]).abs();
+            let is_hit = rate.max(drive) > least || !was_open && landing(k) > least;
+            let is_stiff = |response: f64| {
+                let stiff = dt * (dt + system_data.rows.damping[r]) * response;
+                stiff > STIFF * STIFF * system_data.rows.compliance[r]
+            };
+            is_hit && is_stiff(loaded(k))
+        })
     }
 
     /// Nothing is left of the drift.

@@ -427,16 +427,22 @@ impl Contacts {
             .fold(0.0, |most, other| scene.bodies.mass[other].max(most))
     }
 
-    /// Fastest speed, at the velocities `v`, of `body` towards what carries it and did not in the step before \[m/s].
+    /// Contacts that carry something, and nothing in the step before.
+    fn landed(&self) -> impl Iterator<Item = &Touch> {
+        let touches = self.touches.iter();
+        touches.filter(|touch| touch.arrives && touch.impulse[0] > 0.0)
+    }
+
+    /// True if something lands in the step.
+    pub(crate) fn lands(&self) -> bool {
+        self.landed().next().is_some()
+    }
+
+    /// Fastest speed, at the velocities `v`, at which `body` lands \[m/s].
     pub(crate) fn landing(&self, body: usize, v: &BodyVectors) -> f64 {
         let of = |touch: &&Touch| touch.carriers().iter().any(|carrier| carrier.body == body);
-        let landed = self
-            .touches
-            .iter()
-            .filter(|t| t.arrives && t.impulse[0] > 0.0);
-        let speeds = landed
-            .filter(of)
-            .map(|touch| -touch.normal_rate(|i| v.get(i)));
+        let speeds = self.landed().filter(of);
+        let speeds = speeds.map(|touch| -touch.normal_rate(|i| v.get(i)));
         speeds.fold(0.0, f64::max)
     }
 

@@ -432,6 +432,16 @@ impl Scene {
         (laid.length > 0.0).then_some(laid)
     }
 
+    /// The massless cables over sheaves, and the lengths of their paths, with what lies on sheaves and drums \[m].
+    #[must_use]
+    pub fn paths(&self) -> Vec<(String, f64)> {
+        let over = self.massless_cables();
+        let over = over.filter(|(_, cable)| cable.sheaves.iter().any(Option::is_some));
+        let laid = over.filter_map(|(first, _)| self.laid(first));
+        laid.map(|laid| (self.constraint_names[laid.first].clone(), laid.path))
+            .collect()
+    }
+
     fn massless_cables(&self) -> impl Iterator<Item = (usize, &MasslessCable)> {
         let constraints = self.constraints.iter().enumerate();
         constraints.filter_map(|(c, constraint)| match constraint {

@@ -214,6 +214,11 @@ pub fn text(s: &Summary) -> String {
         ("step time", step_time),
         ("phases", phases),
     ];
+    let paths = s.paths.iter();
+    let paths = paths.map(|(cable, path)| {
+        let text = format!("`{cable}` {path:.6} m at the start, with what lies on sheaves");
+        ("path", text)
+    });
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
     let events = s.events.iter();
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
@@ -227,6 +232,7 @@ pub fn text(s: &Summary) -> String {
     for (name, value) in rows
         .into_iter()
         .chain(of_some.into_iter().flatten())
+        .chain(paths)
         .chain(events)
         .chain(notes)
     {

@@ -178,16 +178,21 @@ impl Stepper {
         if self.active_set.is_empty() || self.division.parts > 1 {
             return false;
         }
-        let (dt, before) = (self.substep(), &self.history.rate);
-        let activation = &self.activation;
+        let dt = self.substep();
         let driven = [&*self.division.phi_t, &*self.history.phi_t];
-        let of_row = |k| match self.slip.holds(k) || self.is_beside_made(k) {
-            true => [0.0; 2],
-            false => [self.loaded_response(k), self.landing(k)],
+        let lands = self.contacts.lands();
+        let landing = |k| if lands { self.landing(k) } else { 0.0 };
+        let loaded = |k| match self.slip.holds(k) || self.is_beside_made(k) {
+            true => 0.0,
+            false => self.loaded_response(k),
         };
-        let rates = (&before[..], driven);
-        let rate = activation.fastest_blow(&self.system_data, &self.active_set, rates, dt, of_row);
-        rate > LEAST * slowest(&self.scene, dt)
+        self.activation.is_struck(
+            (&self.system_data, &self.active_set),
+            (&self.history.rate, driven),
+            (dt, LEAST * slowest(&self.scene, dt)),
+            landing,
+            loaded,
+        )
     }
 
     /// J M̃⁻¹ Jᵀ of bounded row `k`, whose bodies move with the heaviest that touches each \[1/kg]: a light plate that ropes hold

@@ -74,7 +74,8 @@ pub struct CableEntry {
     pub collide: Option<CollideEntry>,
 }
 
-/// A rule of resolution: see [`Resolution`].
+/// A rule of resolution: see [`Resolution`]. A load that swings out of a plane moves by millimetres where `from` and `to` are
+/// exchanged: the rows of bending have the axes of one side, and the rule follows the angles.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResolutionEntry {
