@@ -236,8 +236,8 @@ impl Activation {
 
     /// True if a stiff one-sided row is caught or thrown open faster than `least` in the linear step of `dt` that has been taken but
     /// not accepted, or its rate or its drive changes by more, with the rates `before`, the drives of the steps before and now,
-    /// and the places of `bounded` \[m/s]; or if one of its bodies lands so fast: the floor may take that in two steps, in the
-    /// first of which the rope still pulls, and its other end is braked with it. `landing` is that speed of a row's bodies,
+    /// and the places of `bounded` \[m/s]; or if what takes load off it lands so fast: the floor may take that in two steps, in the
+    /// first of which the rope still pulls, and its other end is braked with it. `landing` is that speed,
     /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg].
     pub(crate) fn is_struck(
         &self,
@@ -254,7 +254,11 @@ impl Activation {
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
             let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
             let passes = (side * begin < 0.0) != (side * end < 0.0) || was_open != opens;
-            if side == 0.0 || !passes && opens {
+            let is_stiff = |response: f64| {
+                let stiff = dt * (dt + system_data.rows.damping[r]) * response;
+                stiff > STIFF * STIFF * system_data.rows.compliance[r]
+            };
+            if side == 0.0 || !passes && opens || !is_stiff(response(system_data, k)) {
                 return false;
             }
             let after = (end - begin) / dt;
@@ -264,10 +268,6 @@ impl Activation {
             };
             let drive = (driven[1][r] - driven[0][k]).abs();
             let is_hit = rate.max(drive) > least || !was_open && landing(k) > least;
-            let is_stiff = |response: f64| {
-                let stiff = dt * (dt + system_data.rows.damping[r]) * response;
-                stiff > STIFF * STIFF * system_data.rows.compliance[r]
-            };
             is_hit && is_stiff(loaded(k))
         })
     }
@@ -320,7 +320,7 @@ fn share(response: f64, compliance: f64, dt: f64) -> f64 {
 }
 
 /// The sign of φ where a row that has one side only is closed; 0 for all others.
-fn side(bound: &RowBounds) -> f64 {
+pub(crate) fn side(bound: &RowBounds) -> f64 {
     match (bound.lower == 0.0, bound.upper == 0.0) {
         (false, true) => 1.0,
         (true, false) => -1.0,

@@ -395,21 +395,21 @@ impl ActiveSet {
     /// limit that drives it the wrong way, which turns a wheel by τ Δt/I, but is allowed a larger force for the step.
     fn close(&mut self, system_data: &SystemData) {
         let bounds = &system_data.rows.bounds;
-        let drives = |k: &usize| bounds[*k].lower < 0.0 && bounds[*k].upper > 0.0;
         let rows = &self.rows;
         self.wrong
-            .retain(|k| drives(k) && rows[*k].place != RowState::Inside);
+            .retain(|k| drives(&bounds[*k]) && rows[*k].place != RowState::Inside);
         (self.closing, self.passes) = (true, self.passes.max(1));
     }
 
     fn pivot(&mut self, system_data: &mut SystemData, mu: &mut [f64], dt: f64) -> Outcome {
-        if self.passes == 0 && !self.wrong.is_empty() || self.closing {
+        let settled = self.wrong.is_empty();
+        if !settled && self.passes == 0 || self.closing {
             self.close(system_data);
         }
-        let verdict = match (self.wrong.len(), self.closing) {
-            (0, false) => Outcome::Settled,
-            (0, true) => Outcome::NotConverged,
-            _ => Outcome::Changed,
+        let verdict = match self.wrong.is_empty() {
+            true if settled => Outcome::Settled,
+            true => Outcome::NotConverged,
+            false => Outcome::Changed,
         };
         if verdict != Outcome::Changed {
             for (row, bound) in self.rows.iter().zip(&system_data.rows.bounds) {
@@ -417,8 +417,10 @@ impl ActiveSet {
                 system_data.idle[bound.constraint] = only && row.place != RowState::Inside;
             }
             for bound in &system_data.rows.bounds {
-                // Within the noise, or undecided.
-                mu[bound.row] = mu[bound.row].clamp(bound.lower * dt, bound.upper * dt);
+                // Within the noise, or undecided. The contacts belong to the larger force of a drive that came free.
+                if !(self.closing && drives(bound)) {
+                    mu[bound.row] = mu[bound.row].clamp(bound.lower * dt, bound.upper * dt);
+                }
             }
             return verdict;
         }
@@ -427,7 +429,7 @@ impl ActiveSet {
             (self.fewest, self.tries) = (self.wrong.len(), TRIES);
         } else if self.tries > 0 {
             self.tries -= 1;
-        } else {
+        } else if !self.closing {
             // Murty's rule: the last of them alone.
             let last = self.wrong[self.wrong.len() - 1];
             let with = self.chains.iter().find(|chain| chain.contains(&last));
@@ -445,6 +447,11 @@ impl ActiveSet {
         }
         Outcome::Changed
     }
+}
+
+/// True if a row may push and pull up to its limits, as a motor or a brake.
+fn drives(bound: &RowBounds) -> bool {
+    bound.lower < 0.0 && bound.upper > 0.0
 }
 
 /// First place of a row, before any solve: a cable that is too long is slack.

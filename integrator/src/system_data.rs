@@ -10,6 +10,7 @@
 //! not from the assembled S, whose diagonal has rounded small inverse masses away. With μ = Δv = 0 the same two lines
 //! give the right-hand side of the Schur form.
 
+use crate::activation::side;
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
@@ -254,6 +255,20 @@ impl SystemData {
         self.predicted = predicted;
     }
 
+    /// By how much a row that is predicted on its open side, or at its bound, is found beyond it \[m].
+    fn found_taut(&self, gap: &Gap) -> f64 {
+        let bounds = &self.rows.bounds;
+        let Some(bound) = bounds.iter().find(|bound| bound.row == gap.first) else {
+            return 0.0;
+        };
+        let of = |phi: &[f64]| side(bound) * phi[gap.first];
+        if of(&self.predicted) <= 0.0 {
+            of(&self.rows.phi).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
     /// Largest distance of a gap from its prediction, over the length that turns; that of a slack cable is what it ends taut by.
     /// NaN where a gap is.
     pub(crate) fn disagreement(&self) -> f64 {
@@ -275,9 +290,8 @@ impl SystemData {
                 }
                 if self.idle.get(gap.constraint) != Some(&true) {
                     worst = relative;
-                } else if gap.crosses(&self.rows.phi, &self.predicted) {
-                    let taut = self.rows.phi[gap.first].powi(2) * gap.scale;
-                    worst = taut.max(worst);
+                } else {
+                    worst = (self.found_taut(gap).powi(2) * gap.scale).max(worst);
                 }
             }
         }
@@ -380,11 +394,6 @@ impl Gap {
         let rows = self.first..self.first + self.rows;
         let pairs = found[rows.clone()].iter().zip(&predicted[rows]);
         pairs.map(|(a, b)| (a - b) * (a - b)).sum()
-    }
-
-    /// True if a row that is predicted on its open side is found on the other.
-    fn crosses(&self, found: &[f64], predicted: &[f64]) -> bool {
-        self.rows == 1 && found[self.first] * predicted[self.first] < 0.0
     }
 
     /// The gap of constraint `c`, if it turns.

@@ -8,7 +8,7 @@
 //! R A C with powers of two, rows first, has a largest entry of 1 to 2 in each row and column (LAPACK's `xGEEQUB`): what is
 //! left of the condition is no matter of units. Partial pivoting, which compares the numbers of a column, needs the scaled rows;
 //! ‖(R A C)⁻¹‖₁ is estimated from below by the factors (Higham and Tisseur, *A Block Algorithm for Matrix 1-Norm Estimation*,
-//! 2000): starts of random signs, since a start of equal numbers may end in a tie at a vector of mostly zeros. LAPACK's
+//! 2000): starts of random signs and sizes, since equal numbers may end in a tie at a vector of mostly zeros. LAPACK's
 //! `xGESVX` and `UMFPACK`'s callers judge by the same number. Where that says singular the nearly best scaling has the last word:
 //! what it finds regular is claimed with a bound of the error of each solution.
 

@@ -62,7 +62,7 @@ fn braked_wheels_come_to_rest() {
     }
 }
 
-/// A plate that is light beside what falls on it bounces with that on its ropes, and no step of it may be divided by itself.
+/// A plate that is light beside what falls on it bounces with that on its ropes, and must not divide each step.
 #[test]
 fn a_heavy_ball_on_a_light_plate_in_ropes_gains_nothing() {
     let ropes = [(1.0, 0.5), (1.0, -0.5), (-1.0, 0.5), (-1.0, -0.5)].map(|(x, y)| {
@@ -84,7 +84,7 @@ fn a_heavy_ball_on_a_light_plate_in_ropes_gains_nothing() {
         for step in 0..rate as usize {
             stepper.step().expect("a step");
             let gained = stepper.energy().total() - begun;
-            // Of the weight's own m g h.
+            // As a part of the fall's m g h, h = 1 m.
             let of_fall = gained / (mass * 9.81);
             assert!(
                 of_fall < 0.02,

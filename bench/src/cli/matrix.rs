@@ -102,8 +102,8 @@ times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) i
 error: relative error of x in the largest norm";
 
 const STALLED_LEGEND: &str = "\
-stalled: nothing is claimed of x, whose residual or error no correction brings down any more: the matrix is near a singular one in
-the order or the scaling of this solver, or the tolerance is below rounding
+stalled: nothing is claimed of x, as no correction reduces its residual or error any further; in this solver's order or scaling
+the matrix is nearly singular, or the tolerance is below rounding
 ";
 
 /// Numbers of steps, `A..B`.

@@ -256,7 +256,7 @@ fn routes(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
-/// A refusal ends its connection: who is refused keeps no place.
+/// Closes the connection, so that a refused client holds no place.
 fn refuse(status: StatusCode, text: &'static str) -> Response {
     (status, [(header::CONNECTION, "close")], text).into_response()
 }

@@ -29,6 +29,7 @@
 //! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Stepper};
+use crate::activation::side;
 use crate::active_set::{RowState, jacobian, response_of};
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
@@ -195,22 +196,29 @@ impl Stepper {
         )
     }
 
-    /// J M̃⁻¹ Jᵀ of bounded row `k`, whose bodies move with the heaviest that touches each \[1/kg]: a light plate that ropes hold
-    /// bounces with what has landed on it.
+    /// Direction in which bounded row `k` pulls a body with this J.
+    fn pull(&self, k: usize, j: &[f64; 6]) -> Vector3<f64> {
+        Vector3::new(j[0], j[1], j[2]) * -side(&self.system_data.rows.bounds[k])
+    }
+
+    /// J M̃⁻¹ Jᵀ of bounded row `k`, whose bodies move with the heaviest that it pulls each against \[1/kg]: a light plate that
+    /// ropes hold bounces with what has landed on it.
     fn loaded_response(&self, k: usize) -> f64 {
         let parts = jacobian(&self.system_data, k).map(|(body, j)| {
             let own = self.scene.bodies.mass[body];
-            let load = self.contacts.heaviest_beside(&self.scene, body);
+            let load = self
+                .contacts
+                .heaviest_on(&self.scene, body, &self.pull(k, &j));
             response_of(&self.system_data, body, &j) * own / (own + load)
         });
         parts.sum()
     }
 
-    /// Fastest speed at which a body of bounded row `k` lands in the step \[m/s].
+    /// Fastest speed at which a body of bounded row `k` lands in the step on what takes its load \[m/s].
     fn landing(&self, k: usize) -> f64 {
         let v = &self.system_data.v;
-        let bodies = jacobian(&self.system_data, k).map(|(body, _)| body);
-        let speeds = bodies.map(|body| self.contacts.landing(body, v));
+        let speeds = jacobian(&self.system_data, k)
+            .map(|(body, j)| self.contacts.landing(body, v, &self.pull(k, &j)));
         speeds.fold(0.0, f64::max)
     }
 

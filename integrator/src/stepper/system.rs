@@ -31,9 +31,9 @@ impl Stepper {
             solved?;
             self.contacts.apply(&mut self.system_data.inertia, false);
             self.slip.release(&mut self.system_data);
-            let noise = match self.contacts.is_empty() {
-                true => NOISE,
-                false => NOISE_BESIDE_CONTACTS,
+            let noise = match self.contacts.presses() {
+                true => NOISE_BESIDE_CONTACTS,
+                false => NOISE,
             };
             let verdict = self
                 .active_set

@@ -18,7 +18,7 @@ use crate::matrix::check_finite;
 use crate::options::check_iteration;
 use crate::slices::{Slices, dot, step, turn};
 use crate::{AnalyzeReport, BlockPattern, CgOptions, FactorReport, LinearSolver, Preconditioner};
-use crate::{SolveError, SolveReport, SymBlockMatrix};
+use crate::{SolveError, SolveReport, SymBlockMatrix, norm_inf};
 use std::sync::Arc;
 
 /// The `cg` backend.
@@ -212,7 +212,7 @@ impl Krylov for Run<'_> {
                 return Err(if !v.p.iter().all(|p| p.is_finite()) {
                     let what = "solution";
                     SolveError::NonFinite { what, block }
-                } else if curvature.is_finite() && !underflows(&v.p, &v.ap) {
+                } else if curvature.is_finite() && !underflows(a, &v.p, &v.ap) {
                     SolveError::NotPositiveDefinite { block }
                 } else {
                     SolveError::OutOfRange { block }
@@ -236,10 +236,14 @@ impl Krylov for Run<'_> {
     }
 }
 
-/// True if pᵀq has lost its digits below the normal numbers.
-fn underflows(p: &[f64], q: &[f64]) -> bool {
+/// True if q = A p, or pᵀq, has lost digits below the normal numbers.
+fn underflows(a: &SymBlockMatrix, p: &[f64], q: &[f64]) -> bool {
+    if q.iter().all(|q| *q == 0.0) {
+        let size = norm_inf(a.values());
+        return size > 0.0 && size * norm_inf(p) < f64::MIN_POSITIVE;
+    }
     let mut pairs = p.iter().zip(q).filter(|(p, q)| **p != 0.0 && **q != 0.0);
-    let least = f64::MIN_POSITIVE / f64::EPSILON;
+    let least = p.len() as f64 * f64::MIN_POSITIVE;
     pairs.clone().next().is_some() && pairs.all(|(p, q)| (p * q).abs() < least)
 }
 
@@ -444,7 +448,12 @@ mod tests {
     /// Products that are no doubles tell nothing of definiteness.
     #[test]
     fn products_out_of_range_are_told_as_such() {
-        for (scale, b) in [(1e-109, 1e-109), (1e-200, 1e-100), (1e120, 1e120)] {
+        for (scale, b) in [
+            (1e-110, 1e-110),
+            (1e-200, 1e-100),
+            (1e-200, 1e-125),
+            (1e120, 1e120),
+        ] {
             let a = chain(scale);
             let options = CgOptions {
                 preconditioner: Preconditioner::None,

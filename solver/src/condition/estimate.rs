@@ -105,7 +105,8 @@ impl Estimate {
             }
             return Ok(longest);
         }
-        let mut bits = split_mix(n as u64);
+        // Other numbers than those of the probes.
+        let mut bits = split_mix(n as u64 + (1 << 32));
         // Of several sizes, since numbers of one size cancel where two rows are nearly equal and have equal signs.
         for x in self.columns.chunks_mut(n) {
             noise(x, &mut bits);
@@ -223,6 +224,29 @@ mod tests {
                 assert!(
                     (1.0 / 3.0..1.001).contains(&found),
                     "{n} {diagonal}: {found}"
+                );
+            }
+        }
+    }
+
+    /// Two nearly equal rows among others: numbers of one size cancel there where their signs agree.
+    #[test]
+    fn nearly_equal_rows_are_found() {
+        let apart = 2.0_f64.powi(-30);
+        for n in [17, 24, 40] {
+            for (first, second) in (0..n).flat_map(|k| (0..k).map(move |i| (i, k))) {
+                // The inverse of the unit matrix with 1 − ε in both places off the diagonal.
+                let of = 1.0 / (2.0 * apart - apart * apart);
+                let solve = |x: &mut [f64], _: bool| {
+                    let [p, q] = [x[first], x[second]];
+                    x[first] = of * (p - (1.0 - apart) * q);
+                    x[second] = of * (q - (1.0 - apart) * p);
+                    Ok(())
+                };
+                let found = inverse_norm(n, solve).expect("solves") * apart;
+                assert!(
+                    (0.3..1.001).contains(&found),
+                    "{n} {first} {second}: {found}"
                 );
             }
         }

@@ -23,6 +23,9 @@ pub(super) fn is_lost(a: f64, x: f64, least: f64) -> bool {
 /// Least and largest number of corrections that add up to an error.
 const CORRECTIONS: [usize; 2] = [3, 8];
 
+/// Corrections, over x, that need not get smaller.
+const SMALL: f64 = 1e-3;
+
 impl Rule {
     /// Returns true if b − A x is zero in double-double arithmetic. `residual` writes b − A x in doubles, which may be
     /// zero by rounding. Allocates nothing.
@@ -45,7 +48,7 @@ impl Rule {
     }
 
     /// Sum of some corrections of x over x, or the last of them where that is larger, over the scales that equilibrate the
-    /// largest entries of columns; infinite where numbers overflow. `residual` is b − A x, and left in `r`; `solve` is
+    /// largest entries of columns; infinite where they do not settle, or numbers overflow. `residual` is b − A x, and left in `r`; `solve` is
     /// x ← A⁻¹ x. Allocates nothing.
     ///
     /// # Errors
@@ -61,9 +64,13 @@ impl Rule {
         let n = x.len();
         self.estimate.columns[..n].fill(0.0);
         let size = self.even.by(x, false);
-        let mut last = f64::INFINITY;
+        let [mut before, mut last] = [f64::INFINITY; 2];
+        // Not by chance: they get smaller, or are small by far.
+        let settles = |before: f64, last: f64| {
+            last <= BOUND * size && last <= (0.5 * before).max(SMALL * size)
+        };
         for done in 0..CORRECTIONS[1] {
-            if done >= CORRECTIONS[0] && last <= BOUND * size {
+            if done >= CORRECTIONS[0] && settles(before, last) {
                 break;
             }
             self.residual(entries, x, [r, d], &mut residual);
@@ -73,12 +80,16 @@ impl Rule {
             }
             let error = self.estimate.columns[..n].iter_mut();
             error.zip(&*d).for_each(|(e, d)| *e += d);
-            last = self.even.by(d, false);
+            (before, last) = (last, self.even.by(d, false));
         }
         residual(x, r);
         let error = self.even.by(&self.estimate.columns[..n], false);
-        // NaN is no bound.
-        Ok(if last <= error { error } else { last } / size)
+        if !settles(before, last) {
+            return Ok(f64::INFINITY);
+        }
+        let off = if last <= error { error } else { last };
+        // A NaN, which is no bound, stays.
+        Ok(off / size)
     }
 
     /// b − A (x + e) in two parts, `sums` and `largest`; e is the first of the columns.

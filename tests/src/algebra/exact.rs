@@ -14,7 +14,7 @@ fn parts(x: f64) -> (i64, i64) {
     (sign * (fraction >> even), exponent.max(1) - 1075 + even)
 }
 
-/// m 2ᵉ, rounded once where it is a normal number.
+/// m 2ᵉ to within an ulp, where it is a normal number.
 fn double(m: &BigInt, e: i64) -> f64 {
     let shift = m.bits().saturating_sub(64);
     let top = (m.magnitude() >> shift).iter_u64_digits().next();

@@ -17,6 +17,7 @@ use flate2::bufread::MultiGzDecoder;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
+use std::num::{IntErrorKind, ParseIntError};
 use std::path::{Path, PathBuf};
 
 /// Most bytes of a line. Every number is shorter; a file without line ends is longer.
@@ -443,12 +444,14 @@ impl<R: BufRead> Reader<'_, R> {
     fn value(&self, word: &str, banner: Banner) -> Result<f64, MarketError> {
         let bad = |why: &str| self.error(Fault::Value, format!("the value is `{word}`: {why}"));
         if banner.integer {
-            let value: i128 = word.parse().map_err(|_| bad("the banner says `integer`"))?;
+            let large = "a double does not hold it, call the matrix `real` to have it rounded";
+            let value: i128 = word.parse().map_err(|e: ParseIntError| match e.kind() {
+                IntErrorKind::PosOverflow | IntErrorKind::NegOverflow => bad(large),
+                _ => bad("the banner says `integer`"),
+            })?;
             let digits = i128::BITS - value.unsigned_abs().leading_zeros();
             if digits.saturating_sub(value.trailing_zeros()) > f64::MANTISSA_DIGITS {
-                return Err(bad(
-                    "a double does not hold it, call the matrix `real` to have it rounded",
-                ));
+                return Err(bad(large));
             }
             return Ok(value as f64);
         }
