@@ -168,7 +168,7 @@ impl Activation {
         }
         for k in 0..self.ages.len() {
             let bound = system_data.rows.bounds[k];
-            let (r, side) = (bound.row, side(&bound));
+            let (r, side) = (bound.row, bound.side());
             let (phi, rate) = (side * system_data.rows.phi[r], side * (jv[r] + phi_t[r]));
             let age = &mut self.ages[k];
             if *age == YOUNG && side != 0.0 && (system_data.rows.phi_t[r] - phi_t[r]).abs() > jerk {
@@ -191,7 +191,7 @@ impl Activation {
     pub(crate) fn round_kinks(&self, system_data: &mut SystemData, rate: &[f64], dt: f64) {
         for k in 0..self.ages.len() {
             let bound = system_data.rows.bounds[k];
-            let (r, side) = (bound.row, side(&bound));
+            let (r, side) = (bound.row, bound.side());
             let (phi, reach) = (side * system_data.rows.phi[r], dt * rate[r].abs());
             let compliance = system_data.rows.compliance[r];
             if side == 0.0 || phi.abs() >= reach || compliance == 0.0 {
@@ -219,7 +219,7 @@ impl Activation {
 
     /// φ of the open side, 0 of a row that begins taut, or has no open side \[m].
     fn slack(&self, k: usize, bound: &RowBounds) -> f64 {
-        let side = side(bound);
+        let side = bound.side();
         side * (side * self.begin[k]).min(0.0)
     }
 
@@ -249,7 +249,7 @@ impl Activation {
     ) -> bool {
         let bounds = system_data.rows.bounds.iter().enumerate();
         bounds.zip(bounded.places()).any(|((k, bound), place)| {
-            let (r, side, begin) = (bound.row, side(bound), self.begin[k]);
+            let (r, side, begin) = (bound.row, bound.side(), self.begin[k]);
             let end = system_data.predicted[r];
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
             let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
@@ -280,7 +280,7 @@ impl Activation {
     /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`.
     pub(crate) fn take_drift(&mut self, rows: &Linearized, tension: &[f64]) {
         for (drift, bound) in self.drift.iter_mut().zip(&rows.bounds) {
-            let (lambda, side) = (tension[bound.row], side(bound));
+            let (lambda, side) = (tension[bound.row], bound.side());
             let left = rows.phi[bound.row] + rows.compliance[bound.row] * lambda;
             *drift = if side != 0.0 {
                 side * (side * left).max(0.0)
@@ -316,15 +316,6 @@ fn share(response: f64, compliance: f64, dt: f64) -> f64 {
         1.0 / (1.0 + (soft / stiff).powi(2))
     } else {
         0.0
-    }
-}
-
-/// The sign of φ where a row that has one side only is closed; 0 for all others.
-pub(crate) fn side(bound: &RowBounds) -> f64 {
-    match (bound.lower == 0.0, bound.upper == 0.0) {
-        (false, true) => 1.0,
-        (true, false) => -1.0,
-        _ => 0.0,
     }
 }
 

@@ -94,16 +94,12 @@ impl Stepper {
     /// solve.
     #[must_use]
     pub fn row_forces(&self, constraint: usize) -> Option<RowForces> {
-        if constraint >= self.scene.constraints.len() {
-            return None;
+        let mut forces = self.last_forces(constraint)?;
+        if let Some(told) = self.told.forces() {
+            let range = self.system_data.rows.row_range(constraint);
+            forces.rows[..range.len()].copy_from_slice(&told[range]);
         }
-        let Some(told) = self.told.forces() else {
-            return self.last_forces(constraint);
-        };
-        let told = &told[self.system_data.rows.row_range(constraint)];
-        let (mut rows, count) = ([0.0; MAX_ROWS], told.len());
-        rows[..count].copy_from_slice(told);
-        Some(RowForces { rows, count })
+        Some(forces)
     }
 
     /// As [`row_forces`](Self::row_forces), of the last sub-step alone: the forces that gaps and energies of the present state

@@ -10,7 +10,6 @@
 //! not from the assembled S, whose diagonal has rounded small inverse masses away. With μ = Δv = 0 the same two lines
 //! give the right-hand side of the Schur form.
 
-use crate::activation::side;
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
@@ -261,7 +260,7 @@ impl SystemData {
         let Some(bound) = bounds.iter().find(|bound| bound.row == gap.first) else {
             return 0.0;
         };
-        let of = |phi: &[f64]| side(bound) * phi[gap.first];
+        let of = |phi: &[f64]| bound.side() * phi[gap.first];
         if of(&self.predicted) <= 0.0 {
             of(&self.rows.phi).max(0.0)
         } else {

@@ -100,6 +100,19 @@ pub struct RowBounds {
     pub upper: f64,
 }
 
+impl RowBounds {
+    /// Sign of the violation φ of a one-sided row where it is closed: 1 of what only pulls (λ ≤ 0), −1 of what only pushes;
+    /// 0 of all others.
+    #[must_use]
+    pub fn side(&self) -> f64 {
+        match (self.lower == 0.0, self.upper == 0.0) {
+            (false, true) => 1.0,
+            (true, false) => -1.0,
+            _ => 0.0,
+        }
+    }
+}
+
 /// Violations, laws and Jacobian of all constraints of a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]

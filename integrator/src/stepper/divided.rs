@@ -29,7 +29,6 @@
 //! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Stepper};
-use crate::activation::side;
 use crate::active_set::{RowState, jacobian, response_of};
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
@@ -198,7 +197,7 @@ impl Stepper {
 
     /// Direction in which bounded row `k` pulls a body with this J.
     fn pull(&self, k: usize, j: &[f64; 6]) -> Vector3<f64> {
-        Vector3::new(j[0], j[1], j[2]) * -side(&self.system_data.rows.bounds[k])
+        Vector3::new(j[0], j[1], j[2]) * -self.system_data.rows.bounds[k].side()
     }
 
     /// J M̃⁻¹ Jᵀ of bounded row `k`, whose bodies move with the heaviest that it pulls each against \[1/kg]: a light plate that
