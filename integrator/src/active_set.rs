@@ -281,7 +281,7 @@ impl ActiveSet {
 
     /// Checks the places of all rows against the impulses `mu` of a step of `dt` (s), after
     /// [`release`](Self::release), and moves the rows that are wrong by more than the part `noise` of the largest impulse.
-    /// `mu` then keeps its bounds to the last bit.
+    /// `mu` then keeps its bounds to the last bit, but for those of drives that stay undecided.
     pub(crate) fn judge(
         &mut self,
         system_data: &mut SystemData,
@@ -391,8 +391,8 @@ impl ActiveSet {
         }
     }
 
-    /// Beside contacts, whose problem is no such one, the pivots may go round: a motor or brake is then never left at the
-    /// limit that drives it the wrong way, which turns a wheel by τ Δt/I, but is allowed a larger force for the step.
+    /// Beside contacts, which friction makes no complementarity problem of a definite matrix, the pivots may cycle. Motors and
+    /// brakes at the wrong limit, which would spin a wheel up by τ Δt/I, then come free: their force may exceed it for a step.
     fn close(&mut self, system_data: &SystemData) {
         let bounds = &system_data.rows.bounds;
         let rows = &self.rows;

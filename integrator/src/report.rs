@@ -141,7 +141,8 @@ pub struct StepReport {
     /// Linear systems solved: one a sub-step, those of the start and of the guard's Newton passes besides, and one more
     /// each time that rows reach a bound or leave it; two or more besides where cables slip over sheaves.
     pub solves: usize,
-    /// Solves whose bounds were left undecided: rows at a bound that should not be, or beyond it and cut off; or in which it
+    /// Solves whose bounds were left undecided: rows at a bound that should not be, or beyond it and cut off (drives beside
+    /// contacts are not); or in which it
     /// was left undecided which cables slip; or whose contacts keep their conditions to more than 10⁻¹⁰, or are held by
     /// their regularisation alone.
     pub undecided: usize,

@@ -48,8 +48,8 @@ impl Rule {
     }
 
     /// Sum of some corrections of x over x, or the last of them where that is larger, over the scales that equilibrate the
-    /// largest entries of columns; infinite where they do not settle, or numbers overflow. `residual` is b − A x, and left in `r`; `solve` is
-    /// x ← A⁻¹ x. Allocates nothing.
+    /// largest entries of columns; infinite where they do not settle, or numbers overflow. `residual` is b − A x, and left
+    /// in `r`; `solve` is x ← A⁻¹ x. Allocates nothing.
     ///
     /// # Errors
     /// The errors of `solve`.
