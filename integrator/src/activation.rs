@@ -60,8 +60,12 @@ pub(crate) const UNKNOWN: u8 = u8::MAX;
 /// less, 0.4 for 0.6 at Ω = 2, of a rebound that the step resolves no more.
 const HALF: f64 = 3.0;
 
-/// Least Ω, with its damper's part, of a row whose blows divide a step into 32: it stops a load within a part, without rebound, as it
-/// does within a whole step. The bounce of a softer one has a time of its own, and the step must not change in the middle of it.
+/// Least Ω, with its damper's part, of a row whose catch divides a step into 32, and each step until it is thrown slack: a softer one
+/// rebounds over several steps, which resolve it. Those of a lift by a pulley are 20 % to 60 % short in undivided steps from there on.
+const SOFT: f64 = 3.0;
+
+/// Least Ω of a row that is taut and whose drive jumps, or whose load lands: parts do not resolve its swing, and it takes the new
+/// speed at once, as in a whole step. A softer one would kick where a winch starts.
 const STIFF: f64 = 96.0;
 
 /// A row without bounds that an event has made, and the steps since then.
@@ -234,32 +238,37 @@ impl Activation {
         }
     }
 
-    /// True if a stiff one-sided row is caught or thrown open faster than `least` in the linear step of `dt` that has been taken but
-    /// not accepted, or its rate or its drive changes by more, with the rates `before`, the drives of the steps before and now,
-    /// and the places of `bounded` \[m/s]; or if what takes load off it lands so fast: the floor may take that in two steps, in the
-    /// first of which the rope still pulls, and its other end is braked with it. `landing` is that speed,
-    /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg].
-    pub(crate) fn is_struck(
+    /// The largest Ω that the parts of a step have to resolve, up to [`STIFF`], in the linear step of `dt` that has been taken but not
+    /// accepted; `None` if no blow divides it. A stiff one-sided row does that is caught or thrown open faster than `least`, or
+    /// whose rate or drive changes by more, with the rates `before`, the drives of the steps before and now, and the places of
+    /// `bounded` \[m/s]. One from [`SOFT`] to [`STIFF`] is, taut, no blow but where the step `goes_on` from a divided one. So
+    /// does a row whose load lands so fast: the floor may take that in two steps, in the first of which the rope still pulls,
+    /// and its other end is braked with it. `landing` is that speed, `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry,
+    /// 0 of rows that are left out \[1/kg].
+    pub(crate) fn struck(
         &self,
         (system_data, bounded): (&SystemData, &ActiveSet),
         (before, driven): (&[f64], [&[f64]; 2]),
-        (dt, least): (f64, f64),
+        (dt, least, goes_on): (f64, f64, bool),
         landing: impl Fn(usize) -> f64,
         loaded: impl Fn(usize) -> f64,
-    ) -> bool {
-        let bounds = system_data.rows.bounds.iter().enumerate();
-        bounds.zip(bounded.places()).any(|((k, bound), place)| {
+    ) -> Option<f64> {
+        let struck = |(k, place): (usize, RowState)| {
+            let bound = system_data.rows.bounds[k];
             let (r, side, begin) = (bound.row, bound.side(), self.begin[k]);
             let end = system_data.predicted[r];
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
             let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
-            let passes = (side * begin < 0.0) != (side * end < 0.0) || was_open != opens;
-            let is_stiff = |response: f64| {
-                let stiff = dt * (dt + system_data.rows.damping[r]) * response;
-                stiff > STIFF * STIFF * system_data.rows.compliance[r]
+            let crosses = (side * begin < 0.0) != (side * end < 0.0);
+            let passes = crosses || was_open != opens;
+            let (compliance, damping) =
+                (system_data.rows.compliance[r], system_data.rows.damping[r]);
+            let is_stiff = |response: f64, least: f64| {
+                dt * (dt + damping) * response > least * least * compliance
             };
-            if side == 0.0 || !passes && opens || !is_stiff(response(system_data, k)) {
-                return false;
+            let own = response(system_data, k);
+            if side == 0.0 || !passes && opens || !is_stiff(own, SOFT) {
+                return None;
             }
             let after = (end - begin) / dt;
             let rate = match passes {
@@ -267,9 +276,28 @@ impl Activation {
                 false => (after - before[r]).abs(),
             };
             let drive = (driven[1][r] - driven[0][k]).abs();
-            let is_hit = rate.max(drive) > least || !was_open && landing(k) > least;
-            is_hit && is_stiff(loaded(k))
-        })
+            let is_hit = rate > least || !was_open && landing(k) > least;
+            let swings = drive <= least && (crosses || goes_on);
+            let bar = if swings { SOFT } else { STIFF };
+            let divides = (is_hit || drive > least) && is_stiff(loaded(k), bar);
+            divides.then(|| match is_stiff(own, STIFF) {
+                true => 0.0,
+                false => dt * (own / compliance).sqrt(),
+            })
+        };
+        let all = bounded.places().enumerate().filter_map(struck);
+        all.reduce(f64::max)
+    }
+
+    /// Elastic one-sided rows after a divided step: whole steps remember nothing of a swing that its parts resolved. What is slack
+    /// has been open for long; what is taut is young.
+    pub(crate) fn outlive(&mut self, rows: &Linearized) {
+        let bounds = self.ages.iter_mut().zip(&rows.bounds);
+        for (age, bound) in bounds.filter(|(_, b)| rows.compliance[b.row] > 0.0 && b.side() != 0.0)
+        {
+            let is_slack = bound.side() * rows.phi[bound.row] < 0.0;
+            *age = if is_slack { 0 } else { (*age).min(1) };
+        }
     }
 
     /// Nothing is left of the drift.
@@ -292,6 +320,22 @@ impl Activation {
         }
     }
 
+    /// Rows that the parts of a divided step, `dt` long, resolve have no drift: their gap is the stretch of their force.
+    pub(crate) fn keep_stretch(&mut self, system_data: &SystemData, dt: f64) {
+        for (k, drift) in self.drift.iter_mut().enumerate() {
+            *drift *= stiff_part(system_data, k, dt);
+        }
+    }
+
+    /// Rows that a step of `dt` resolves are closed where their gaps say so, in a solve that moves none.
+    pub(crate) fn close_by_gaps(bounded: &mut ActiveSet, system_data: &SystemData, dt: f64) {
+        for (k, bound) in system_data.rows.bounds.iter().enumerate() {
+            if stiff_part(system_data, k, dt) < 0.5 {
+                bounded.put_by_gap(k, bound, system_data.rows.phi[bound.row]);
+            }
+        }
+    }
+
     /// Leaves the part `left` of the drift to the sub-steps after this one, of `dt`, whose rows have been regularised.
     pub(crate) fn leave_drift(&self, system_data: &mut SystemData, dt: f64) {
         for (k, drift) in self.drift.iter().enumerate() {
@@ -307,6 +351,12 @@ impl Activation {
             gaps[bound.row] += damped / dt - self.left * drift;
         }
     }
+}
+
+/// The [`share`] of bounded row `k`.
+fn stiff_part(system_data: &SystemData, k: usize, dt: f64) -> f64 {
+    let compliance = system_data.rows.compliance[system_data.rows.bounds[k].row];
+    share(response(system_data, k), compliance, dt)
 }
 
 /// The share w of linearly implicit weights of a young row with this J M̃⁻¹ Jᵀ and this compliance.

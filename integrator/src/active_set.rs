@@ -144,6 +144,20 @@ impl ActiveSet {
         }
     }
 
+    /// Puts bounded row `k` where its violation φ has it, if it has an open side: closed for φ > 0 on that side.
+    pub(crate) fn put_by_gap(&mut self, k: usize, bound: &RowBounds, phi: f64) {
+        let open = if bound.side() > 0.0 {
+            RowState::Upper
+        } else {
+            RowState::Lower
+        };
+        self.rows[k].place = match bound.side() * phi {
+            x if x > 0.0 => RowState::Inside,
+            x if x < 0.0 => open,
+            _ => return,
+        };
+    }
+
     /// The bounded rows, by their numbers, that are at their lower bound.
     pub(crate) fn at_lower(&self) -> impl Iterator<Item = usize> + '_ {
         let places = self.places().enumerate();

@@ -80,7 +80,8 @@
 //! | `stepper/winch_cuts` | cables of segments at their winches |
 //! | `stepper/resolution` | cables that merge and split their segments by rule |
 //! | `identity` | stable handles of bodies and constraints |
-//! | `observe` | queries: forces, loads, energies, the linear system, exact multipliers |
+//! | `observe` | queries: forces, loads, the linear system, exact multipliers |
+//! | `energy` | kinetic, gravitational and elastic energy |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `stepper/sleep` | scenes at rest, whose steps cost no solve |
@@ -116,6 +117,7 @@ mod change;
 mod contact;
 mod effort;
 mod elimination;
+mod energy;
 mod equilibrium;
 mod equilibrium_residual;
 mod error;
@@ -140,10 +142,11 @@ mod system_data;
 pub use change::Edit;
 pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
+pub use energy::Energy;
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
 pub use identity::{BodyId, ConstraintId, ControlId};
-pub use observe::{Energy, RowForces};
+pub use observe::RowForces;
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName, Weights};
 pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;

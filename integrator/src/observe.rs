@@ -4,37 +4,14 @@
 use crate::active_set::{ActiveSet, NOISE, Outcome};
 use crate::assembly_map::AssemblyMap;
 use crate::slip::Slip;
-use crate::stepper::{Stage, Stepper};
+use crate::stepper::Stepper;
 use crate::system_data::SystemData;
-use crate::{
-    Chosen, Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic,
-};
-use nalgebra::{Matrix3, Vector3};
+use crate::{Chosen, Elimination, EliminationOrder, Form, StepError, StepOptions, elimination};
+use nalgebra::Matrix3;
 use std::ops::Deref;
 use taut_model::body_vectors::unpacked;
 use taut_model::{Linearized, Loads, MAX_ROWS, Scene, Wrench};
 use taut_solver::{Backend, SolveError, SymBlockMatrix};
-
-/// Energies at one instant \[J].
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Energy {
-    /// ½ m v² + ½ ω·Iω \[J].
-    pub kinetic: f64,
-    /// −m g·x, zero at the origin \[J].
-    pub gravity: f64,
-    /// ½ ε λ² \[J].
-    pub elastic: f64,
-}
-
-impl Energy {
-    /// Their sum \[J].
-    #[must_use]
-    pub fn total(&self) -> f64 {
-        self.kinetic + self.gravity + self.elastic
-    }
-}
 
 /// Forces λ of a constraint's rows: a slice of one number a row \[N, N m].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -290,60 +267,6 @@ impl Stepper {
         &self.system_data.rows
     }
 
-    /// Kinetic, gravitational and elastic energy \[J] at the beginning of the last sub-step, where position, tension and the
-    /// mean of the velocities before and after it belong to one instant. (With [`crate::Scheme::LinearlyImplicit`] the
-    /// tension belongs to the end, an error of first order.) After a step that the guard redid: that of its end, where its
-    /// tension is; a staggered scheme's velocities are then half a step late, an error of Δt/2 times the power. Before a step
-    /// of the present state: that of its positions and velocities as they are, and the elastic energy of the last solve.
-    #[must_use]
-    pub fn energy(&self) -> Energy {
-        let bodies = &self.scene.bodies;
-        // The forces of an implicit step are those at its end.
-        let dt = match self.stage {
-            Stage::Advanced {
-                dt,
-                implicit: false,
-            } => dt,
-            _ => 0.0,
-        };
-        let mut energy = Energy {
-            elastic: self.elastic_energy(),
-            ..Energy::default()
-        };
-        for i in self.scene.dynamic_bodies() {
-            let position = bodies.position[i] - bodies.velocity[i] * dt;
-            let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
-            let orientation =
-                gyroscopic::turned_back(&bodies.inertia[i], &bodies.orientation[i], &omega, dt);
-            if dt > 0.0 {
-                let (v, dv) = (self.system_data.v.get(i), self.system_data.dv.get(i));
-                let mean = |k: usize| v[k] + 0.5 * dv[k];
-                velocity = Vector3::new(mean(0), mean(1), mean(2));
-                omega = Vector3::new(mean(3), mean(4), mean(5));
-            }
-            let y = orientation.inverse() * omega;
-            let spin = y.dot(&(bodies.inertia[i] * y));
-            energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + spin);
-            energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&position);
-        }
-        energy
-    }
-
-    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]; not ½ φ²/ε, which overstates stiff rows. With
-    /// damping (τ > 0) the multipliers of moving rows hold the dissipative force too, and this is no longer stored
-    /// energy alone.
-    #[must_use]
-    pub fn elastic_energy(&self) -> f64 {
-        // Transverse rows are a filter, not a spring. Rigid ones store nothing: 0 λ² would be NaN
-        // where λ² overflows.
-        let compliance = &self.system_data.rows.compliance;
-        let stores = |r: &usize| compliance[*r] > 0.0 && !self.system_data.is_transverse(*r);
-        let energies = (0..self.mu.len()).filter(stores);
-        0.5 * energies
-            .map(|r| compliance[r] * (self.mu[r] / self.mu_dt).powi(2))
-            .sum::<f64>()
-    }
-
     /// The exact impulses of the next sub-step from the present state, one a row \[N s, N m s], to the last digit: the KKT
     /// system of the system's data M̃, J, Σ, c (as rounded to doubles) in extended precision. The oracle for every form and backend. Those
     /// of the first step come after [`begin`](Self::begin). Allocates.
@@ -471,6 +394,7 @@ impl Stepper {
 mod tests {
     use super::*;
     use crate::{Guard, Scheme};
+    use nalgebra::Vector3;
     use taut_model::HoistParams;
 
     /// A swinging load of 600 kg on six soft segments, the middle ones kicked aside at `kick` (m/s).

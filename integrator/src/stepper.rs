@@ -475,6 +475,7 @@ impl Stepper {
     /// the schemes that keep it there, v_0 − (Δt/2) a_0.
     fn start(&mut self) -> Result<(), StepError> {
         self.division.from_start = false;
+        self.division.goes_on = matches!(self.stage, Stage::Advanced { implicit: true, .. });
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }

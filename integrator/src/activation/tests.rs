@@ -57,7 +57,7 @@ fn rebound(height: f64, compliance: f64, options: StepOptions) -> f64 {
     let (mut caught, mut highest) = (false, 0.0_f64);
     for _ in 0..steps {
         stepper.step().unwrap();
-        if stepper.multipliers()[0] < 0.0 {
+        if stepper.tension(0).unwrap() > 0.0 {
             caught = true;
         } else if caught {
             let apex = stepper.energy().total() / (LOAD * G) + LENGTH;

@@ -29,6 +29,7 @@
 //! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Stepper};
+use crate::activation::Activation;
 use crate::active_set::{RowState, jacobian, response_of};
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
@@ -40,6 +41,9 @@ use taut_model::{Constraint, Drive};
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
 const PARTS: u32 = 32;
+
+/// Parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, takes four of them at least.
+const SWING: f64 = 1.5;
 
 /// Least rate that divides a step, over the largest one without restitution: |g| Δt.
 pub(super) const LEAST: f64 = 10.0;
@@ -75,6 +79,8 @@ pub(crate) struct Division {
     phi_t: Vec<f64>,
     /// True if the velocities at the beginning belong to the same instant as the positions.
     on_time: bool,
+    /// True if the step before was divided or implicit.
+    pub(super) goes_on: bool,
     /// True if the velocities of all bodies went half a step back just now, from those of the [`Stepper::substep_start`].
     pub(super) from_start: bool,
     /// Length of this run's steps over that of the run that it accompanies.
@@ -93,6 +99,7 @@ impl Division {
             places: Vec::with_capacity(bounded),
             phi_t: Vec::with_capacity(bounded),
             on_time: true,
+            goes_on: false,
             from_start: false,
             coarseness: 1.0,
             sum: Aligned::new(rows),
@@ -131,8 +138,9 @@ impl Stepper {
         if !holds && (!is_turn || is_part) {
             return None;
         }
-        if self.catches() {
-            return Some(PARTS);
+        if let Some(omega) = self.caught() {
+            let parts = (SWING * omega) as u32;
+            return Some(parts.next_power_of_two().max(PARTS));
         }
         let least = if holds {
             1.0
@@ -172,11 +180,10 @@ impl Stepper {
         turn
     }
 
-    /// True if a row with bounds was hit so fast in the step just taken that the step has to be
-    /// divided.
-    pub(super) fn catches(&self) -> bool {
+    /// The largest Ω of the rows with bounds that were hit so fast in the step just taken that it has to be divided.
+    fn caught(&self) -> Option<f64> {
         if self.active_set.is_empty() || self.division.parts > 1 {
-            return false;
+            return None;
         }
         let dt = self.substep();
         let driven = [&*self.division.phi_t, &*self.history.phi_t];
@@ -186,10 +193,10 @@ impl Stepper {
             true => 0.0,
             false => self.loaded_response(k),
         };
-        self.activation.is_struck(
+        self.activation.struck(
             (&self.system_data, &self.active_set),
             (&self.history.rate, driven),
-            (dt, LEAST * slowest(&self.scene, dt)),
+            (dt, LEAST * slowest(&self.scene, dt), self.division.goes_on),
             landing,
             loaded,
         )
@@ -264,6 +271,7 @@ impl Stepper {
             // To the last bit, as a restored run begins.
             self.time = end;
             self.system_data.rows.update_state(&self.scene, end);
+            self.activation.outlive(&self.system_data.rows);
         }
         done
     }
@@ -271,6 +279,8 @@ impl Stepper {
     fn take_parts(&mut self, guard: Guard, parts: u32, turns: bool) -> Result<(), StepError> {
         self.activation
             .take_drift(&self.system_data.rows, &self.tension);
+        self.activation
+            .keep_stretch(&self.system_data, self.substep());
         self.activation.left = 1.0;
         self.started = false;
         self.start()?;
@@ -385,7 +395,9 @@ impl Stepper {
 
     fn solve_frozen(&mut self, past: bool) -> Result<(), StepError> {
         self.linearize(self.options.stiffness)?;
+        let dt = self.substep();
         let system_data = &mut self.system_data;
+        Activation::close_by_gaps(&mut self.active_set, system_data, dt);
         let before = system_data.rows.bounds.iter().zip(&self.division.phi_t);
         // The drives of cables that slip hold their slip, which is solved for anew.
         let drives = before
@@ -396,7 +408,7 @@ impl Stepper {
             system_data.rows.phi_t[bound.row] -= jump;
             system_data.rate[bound.row] += jump;
         }
-        self.solve_linearized(self.substep())
+        self.solve_linearized(dt)
     }
 }
 

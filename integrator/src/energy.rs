@@ -1,0 +1,98 @@
+//! Energies of a stepper's scene.
+//!
+//! A spring stores ½ ε λ² where ε λ = −φ; ½ φ²/ε of a stiff row would be that of its drift. A damped row has
+//! −ε λ = φ + τ φ̇ and stores no more than its gap: s²/(2ε), with s the number within τ |φ̇| of −ε λ that is next to φ.
+//! The multipliers after a divided step are means of its parts: where the row's gap at the end holds less, that counts.
+
+use crate::gyroscopic;
+use crate::stepper::{Stage, Stepper};
+use nalgebra::Vector3;
+use taut_model::RowBounds;
+
+/// Energies at one instant \[J].
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Energy {
+    /// ½ m v² + ½ ω·Iω \[J].
+    pub kinetic: f64,
+    /// −m g·x, zero at the origin \[J].
+    pub gravity: f64,
+    /// ½ ε λ² of what springs hold, without dampers \[J].
+    pub elastic: f64,
+}
+
+impl Energy {
+    /// Their sum \[J].
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.gravity + self.elastic
+    }
+}
+
+impl Stepper {
+    /// Kinetic, gravitational and elastic energy \[J] at the beginning of the last sub-step, where position, tension and the
+    /// mean of the velocities before and after it belong to one instant. (With [`crate::Scheme::LinearlyImplicit`] the
+    /// tension belongs to the end, an error of first order.) After a step that the guard redid: that of its end, where its
+    /// tension is; a staggered scheme's velocities are then half a step late, an error of Δt/2 times the power. Before a step
+    /// of the present state: that of its positions and velocities as they are, and the elastic energy of the last solve.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        let bodies = &self.scene.bodies;
+        // The forces of an implicit step are those at its end.
+        let dt = match self.stage {
+            Stage::Advanced {
+                dt,
+                implicit: false,
+            } => dt,
+            _ => 0.0,
+        };
+        let mut energy = Energy {
+            elastic: self.elastic_energy(),
+            ..Energy::default()
+        };
+        for i in self.scene.dynamic_bodies() {
+            let position = bodies.position[i] - bodies.velocity[i] * dt;
+            let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            let orientation =
+                gyroscopic::turned_back(&bodies.inertia[i], &bodies.orientation[i], &omega, dt);
+            if dt > 0.0 {
+                let (v, dv) = (self.system_data.v.get(i), self.system_data.dv.get(i));
+                let mean = |k: usize| v[k] + 0.5 * dv[k];
+                velocity = Vector3::new(mean(0), mean(1), mean(2));
+                omega = Vector3::new(mean(3), mean(4), mean(5));
+            }
+            let y = orientation.inverse() * omega;
+            let spin = y.dot(&(bodies.inertia[i] * y));
+            energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + spin);
+            energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&position);
+        }
+        energy
+    }
+
+    /// Elastic energy ½ Σ ε λ² of the springs' part of the last solve's multipliers \[J].
+    #[must_use]
+    pub fn elastic_energy(&self) -> f64 {
+        let rows = &self.system_data.rows;
+        let is_mean = matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        let stored = |r: usize| {
+            let (compliance, phi) = (rows.compliance[r], rows.phi[r]);
+            let stretch = -compliance * (self.mu[r] / self.mu_dt);
+            let damper = rows.damping[r] * self.history.rate[r].abs();
+            let spring = match is_mean {
+                true => stretch.abs().min(phi.abs()),
+                false => phi.max(stretch - damper).min(stretch + damper),
+            };
+            spring * spring / compliance
+        };
+        // Transverse rows are a filter, not a spring. Rigid ones store nothing: 0 λ² would be NaN where λ² overflows.
+        let stores = |r: &usize| rows.compliance[*r] > 0.0 && !self.system_data.is_transverse(*r);
+        let is_slack = |b: &&RowBounds| {
+            let (r, idle) = (b.row, is_mean || self.mu[b.row] == 0.0);
+            stores(&r) && idle && b.side() * rows.phi[r] < 0.0
+        };
+        let slack = rows.bounds.iter().filter(is_slack);
+        let all: f64 = (0..self.mu.len()).filter(stores).map(stored).sum();
+        0.5 * (all - slack.map(|b| stored(b.row)).sum::<f64>())
+    }
+}
