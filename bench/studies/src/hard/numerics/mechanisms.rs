@@ -1,4 +1,4 @@
-//! H42, second part: mechanisms whose hinges depend on each other.
+//! H42: mechanisms whose hinges depend on each other.
 //!
 //! A hinge is a Cosserat joint with stretch and bend rows and no twist row, u its axis: 5 rows. Counting freedoms,
 //! Bricard's six-bar has 5·6 − 6·5 = 0 of them, and yet it moves: one row is redundant in every position. N four-bars in
@@ -16,7 +16,7 @@ use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Steppe
 use taut_model::{
     Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, SceneError, axes_along,
 };
-use taut_output::check::{Check, ExperimentError, Verdict};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_solver::SolveError;
 
 /// Compliance of the hinges where they have one \[m/N, rad/(N m)].
@@ -240,8 +240,17 @@ const LOSS_BAR: f64 = 0.5;
 /// from ringing in the singular position, but what it makes of a motion is of the motion's size.
 const SPOOK_BARS: [f64; 2] = [1.5, 0.1];
 
-/// The checks of the mechanisms.
-pub(super) fn checks(quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, ExperimentError> {
+/// Bricard's six-bar with compliance and without.
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let named = |compliance: f64| {
+        let mut scene = bricard(compliance)?;
+        scene.name = format!("{}, ε = {compliance:.0e}", scene.name);
+        Ok(scene)
+    };
+    [1e-6, 0.0].into_iter().map(named).collect()
+}
+
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let loops: &[usize] = if quick { &[1, 3] } else { &[1, 2, 4, 7, 10] };
     let mut runs = Vec::new();
     for compliance in [COMPLIANCE, 0.0] {
@@ -285,7 +294,7 @@ pub(super) fn checks(quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, 
             fine,
         ));
     }
-    Ok(checks)
+    Ok(checks.into())
 }
 
 /// With compliance every step has to finish. In sub-steps it has to keep the energy; without them a loss up to
