@@ -27,7 +27,8 @@ fn swinging(network: Network) -> Scene {
         Network::Ladder => (params.segments, params.cables) = (12, 2),
         Network::Net => (params.rows, params.columns) = (4, 4),
         Network::Ring => params.segments = 12,
-        _ => params.segments = 5,
+        Network::Junction => params.segments = 4,
+        _ => params.segments = 6,
     }
     let scene = params.build().expect("sound parameters");
     let stepper = Stepper::new(scene, reference_choice().plain_options(DT));
