@@ -377,26 +377,3 @@ pub fn overstretched(damping: Option<f64>) -> Scene {
     }
     scene
 }
-
-/// A hoist with spherical joints of that compliance (m/N), unstrained, turned aside.
-///
-/// # Panics
-/// Never with these parameters.
-#[must_use]
-pub fn stiff(compliance: f64) -> Scene {
-    let params = HoistParams {
-        segments: 6,
-        mass_ratio: 20.0,
-        joint: JointKind::Spherical,
-        initial_angle: 0.5,
-        seed: 5,
-        ..HoistParams::default()
-    };
-    let mut scene = params.build().expect("sound parameters");
-    for constraint in &mut scene.constraints {
-        if let Constraint::Spherical(joint) = constraint {
-            joint.stretch = RowLaw::new(compliance, 0.0);
-        }
-    }
-    scene
-}

@@ -6,6 +6,7 @@ pub mod long_run;
 mod lost;
 mod mass_ratio;
 mod mechanisms;
+pub mod rigid_limit;
 
 use super::Coded;
 
@@ -33,6 +34,12 @@ pub const CASES: &[Coded] = &[
         title: "ten million steps of a swing",
         run: long_run::outcome,
         scenes: || Ok(vec![long_run::scene()?]),
+    },
+    Coded {
+        name: "H51",
+        title: "joints ever stiffer, and rigid",
+        run: rigid_limit::outcome,
+        scenes: rigid_limit::scenes,
     },
     Coded {
         name: "H54",
