@@ -6,9 +6,9 @@ use taut_ground::poses::{Pose, hoist};
 use taut_integrator::{Form, Stepper};
 use taut_model::{HoistParams, Scene};
 use taut_solver::agreement::{FALSE, claims_study};
-use taut_solver::{Backend, DenseOptions, reference_solution};
+use taut_solver::{Backend, DenseOptions, SolveReport, Status, reference_solution};
 use taut_studies::hard::{self, numerics::rigid_limit};
-use taut_tests::claims::{Finding, audit, verify, whole};
+use taut_tests::claims::{Finding, Solve, Verified, audit, verify, whole};
 use taut_tests::scenes::{copies, overstretched};
 
 /// Scenes without compliance and with dependent rows, which have no solution or several: all may refuse them.
@@ -89,6 +89,28 @@ fn an_unfinished_solve_is_an_honest_failure() {
     );
     let compiled = "cg:none".parse::<Backend>().is_ok_and(|b| b.is_compiled());
     assert_eq!(short.count() > 0, compiled);
+}
+
+/// A poor solution that is claimed is found, and so is a residual that is told too small.
+#[test]
+fn false_claims_and_hidden_residuals_are_found() {
+    let one: (Choice, String) = (
+        "cg:none:tolerance=1e-4".parse().expect("a name"),
+        String::new(),
+    );
+    for (told, size, wrong) in [(1e-9, 1e-9, false), (1e-5, 5e-5, true), (1e-3, 1e-3, true)] {
+        let report = SolveReport {
+            status: Status::Converged,
+            iterations: 1,
+            residual: told,
+        };
+        let seen = Verified {
+            residual: size,
+            backward_error: size,
+        };
+        let solve = Solve::of(0, &one, Ok((report, seen)));
+        assert_eq!(solve.is_wrong(), wrong, "{solve:?}");
+    }
 }
 
 /// The exact multipliers have no residual but their own rounding; others have one of the size of their error.

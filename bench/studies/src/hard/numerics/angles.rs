@@ -128,7 +128,7 @@ fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64], poses: &[Pose]) -> 
     let pairs = || bends.iter().copied().zip(errors.iter().copied());
     let error = errors.iter().copied().fold(0.0, worse);
     let is_it = |p: &(f64, f64)| p.1 == error || p.1.is_nan();
-    let at = pairs().filter(is_it).last().map_or(f64::NAN, |p| p.0);
+    let at = pairs().rfind(is_it).map_or(f64::NAN, |p| p.0);
     let ours = format!("{error:.1e} at {}", shown(at));
     let case = format!("Jacobian, {}", kind.name());
     let mut check = Check::within(case, "differences in 32 digits", ours, error, BAR)

@@ -167,13 +167,13 @@ pub(super) fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> 
     let trajectory = simulate(&mut stepper, TIME, MOST_GAP, |_| {});
     let samples = &trajectory.samples;
     let kinetic = samples.iter().map(|s| s.energy.kinetic).fold(0.0, worse);
-    let apart = samples.iter().map(|s| (s.energy.total() - start) / kinetic);
+    let mut apart = samples.iter().map(|s| (s.energy.total() - start) / kinetic);
     let forces = stepper.multipliers().iter().map(|mu| mu.abs() / dt);
     Ok(Run {
         time: stepper.time(),
         drift: apart.clone().map(f64::abs).fold(0.0, worse),
         gain: apart.clone().fold(0.0, worse),
-        change: apart.last().unwrap_or(f64::NAN),
+        change: apart.next_back().unwrap_or(f64::NAN),
         gap: trajectory.max_violation(),
         force: forces.fold(0.0, worse),
         singular: matches!(
