@@ -60,7 +60,7 @@ fn claims_are_true_in_the_first_scenes_of_the_hard_cases() {
 }
 
 #[test]
-#[ignore = "minutes: all scenes of the hard cases, up to the 300th step"]
+#[ignore = "half a minute: up to the 300th step"]
 fn claims_are_true_in_all_scenes_of_the_hard_cases() {
     claims_are_true(usize::MAX, &[0, 1, 10, 40, 300]);
 }
