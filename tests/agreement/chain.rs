@@ -69,7 +69,7 @@ fn sweeps(d: &[f64; N], exact: &[f64]) -> f64 {
     (part / GOAL).ln() / (-2.0 * m.ln())
 }
 
-/// Those of a chain without compliance, were all of the error its slowest mode: the recurrence loses the rate, 1 − m,
+/// Sweeps of a chain without compliance, were all of the error its slowest mode: the recurrence loses the rate, 1 − m,
 /// to rounding at heavy loads.
 fn rigid_sweeps(ratio: f64) -> f64 {
     let n = (N - 1) as f64;
@@ -80,7 +80,7 @@ fn rigid_sweeps(ratio: f64) -> f64 {
     GOAL.ln() / (-theta.sin().powi(2)).ln_1p()
 }
 
-/// Sweeps over groups likewise.
+/// Sweeps over groups from zero to the goal.
 fn sweeps_over_groups(d: &[f64; N], exact: &[f64]) -> f64 {
     let pivot = d[1..N - 1].iter().fold(d[0], |pivot, d| d - pivot.recip());
     let first = exact[N - 1].abs() / pivot / norm_inf(exact);

@@ -23,7 +23,7 @@ struct Specimen {
     a: DMatrix<f64>,
     x: Vec<f64>,
     condition: f64,
-    /// Of a graded matrix: maxᵢ (|A⁻¹| (|A| |x| + |b|))ᵢ / |xᵢ|, the part of ω that x may have.
+    /// For a graded matrix maxᵢ (|A⁻¹| (|A| |x| + |b|))ᵢ / |xᵢ|, the part of ω that x may have.
     graded: Option<f64>,
 }
 
