@@ -93,7 +93,7 @@ fn rigid_joints_stay_closed_at_every_mass_ratio() {
     }
 }
 
-/// H51: the motion is continuous in ε at 0: trajectories differ by O(ε).
+/// The motion is continuous in ε at 0: trajectories differ by O(ε).
 #[test]
 fn the_rigid_limit_is_continuous() {
     for scheme in [Scheme::Spook, Scheme::default()] {

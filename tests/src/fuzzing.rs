@@ -6,6 +6,7 @@
 //! solution of a matrix by itself, claims what neither its residual nor rounding allows: a direct solver of blocks, as steps
 //! call it, says `Direct` of what nobody has looked at before it is refined. Sizes are limited so that no input takes long.
 
+use crate::claims::{alone, over_claim};
 use crate::decode::Bytes;
 use crate::products::invariants::{Outcome, judge};
 use crate::products::{Choices, scene::toml, shrink::smallest};
@@ -23,7 +24,6 @@ use taut_recording::{Recording, animation, page, still, table};
 use taut_solver::{
     Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SolveReport, SymBlockMatrix,
 };
-use taut_studies::hard::numerics::claims::{over_claim, verify::alone};
 
 /// Most bodies of a scene that is stepped.
 const BODIES: usize = 40;

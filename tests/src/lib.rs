@@ -16,6 +16,7 @@
 //! |---|---|
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
 //! | `algebra` | systems of every kind, scaling and rank, and what may not be told of them |
+//! | `claims` | audits: claims of solvers beside residuals in double-double |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
 //! | `fuzzing`, `decode` | functions for arbitrary bytes, and the decoding of these bytes |
@@ -37,6 +38,7 @@
 #![allow(missing_docs)]
 
 pub mod algebra;
+pub mod claims;
 pub mod decode;
 pub mod fuzzing;
 pub mod graphs;

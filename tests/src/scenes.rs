@@ -1,11 +1,13 @@
 //! Scenes for tests, and what can be done to a whole scene.
 
 use crate::random::Random;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_PI_2;
 use taut_ground::poses;
 use taut_model::{
     Body, Constraint, Control, Cosserat, Drive, Frame, Hinge, HoistParams, JointKind, JointLaw,
-    Lock, MasslessCable, Motion, Motor, Paper, RowLaw, Scene, Side, Slider, Spherical, Target,
+    Lock, MasslessCable, Material, Motion, Motor, Paper, RowLaw, Scene, Side, Slider, Spherical,
+    Stiffness, Target,
 };
 
 pub use taut_ground::poses::Pose;
@@ -301,4 +303,77 @@ pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Sce
     }
     other.load = scene.load.map(|i| place[i]);
     other
+}
+
+/// Weight of the ball of [`copies`] \[N].
+pub const BALL: f64 = 3.0 * 9.81;
+
+/// A ball at rest on so many equal ball joints at the same place, of compliance `compliance` (m/N).
+#[must_use]
+pub fn copies(copies: usize, compliance: f64) -> Scene {
+    let mut scene = Scene::new("copies");
+    scene.gravity = Vector3::new(0.0, 0.0, -9.81);
+    let hook = Vector3::new(0.0, 0.0, 0.2);
+    let gap = compliance * BALL / copies as f64;
+    let body = Body::sphere(0.1, 3.0).at(-hook - Vector3::z() * gap);
+    let ball = scene.add_body("ball", body);
+    for i in 1..=copies {
+        let joint = Constraint::Spherical(Spherical {
+            frames: [Frame::world(Vector3::zeros()), Frame::body(ball, hook)],
+            stretch: RowLaw::new(compliance, 0.0),
+        });
+        scene.add_constraint(format!("copy-{i}"), joint, 0);
+    }
+    scene
+}
+
+/// Tension of the cable of [`overstretched`] \[N]: EA times the strain, for any number of segments.
+pub const DRAWN: f64 = 2e7 * 0.01;
+
+/// A straight steel cable of five segments and 10 m, without gravity, between points that are 1 % farther apart, its rows
+/// damped by `damping` (s); without damping it has no compliance either, and no state that meets its constraints.
+#[must_use]
+pub fn overstretched(damping: Option<f64>) -> Scene {
+    let (l, n) = (2.0, 5);
+    let radius = Material::STEEL.round_radius(2e7);
+    let law = |length: f64| match damping {
+        Some(damping) => Stiffness::of_round(2e7, radius, Material::STEEL.poisson, [None; 2])
+            .joint_law(length, damping),
+        None => JointLaw {
+            stretch: Some(RowLaw::RIGID),
+            bend: Some(RowLaw::RIGID),
+            twist: Some(RowLaw::RIGID),
+        },
+    };
+    let mut scene = Scene::new("overstretched");
+    // A quarter turn takes the rod's −z to +x.
+    let turn = UnitQuaternion::from_scaled_axis(-Vector3::y() * FRAC_PI_2);
+    for i in 0..n {
+        let rod = Body::rod(l, radius, 1.0).at(Vector3::x() * (l * (i as f64 + 0.5)));
+        scene.add_body(format!("segment-{}", i + 1), rod.turned(turn));
+    }
+    let half = Vector3::new(0.0, 0.0, 0.5 * l);
+    let world = |x: f64| Frame::world(Vector3::x() * x).with_axes(Matrix3::identity());
+    for i in 0..=n {
+        let before = if i > 0 {
+            Frame::body(i - 1, -half)
+        } else {
+            world(0.0)
+        };
+        let after = if i < n {
+            Frame::body(i, half)
+        } else {
+            world(1.01 * l * n as f64)
+        };
+        let frames = [before, after];
+        let constraint = match i {
+            1..5 => Constraint::Cosserat(Cosserat::new(frames, law(l))),
+            _ => Constraint::Spherical(Spherical {
+                frames,
+                stretch: law(0.5 * l).stretch.unwrap_or_default(),
+            }),
+        };
+        scene.add_constraint(format!("joint-{i}"), constraint, 0);
+    }
+    scene
 }

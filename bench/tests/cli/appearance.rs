@@ -31,7 +31,7 @@ fn with_matrix(name: &str) -> PathBuf {
 #[test]
 fn a_pipe_holds_no_escape_sequence_unless_forced() {
     let at = with_matrix("colours");
-    for arguments in ["hard H50 --quick", "--help", "run --help"] {
+    for arguments in ["hard H32 --quick", "--help", "run --help"] {
         let plain: &[&[(&str, &str)]] = &[
             &[],
             &[("NO_COLOR", "1")],
@@ -106,7 +106,7 @@ fn tables_fit_into_120_columns() {
         "study kernels --quick --segments 4 --ratios 100",
         "study linear --quick --segments 4 --ratios 100,1e12",
         "study shocks --quick --ratios 100 --time 1",
-        "hard H43 H46 claims --quick",
+        "hard H43 H54 --quick",
         "static --segments 100 --ratios 1e5 --limit 2 --backends banded/kkt,cg:group",
         "run hoist --set segments=2 --time 0.1",
         "solve a.mtx",

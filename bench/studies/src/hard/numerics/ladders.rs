@@ -12,7 +12,7 @@
 //! leaves being carried into the next steps, a relapse is a limit, as long as the top of the ladder is better than its
 //! bottom, by half. What is farther away than the cable is long is lost.
 
-use crate::hard::{grid, together, worse};
+use crate::hard::{either, grid, together, worse};
 use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -65,15 +65,8 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![moved, bent])
 }
 
-/// The errors of a step over its ladder.
-#[derive(Debug, Clone, PartialEq)]
-struct Rung {
-    what: String,
-    /// Δt in s, or iterations.
-    at: f64,
-    /// Error; none of a run that was lost.
-    error: Option<f64>,
-}
+/// Errors over Δt (s) or iterations of one thing that is compared; none of a run that was lost.
+type Ladder = (String, Vec<(f64, Option<f64>)>);
 
 /// The steps that are compared.
 fn settings() -> Vec<(&'static str, StepOptions)> {
@@ -126,19 +119,17 @@ fn distance(options: &StepOptions, substeps: usize, exact: &Converged) -> Option
     Some(worst)
 }
 
-/// The worst ratio of an error to the one before, of those above a floor, and where; what did not end is at `lost`.
-fn worst_step(rungs: &[&Rung], floor: f64, lost: f64) -> (f64, String) {
-    let size = |r: &Rung| r.error.unwrap_or(lost);
+/// The worst ratio of an error to the one before, of those above the floor, and where; what did not end counts as lost.
+fn worst_step(rungs: &[(f64, Option<f64>)], bar: Bar) -> (f64, String) {
+    let size = |r: (f64, Option<f64>)| r.1.unwrap_or(bar.lost);
     let mut worst = (0.0, String::new());
     for w in rungs.windows(2) {
         let [before, after] = [size(w[0]), size(w[1])];
         let ratio = after / before;
         let lost = before.is_nan() || after.is_nan();
-        if lost || (after > floor && ratio > worst.0) {
-            worst = (
-                ratio,
-                format!("from {} to {}", shown(w[0].at), shown(w[1].at)),
-            );
+        if lost || (after > bar.floor && ratio > worst.0) {
+            let at = format!("from {} to {}", shown(w[0].0), shown(w[1].0));
+            worst = (ratio, at);
         }
     }
     worst
@@ -165,66 +156,57 @@ struct Bar {
 
 /// Better at every step; a ladder with runs that are lost, or with a relapse where nothing forbids it, is at its limit
 /// where it leads up.
-fn monotone(case: String, rungs: &[&Rung], bar: Bar) -> Check {
-    let (ratio, at) = worst_step(rungs, bar.floor, bar.lost);
-    let lost = |r: &&&Rung| r.error.is_none_or(|e| e > bar.lost);
-    let lost = rungs.iter().filter(lost).count();
-    let ours = if at.is_empty() {
-        "exact from the first".to_owned()
-    } else {
-        format!("× {ratio:.2} {at}")
+fn monotone(case: String, rungs: &[(f64, Option<f64>)], bar: Bar) -> Check {
+    let (ratio, at) = worst_step(rungs, bar);
+    let lost = rungs.iter().filter(|r| r.1.is_none_or(|e| e > bar.lost));
+    let lost = lost.count();
+    let ours = match at.as_str() {
+        "" => "exact from the first".to_owned(),
+        at => format!("× {ratio:.2} {at}"),
     };
-    let mut check = Check::within(case, "every step better", ours, ratio, MONOTONE)
+    let check = Check::within(case, "every step better", ours, ratio, MONOTONE)
         .by("largest ratio of an error to the one before it on the ladder, above the reference's own or rounding");
-    if lost > 0 {
-        check.note = format!("{lost} of {} runs are lost", rungs.len());
-    }
     // Up it has to go in any case: the top better than the bottom.
-    let size = |r: Option<&&Rung>| r.and_then(|r| r.error).unwrap_or(bar.lost);
+    let size = |r: Option<&(f64, Option<f64>)>| r.and_then(|r| r.1).unwrap_or(bar.lost);
     let (first, last) = (size(rungs.first()), size(rungs.last()));
     let climbs = last <= bar.floor || (last <= bar.lost && last < IMPROVED * first);
-    if !climbs {
-        check.verdict = Verdict::Fail;
-        check.note = format!("from {first:.1e} it comes to {last:.1e}: no better");
+    let all_lost = format!("{lost} of {} runs are lost", rungs.len());
+    let (verdict, note) = if !climbs {
+        let note = format!("from {first:.1e} it comes to {last:.1e}: no better");
+        (Verdict::Fail, note)
+    } else if check.verdict == Verdict::Pass && lost == 0 {
         return check;
-    }
-    if check.verdict == Verdict::Pass && lost == 0 {
-        return check;
-    }
-    if bar.promised || ratio.is_nan() {
-        check.verdict = Verdict::Fail;
+    } else if bar.promised || ratio.is_nan() {
+        let note = if lost > 0 { all_lost } else { String::new() };
+        (Verdict::Fail, note)
     } else {
-        check.verdict = Verdict::Limit;
-        let limit = format!(
-            "what a solve leaves undone, or a step takes explicitly, the next one has to deal with: from {first:.1e} at \
-             the bottom to {last:.1e} at the top"
-        );
-        check.note = match check.note.as_str() {
-            "" => limit,
-            lost => format!("{lost}; {limit}"),
+        let lost = if lost > 0 {
+            all_lost + "; "
+        } else {
+            String::new()
         };
+        let note = format!(
+            "{lost}what a solve leaves undone, or a step takes explicitly, the next one has to deal with: from \
+             {first:.1e} at the bottom to {last:.1e} at the top"
+        );
+        (Verdict::Limit, note)
+    };
+    Check {
+        verdict,
+        ..check.noting(note)
     }
-    check
 }
 
-fn time_ladder(quick: bool, exact: &Converged) -> Vec<Rung> {
-    let halvings = if quick { 4 } else { HALVINGS };
-    let settings = settings();
-    let all: Vec<(usize, u32)> = (0..settings.len())
-        .flat_map(|s| (0..=halvings).map(move |k| (s, k)))
+fn time_ladders(quick: bool, exact: &Converged) -> Vec<Ladder> {
+    let substeps: Vec<usize> = (0..=either(quick, 4, HALVINGS))
+        .map(|k| 2_usize.pow(k))
         .collect();
-    all.into_par_iter()
-        .with_max_len(1)
-        .map(|(s, k)| {
-            let (name, options) = &settings[s];
-            let substeps = 2_usize.pow(k);
-            Rung {
-                what: (*name).to_owned(),
-                at: FRAME / substeps as f64,
-                error: distance(options, substeps, exact),
-            }
-        })
-        .collect()
+    let of_setting = |(name, options): (&str, StepOptions)| {
+        let rungs = substeps.par_iter().with_max_len(1);
+        let rungs = rungs.map(|&n| (FRAME / n as f64, distance(&options, n, exact)));
+        (name.to_owned(), rungs.collect())
+    };
+    settings().into_par_iter().map(of_setting).collect()
 }
 
 /// eᵀ S e.
@@ -240,23 +222,14 @@ fn iterative() -> Vec<Choice> {
         .collect()
 }
 
-fn limits(quick: bool) -> impl Iterator<Item = usize> {
-    (0..=if quick { 7 } else { 10 }).map(|k| 2_usize.pow(k))
-}
-
 /// Error in the energy norm after that many iterations from zero, over the solution's.
 fn unfinished(choice: &Choice, limit: usize) -> Result<f64, ExperimentError> {
     let options = StepOptions {
         backend: choice.backend.with_iterations(limit).with_tolerance(1e-15),
+        warm_start: false,
         ..choice.plain_options(DT)
     };
-    let mut stepper = Stepper::new(
-        poses::hoist(&params(), Pose::Bent)?,
-        StepOptions {
-            warm_start: false,
-            ..options
-        },
-    )?;
+    let mut stepper = Stepper::new(poses::hoist(&params(), Pose::Bent)?, options)?;
     stepper.solve()?;
     let x = stepper.system().2.to_vec();
     let (s, b) = stepper.assembled(Form::Schur)?;
@@ -282,52 +255,38 @@ fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     each.fold(0.0, worse)
 }
 
-/// The two ladders of iterations.
-fn iteration_ladders(quick: bool) -> Result<[Vec<Rung>; 2], ExperimentError> {
+/// The ladders of iterations: of one solve, and of the load in a second.
+fn iteration_ladders(quick: bool) -> Result<[Vec<Ladder>; 2], ExperimentError> {
     let direct = second(reference_choice().plain_options(DT))?;
+    let limits = || (0..=either(quick, 7, 10)).map(|k| 2_usize.pow(k));
+    let load = |choice: &Choice, limit: usize| {
+        let backend = choice.backend.with_iterations(limit);
+        let options = StepOptions {
+            backend,
+            ..choice.plain_options(DT)
+        };
+        let way = second(options).ok().map(|way| apart(&way, &direct));
+        way.filter(|w| w.is_finite())
+    };
     let (mut solves, mut loads) = (Vec::new(), Vec::new());
     for choice in iterative() {
-        for limit in limits(quick) {
-            let rung = |error| Rung {
-                what: choice.family(),
-                at: limit as f64,
-                error,
-            };
-            // On the KKT matrix it is the residual that falls, not this error.
-            if choice.form == Form::Schur {
-                solves.push(rung(unfinished(&choice, limit).ok()));
-            }
-            let backend = choice.backend.with_iterations(limit);
-            let options = StepOptions {
-                backend,
-                ..choice.plain_options(DT)
-            };
-            let way = second(options).ok().map(|way| apart(&way, &direct));
-            loads.push(rung(way.filter(|w| w.is_finite())));
+        // On the KKT matrix it is the residual that falls, not this error.
+        if choice.form == Form::Schur {
+            let rungs = limits().map(|n| (n as f64, unfinished(&choice, n).ok()));
+            solves.push((choice.family(), rungs.collect()));
         }
+        let rungs = limits().map(|n| (n as f64, load(&choice, n)));
+        loads.push((choice.family(), rungs.collect()));
     }
     Ok([solves, loads])
 }
 
-/// The rungs of each thing that is compared, in the order in which they come.
-fn grouped(rungs: &[Rung]) -> Vec<(&str, Vec<&Rung>)> {
-    let mut groups: Vec<(&str, Vec<&Rung>)> = Vec::new();
-    for rung in rungs {
-        match groups.iter_mut().find(|g| g.0 == rung.what) {
-            Some(group) => group.1.push(rung),
-            None => groups.push((&rung.what, vec![rung])),
-        }
-    }
-    groups
-}
-
-fn rung_table(title: &str, rungs: &[Rung]) -> String {
-    let groups = grouped(rungs);
-    let first = groups.first().map(|g| g.1.clone()).unwrap_or_default();
-    let heads: Vec<String> = first.iter().map(|r| shown(r.at)).collect();
-    let rows = groups.into_iter().map(|(what, own)| {
-        let cells = own.iter().map(|r| error(r.error)).collect();
-        (what.to_owned(), cells)
+fn rung_table(title: &str, ladders: &[Ladder]) -> String {
+    let first = ladders.first().into_iter().flat_map(|l| &l.1);
+    let heads: Vec<String> = first.map(|r| shown(r.0)).collect();
+    let rows = ladders.iter().map(|(what, rungs)| {
+        let cells = rungs.iter().map(|r| error(r.1)).collect();
+        (what.clone(), cells)
     });
     grid(title, &heads, rows) + "\n"
 }
@@ -337,44 +296,31 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let frames = if quick { FRAMES / 3 } else { FRAMES };
     let exact = converged(&params(), FRAME, frames)?;
     progress.inc(1);
-    let times = time_ladder(quick, &exact);
+    let times = time_ladders(quick, &exact);
     progress.inc(1);
     let [solves, loads] = iteration_ladders(quick)?;
-    let mut checks = Vec::new();
-    for (what, own) in grouped(&times) {
-        // The other settings are explicit in the tension or end their solves early: they promise
-        // nothing at large steps.
-        let promised = what == "default";
-        checks.push(monotone(
-            format!("time step: {what}"),
-            &own,
-            Bar {
-                floor: exact.uncertainty,
-                lost: params().length,
-                promised,
-            },
-        ));
-    }
-    let solve = Bar {
-        floor: FLOOR,
-        lost: f64::INFINITY,
-        promised: true,
+    let bar = |floor, lost, promised| Bar {
+        floor,
+        lost,
+        promised,
     };
-    let load = Bar {
-        floor: 1e-9,
-        lost: params().length,
-        promised: false,
+    let length = params().length;
+    // The other settings are explicit in the tension or end their solves early: they promise nothing at large steps.
+    let of_time = |(what, rungs): &Ladder| {
+        let bar = bar(exact.uncertainty, length, what == "default");
+        monotone(format!("time step: {what}"), rungs, bar)
     };
-    for (case, rungs, bar) in [
-        ("iterations: one solve", &solves, solve),
-        ("iterations: load in 1 s", &loads, load),
+    let mut checks: Vec<Check> = times.iter().map(of_time).collect();
+    for (case, ladders, bar) in [
+        (
+            "iterations: one solve",
+            &solves,
+            bar(FLOOR, f64::INFINITY, true),
+        ),
+        ("iterations: load in 1 s", &loads, bar(1e-9, length, false)),
     ] {
-        let all = grouped(rungs).into_iter();
-        let rows = all.map(|(what, own)| {
-            let check = monotone(String::new(), &own, bar);
-            (what.to_owned(), check)
-        });
-        checks.extend(together(case, rows.collect()));
+        let judged = |(what, rungs): &Ladder| (what.clone(), monotone(String::new(), rungs, bar));
+        checks.extend(together(case, ladders.iter().map(judged).collect()));
     }
     let text = format!(
         "Load against the converged motion, largest distance over {frames} frames of 1/15 s, ± {:.0e} [m]\n{}\

@@ -198,64 +198,44 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     );
     // The first window is what the others are compared with.
     let largest = |of: fn(&Window) -> f64| {
-        windows
-            .iter()
-            .skip(1)
-            .map(of)
-            .fold(f64::NEG_INFINITY, worse)
+        let others = windows.iter().skip(1).map(of);
+        others.fold(f64::NEG_INFINITY, worse)
     };
-    let [last, predicted] = windows
-        .last()
-        .map_or([f64::NAN; 2], |w| [w.drift, w.predicted]);
-    let off = largest(|w| (w.drift / w.predicted - 1.0).abs());
-    let per_step = last / steps as f64;
-    let gain = largest(|w| w.drift);
-    let growth = largest(|w| w.drift_of_length.abs());
+    let end = windows.last().map(|w| (w.drift, w.predicted));
+    let (last, predicted) = end.unwrap_or((f64::NAN, f64::NAN));
     let wider = largest(|w| w.band) / windows.first().map_or(f64::NAN, |w| w.band) - 1.0;
+    let case = |what: &str| format!("{steps} steps: {what}");
+    let off = |what, reference, error, bar| Check::off(case(what), reference, error, "", bar);
     let checks = vec![
-        Check::off(
-            format!("{steps} steps: gain of energy"),
-            "no gain",
-            gain,
-            "",
-            GAIN,
-        )
-        .by("largest mean of a window less that of the first, over the swing's energy")
-        .noting(format!(
-            "{per_step:+.1e} a step: what the step damps of the swing"
-        )),
+        off("gain of energy", "no gain", largest(|w| w.drift), GAIN)
+            .by("largest mean of a window less that of the first, over the swing's energy")
+            .noting(format!(
+                "{:+.1e} a step: what the step damps of the swing",
+                last / steps as f64
+            )),
         Check::within(
-            format!("{steps} steps: drift of the energy"),
+            case("drift of the energy"),
             format!("{predicted:+.3e}"),
             format!("{last:+.3e}"),
-            off,
+            largest(|w| (w.drift / w.predicted - 1.0).abs()),
             LAW_BAR,
         )
         .by(
-            "mean of a window less that of the first, over the swing's energy: \
-         relative to what the scheme's law makes of the swing's frequency, the \
-         largest of all windows; shown: the last",
+            "mean of a window less that of the first, over the swing's energy: relative to what the scheme's law makes \
+             of the swing's frequency, the largest of all windows; shown: the last",
         ),
-        Check::off(
-            format!("{steps} steps: drift of the length"),
+        off(
+            "drift of the length",
             "no drift",
-            growth,
-            "",
+            largest(|w| w.drift_of_length.abs()),
             growth_bar(steps),
         )
         .by(
-            "mean elongation of a window less that of the first and less what the \
-         energy accounts for, the largest magnitude, over the cable's length; \
-         the bar: each step rounds it once, always the same way",
+            "mean elongation of a window less that of the first and less what the energy accounts for, the largest \
+             magnitude, over the cable's length; the bar: each step rounds it once, always the same way",
         ),
-        Check::off(
-            format!("{steps} steps: energy band"),
-            "no wider",
-            wider,
-            "",
-            BAND,
-        )
-        .by("largest band of a window over that of the first, less 1"),
+        off("energy band", "no wider", wider, BAND)
+            .by("largest band of a window over that of the first, less 1"),
     ];
     Ok(Outcome {
         checks,

@@ -1,4 +1,4 @@
-//! H42, second part: mechanisms whose hinges depend on each other.
+//! H42: mechanisms whose hinges depend on each other.
 //!
 //! A hinge is a Cosserat joint with stretch and bend rows and no twist row, u its axis: 5 rows. Counting freedoms,
 //! Bricard's six-bar has 5·6 − 6·5 = 0 of them, and yet it moves: one row is redundant in every position. N four-bars in
@@ -6,7 +6,7 @@
 //!
 //! Energy must stay constant. Both run with ε > 0 and ε = 0, with the default step, the paper's and SPOOK.
 
-use crate::hard::worse;
+use crate::hard::{either, worse};
 use crate::scenes;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -16,7 +16,7 @@ use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Steppe
 use taut_model::{
     Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, SceneError, axes_along,
 };
-use taut_output::check::{Check, ExperimentError, Verdict};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_solver::SolveError;
 
 /// Compliance of the hinges where they have one \[m/N, rad/(N m)].
@@ -167,21 +167,15 @@ pub(super) fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> 
     let trajectory = simulate(&mut stepper, TIME, MOST_GAP, |_| {});
     let samples = &trajectory.samples;
     let kinetic = samples.iter().map(|s| s.energy.kinetic).fold(0.0, worse);
-    let apart = samples.iter().map(|s| s.energy.total() - start);
+    let mut apart = samples.iter().map(|s| (s.energy.total() - start) / kinetic);
+    let forces = stepper.multipliers().iter().map(|mu| mu.abs() / dt);
     Ok(Run {
         time: stepper.time(),
-        drift: apart.clone().map(f64::abs).fold(0.0, worse) / kinetic,
-        gain: apart.fold(0.0, worse) / kinetic,
-        change: samples
-            .last()
-            .map_or(f64::NAN, |s| s.energy.total() - start)
-            / kinetic,
+        drift: apart.clone().map(f64::abs).fold(0.0, worse),
+        gain: apart.clone().fold(0.0, worse),
+        change: apart.next_back().unwrap_or(f64::NAN),
         gap: trajectory.max_violation(),
-        force: stepper
-            .multipliers()
-            .iter()
-            .map(|mu| mu.abs() / dt)
-            .fold(0.0, worse),
+        force: forces.fold(0.0, worse),
         singular: matches!(
             trajectory.error,
             Some(StepError::Solve {
@@ -194,7 +188,7 @@ pub(super) fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> 
     })
 }
 
-/// The steps that are tried, with their names.
+/// The steps that are tried, with their names; the last one is short enough for the singular position.
 pub(super) fn steps() -> Vec<(&'static str, StepOptions)> {
     let choice = scenes::reference_choice();
     let standard = choice.options(DT);
@@ -225,7 +219,6 @@ pub(super) fn steps() -> Vec<(&'static str, StepOptions)> {
 /// Name of the trapezoidal step.
 const SPOOK: &str = "spook";
 
-/// Name of the step that is short enough for the singular position.
 const SUBSTEPPED: &str = "default, 8 sub-steps";
 
 /// Largest deviation of the energy, over the largest kinetic energy, that passes.
@@ -240,52 +233,44 @@ const LOSS_BAR: f64 = 0.5;
 /// from ringing in the singular position, but what it makes of a motion is of the motion's size.
 const SPOOK_BARS: [f64; 2] = [1.5, 0.1];
 
-/// The checks of the mechanisms.
-pub(super) fn checks(quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, ExperimentError> {
-    let loops: &[usize] = if quick { &[1, 3] } else { &[1, 2, 4, 7, 10] };
-    let mut runs = Vec::new();
+/// Bricard's six-bar with compliance and without.
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let named = |compliance: f64| {
+        let mut scene = bricard(compliance)?;
+        scene.name = format!("{}, ε = {compliance:.0e}", scene.name);
+        Ok(scene)
+    };
+    [1e-6, 0.0].into_iter().map(named).collect()
+}
+
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let loops: &[usize] = either(quick, &[1, 3], &[1, 2, 4, 7, 10]);
+    let steps = steps();
+    progress.set_length(2 * steps.len() as u64);
+    let mut checks = Vec::new();
     for compliance in [COMPLIANCE, 0.0] {
-        for (step, options) in steps() {
-            let law = if compliance > 0.0 { "ε > 0" } else { "ε = 0" };
-            let mut add = |name: String, scene: Scene| {
-                runs.push((
-                    format!("{name}, {law}: {step}"),
-                    scene,
-                    options.clone(),
-                    step,
-                ));
-            };
-            add("Bricard".to_owned(), bricard(compliance)?);
-            for &n in loops {
-                add(format!("{n} four-bars"), four_bars(n, compliance)?);
+        let mut machines = vec![("Bricard".to_owned(), bricard(compliance)?)];
+        for &n in loops {
+            machines.push((format!("{n} four-bars"), four_bars(n, compliance)?));
+        }
+        let of_step = |(_, options): &(&str, StepOptions)| {
+            let runs = machines.par_iter();
+            let runs = runs.map(|(_, scene)| run(scene.clone(), options.clone()));
+            let runs: Result<Vec<Run>, StepError> = runs.collect();
+            progress.inc(1);
+            runs
+        };
+        let found: Vec<Vec<Run>> = steps.par_iter().map(of_step).collect::<Result<_, _>>()?;
+        let fine = found.last().into_iter().flatten();
+        let law = if compliance > 0.0 { "ε > 0" } else { "ε = 0" };
+        for ((step, _), runs) in steps.iter().zip(&found) {
+            for (((name, _), run), fine) in machines.iter().zip(runs).zip(fine.clone()) {
+                let case = format!("{name}, {law}: {step}");
+                checks.push(judged(case, run, compliance > 0.0, step, fine));
             }
         }
     }
-    progress.set_length(runs.len() as u64);
-    let found = runs.into_par_iter().map(|(case, scene, options, step)| {
-        let found = run(scene, options)?;
-        progress.inc(1);
-        Ok((case, found, step))
-    });
-    let found: Vec<(String, Run, &str)> = found.collect::<Result<_, StepError>>()?;
-    let mut checks = Vec::new();
-    for (case, run, step) in &found {
-        let mechanism = case.split(": ").next().unwrap_or_default();
-        let same = |(other, _, step): &&(String, Run, &str)| {
-            *step == SUBSTEPPED && other.split(": ").next() == Some(mechanism)
-        };
-        let Some((_, fine, _)) = found.iter().find(same) else {
-            continue;
-        };
-        checks.push(judged(
-            case.clone(),
-            run,
-            case.contains("ε > 0"),
-            step,
-            fine,
-        ));
-    }
-    Ok(checks)
+    Ok(checks.into())
 }
 
 /// With compliance every step has to finish. In sub-steps it has to keep the energy; without them a loss up to
@@ -312,35 +297,23 @@ fn judged(case: String, run: &Run, compliant: bool, step: &str, fine: &Run) -> C
         Some(_) if !compliant && run.singular => (Verdict::Pass, String::new()),
         _ => (Verdict::Fail, String::new()),
     };
-    let reference = if compliant {
-        "10 s, finite"
-    } else {
-        "10 s, or singular by name"
+    let reference = either(compliant, "10 s, finite", "10 s, or singular by name");
+    let (found, error) = match run.failure {
+        None => {
+            let [gap, change, gain] = [run.gap, run.change, run.gain];
+            let found = format!("gap {gap:.1e} m, ΔE {change:+.1e}, at most {gain:+.1e}");
+            (found, Some(run.drift))
+        }
+        Some(_) => (format!("ends at {:.4} s", run.time), None),
     };
-    let found = match run.failure {
-        None => format!(
-            "gap {:.1e} m, ΔE {:+.1e}, at most {:+.1e}",
-            run.gap, run.change, run.gain
-        ),
-        Some(_) => format!("ends at {:.4} s", run.time),
-    };
+    let note = run.failure.clone().unwrap_or(cause);
     Check {
-        error: run.failure.is_none().then_some(run.drift),
-        bar: run.failure.is_none().then_some(ENERGY_BAR),
-        criterion: format!(
-            "error: largest deviation of the total energy over the largest kinetic energy, ΔE: that at the end, at most: \
-             the largest gain; a limit up to a deviation of {most} and a gain of {gain}"
-        ),
-        ..Check::claim(
-            case,
-            reference,
-            found,
-            verdict,
-            match &run.failure {
-                Some(failure) if !cause.is_empty() => format!("{failure}; {cause}"),
-                Some(failure) => failure.clone(),
-                None => cause,
-            },
-        )
+        error,
+        bar: error.map(|_| ENERGY_BAR),
+        ..Check::claim(case, reference, found, verdict, note)
     }
+    .by(format!(
+        "error: largest deviation of the total energy over the largest kinetic energy, ΔE: that at the end, at most: \
+         the largest gain; a limit up to a deviation of {most} and a gain of {gain}"
+    ))
 }

@@ -8,8 +8,9 @@ use super::extended::{
     Q, V, about, angle, atan2, conjugate, cross, dd, dot, minus, norm, normalized, plus, rotated,
     scaled, sqrt, tau, times, unit,
 };
+use crate::hard::worse;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use taut_model::{
     BendDefinition, Body, Constraint, Cosserat, Frame, Hinge, JointLaw, Linearized, LinkBend, Lock,
     Motor, Paper, RowLaw, Scene, Slider, Target, TwistDefinition,
@@ -19,31 +20,21 @@ use taut_solver::DoubleDouble as Dd;
 /// A law that is not looked at.
 const LAW: RowLaw = RowLaw::new(1e-6, 0.0);
 
-/// The kinds of joint that measure angles.
+/// The kinds of joint that measure angles: the paper's twist is between v and w, its alternative between v and v.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Two bend rows and a twist row.
     Cosserat,
-    /// Tilt rows, and the angle of the motor.
     Hinge,
-    /// Rotation vector.
     Lock,
-    /// Rotation vector.
     Slider,
-    /// The paper's scalar bend.
     PaperBend,
-    /// The paper's twist between v and w.
     PaperTwist,
-    /// The paper's twist between v and v.
     PaperAlternative,
-    /// Angle between two links.
     LinkAngle,
-    /// Angle between two links, with its axis.
     LinkVector,
 }
 
 impl Kind {
-    /// All of them.
     pub const ALL: [Self; 9] = [
         Self::Cosserat,
         Self::Hinge,
@@ -207,12 +198,16 @@ fn links(kind: Kind, points: &[V; 3]) -> Vec<Dd> {
 /// in 32 digits, extrapolated, whose step is a small part of the distance to the singularity.
 #[must_use]
 pub fn jacobian_error(kind: Kind, theta: f64, pose: &Pose) -> f64 {
-    let step = 1e-4 * theta.min(std::f64::consts::PI - theta).min(1.0);
-    if kind.is_links() {
-        links_error(kind, theta, pose, step)
+    let error = if kind.is_links() {
+        links_error
     } else {
-        joint_error(kind, theta, pose, step)
-    }
+        joint_error
+    };
+    error(kind, theta, pose, step(theta))
+}
+
+fn step(theta: f64) -> f64 {
+    1e-4 * theta.min(PI - theta).min(1.0)
 }
 
 /// Where the joint is.
@@ -250,73 +245,69 @@ pub(super) fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
 
 /// The derivative at 0 of each row.
 fn differentiate(phi: impl Fn(Dd) -> Vec<Dd>, step: f64) -> Vec<f64> {
-    let central = |h: f64| -> Vec<Dd> {
-        let (plus, minus) = (phi(dd(h)), phi(dd(-h)));
-        let pairs = plus.into_iter().zip(minus);
-        pairs
-            .map(|(p, m)| {
-                let mut difference = p - m;
-                // An angle that wraps in between.
-                if difference.to_f64().abs() > std::f64::consts::PI {
-                    let turn = if difference.to_f64() > 0.0 {
-                        -tau()
-                    } else {
-                        tau()
-                    };
-                    difference = difference + turn;
-                }
-                difference / dd(2.0 * h)
-            })
-            .collect()
+    let central = |h: f64| {
+        let slope = move |(p, m): (Dd, Dd)| {
+            // An angle that wraps in between.
+            let turn = match (p - m).to_f64() {
+                d if d > PI => -tau(),
+                d if d < -PI => tau(),
+                _ => dd(0.0),
+            };
+            (p - m + turn) / dd(2.0 * h)
+        };
+        phi(dd(h)).into_iter().zip(phi(dd(-h))).map(slope)
     };
-    let (coarse, fine) = (central(step), central(0.5 * step));
     let extrapolated = |(c, f): (Dd, Dd)| ((dd(4.0) * f - c) / dd(3.0)).to_f64();
-    coarse.into_iter().zip(fine).map(extrapolated).collect()
+    central(step)
+        .zip(central(0.5 * step))
+        .map(extrapolated)
+        .collect()
 }
 
 /// Largest error of `found` rows against the `exact` columns, over each row's largest entry.
-fn worst(found: &[[f64; 3]], exact: &[Vec<f64>; 3]) -> f64 {
-    let mut worst = 0.0_f64;
-    for (r, row) in found.iter().enumerate() {
-        let size = (0..3).map(|k| exact[k][r].abs()).fold(0.0, f64::max);
-        for k in 0..3 {
-            let error = (row[k] - exact[k][r]).abs() / size;
-            if error > worst || error.is_nan() {
-                worst = error;
-            }
-        }
-    }
-    worst
+fn off(found: &[[f64; 3]], exact: &[Vec<f64>; 3]) -> f64 {
+    let of_row = |(r, row): (usize, &[f64; 3])| {
+        let size = exact.iter().map(|e| e[r].abs()).fold(0.0, f64::max);
+        let errors = row.iter().zip(exact).map(|(x, e)| (x - e[r]).abs() / size);
+        errors.fold(0.0, worse)
+    };
+    found.iter().enumerate().map(of_row).fold(0.0, worse)
+}
+
+/// Largest error of the three columns from `column` on of some sides of the scene's first joint.
+fn compared(
+    (kind, scene): (Kind, &Scene),
+    (sides, column): (usize, usize),
+    exact: impl Fn(usize) -> [Vec<f64>; 3],
+) -> f64 {
+    let mut rows = Linearized::new(scene);
+    rows.update(scene, 0.0);
+    let (first, count) = kind.rows();
+    let of_side = |side: usize| {
+        let block = rows.block(side);
+        let own = block.rows()[first..first + count].iter();
+        let found: Vec<[f64; 3]> = own.map(|r| [0, 1, 2].map(|k| r[column + k])).collect();
+        off(&found, &exact(side))
+    };
+    (0..sides).map(of_side).fold(0.0, worse)
 }
 
 fn joint_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
     let scene = pair(kind, theta, pose);
-    let mut rows = Linearized::new(&scene);
-    rows.update(&scene, 0.0);
-    let (first, count) = kind.rows();
-    let of = |i: usize| {
+    let both = [0, 1].map(|i| {
         let q = scene.bodies.orientation[i];
         normalized(&[q.w, q.i, q.j, q.k].map(dd))
-    };
-    let both = [of(0), of(1)];
-    let mut error = 0.0_f64;
-    for side in 0..2 {
-        let block = rows.block(side);
-        let found: Vec<[f64; 3]> = block.rows()[first..first + count]
-            .iter()
-            .map(|r| [r[3], r[4], r[5]])
-            .collect();
-        let exact = [0, 1, 2].map(|k| {
+    });
+    compared((kind, &scene), (2, 3), |side| {
+        [0, 1, 2].map(|k| {
             let phi = |h: Dd| {
                 let mut turned = both;
                 turned[side] = times(&about(k, h), &both[side]);
                 kind.measured(&times(&conjugate(&turned[0]), &turned[1]))
             };
             differentiate(phi, step)
-        });
-        error = error.max(worst(&found, &exact));
-    }
-    error
+        })
+    })
 }
 
 /// The largest change of the exact Jacobian of two links, relative as its errors, where a coordinate of the middle
@@ -325,23 +316,20 @@ pub(super) fn sensitivity(kind: Kind, theta: f64, pose: &Pose) -> f64 {
     if !kind.is_links() {
         return 0.0;
     }
-    let step = 1e-4 * theta.min(std::f64::consts::PI - theta).min(1.0);
-    let points = link_points(theta, pose);
-    let places = points.map(|p| [p.x, p.y, p.z].map(dd));
-    let mut largest = 0.0_f64;
-    for coordinate in 0..3 {
+    let step = step(theta);
+    let places = link_points(theta, pose).map(|p| [p.x, p.y, p.z].map(dd));
+    let of_side = |coordinate: usize, side: usize| {
         let mut rounded = places;
         rounded[1][coordinate] = rounded[1][coordinate] + dd(0.5 * f64::EPSILON);
-        for side in 0..3 {
-            let exact = link_columns(kind, &places, side, step);
-            let other = link_columns(kind, &rounded, side, step);
-            let rows: Vec<[f64; 3]> = (0..kind.rows().1)
-                .map(|r| [0, 1, 2].map(|k| other[k][r]))
-                .collect();
-            largest = largest.max(worst(&rows, &exact));
-        }
-    }
-    largest
+        let other = link_columns(kind, &rounded, side, step);
+        let rows = (0..kind.rows().1).map(|r| [0, 1, 2].map(|k| other[k][r]));
+        off(
+            &rows.collect::<Vec<_>>(),
+            &link_columns(kind, &places, side, step),
+        )
+    };
+    let all = (0..9).map(|k| of_side(k / 3, k % 3));
+    all.fold(0.0, f64::max)
 }
 
 fn link_points(theta: f64, pose: &Pose) -> [Vector3<f64>; 3] {
@@ -387,19 +375,7 @@ fn links_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
         definition,
     };
     scene.add_constraint("bend", Constraint::LinkBend(bend), 0);
-    let mut rows = Linearized::new(&scene);
-    rows.update(&scene, 0.0);
     let places = points.map(|p| [p.x, p.y, p.z].map(dd));
-    let count = kind.rows().1;
-    let mut error = 0.0_f64;
-    for side in 0..3 {
-        let block = rows.block(side);
-        let found: Vec<[f64; 3]> = block.rows()[..count]
-            .iter()
-            .map(|r| [r[0], r[1], r[2]])
-            .collect();
-        let exact = link_columns(kind, &places, side, step);
-        error = error.max(worst(&found, &exact));
-    }
-    error
+    let exact = |side| link_columns(kind, &places, side, step);
+    compared((kind, &scene), (3, 0), exact)
 }
