@@ -182,6 +182,8 @@ pub struct Summary {
     pub notes: Vec<String>,
     /// The scene's events: time \[s] and name.
     pub events: Vec<(f64, String)>,
+    /// The force by which each of them was due \[N]; none of those that wait for no force.
+    pub event_forces: Vec<Option<f64>>,
     /// Largest gap of a joint, link or cable over the run \[m].
     pub max_violation_m: f64,
     /// The one that has it, and when.
@@ -257,6 +259,7 @@ struct Tally {
     /// Corners of the box that the load moved in \[m].
     corners: Option<[Vector3<f64>; 2]>,
     events: Vec<(f64, String)>,
+    event_forces: Vec<Option<f64>>,
     path: LoadPath,
     paths: Vec<(String, f64)>,
     columns: Option<Series>,
@@ -436,6 +439,7 @@ pub fn run(
         tally
             .events
             .extend(fired.map(|name| (sample.time, name.clone())));
+        tally.event_forces.extend(stepper.fired_forces());
         if wishes.path {
             tally.path.time.push(sample.time);
             tally.path.position.push(sample.load.into());
@@ -560,6 +564,7 @@ fn summary(
             .map(Note::to_string)
             .collect(),
         events: tally.events,
+        event_forces: tally.event_forces,
         max_violation_m: tally.violation,
         largest_gap: simulation.openings.widest.found().cloned(),
         unexplained_gap: Some(simulation.openings.unexplained)

@@ -18,6 +18,13 @@ impl Stepper {
         &self.fired.names
     }
 
+    /// The force by which each of the [`fired`](Self::fired) events was due, the largest of the step \[N]; `None` of those that
+    /// wait for no force. What an event removes tells no force of this step by itself.
+    #[must_use]
+    pub fn fired_forces(&self) -> &[Option<f64>] {
+        &self.fired.forces
+    }
+
     /// The forces and distances that events wait for, after a sub-step.
     pub(crate) fn measure_events(&mut self) {
         if self.scene.events.is_empty() {
@@ -39,6 +46,7 @@ impl Stepper {
     /// As [`change`](Self::change); the events then stay pending.
     pub(crate) fn fire(&mut self) -> Result<usize, StepError> {
         self.fired.names.clear();
+        self.fired.forces.clear();
         let mut met = std::mem::take(&mut self.fired.met);
         // A changed scene may have other events.
         if met.len() != self.scene.events.len() {
@@ -55,7 +63,8 @@ impl Stepper {
             Vec::new()
         };
         let first = due.iter().filter(|event| !self.is_spared(**event, &due));
-        let due: Vec<Event> = first.map(|(event, _)| (*event).clone()).collect();
+        let (due, met_by): (Vec<Event>, Vec<f64>) =
+            first.map(|(event, met)| ((*event).clone(), *met)).unzip();
         met.clear();
         self.fired.met = met;
         if due.is_empty() {
@@ -88,8 +97,11 @@ impl Stepper {
                 self.set_control(control, value)?;
             }
         }
-        let names = due.into_iter().map(|event| event.name);
-        self.fired.names.extend(names);
+        for (event, met) in due.into_iter().zip(met_by) {
+            let waits = matches!(event.when, When::Force { .. });
+            self.fired.forces.push(waits.then_some(met));
+            self.fired.names.push(event.name);
+        }
         Ok(self.fired.names.len())
     }
 

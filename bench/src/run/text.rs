@@ -220,8 +220,11 @@ pub fn text(s: &Summary) -> String {
         ("path", text)
     });
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
-    let events = s.events.iter();
-    let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
+    let events = s.events.iter().zip(&s.event_forces);
+    let events = events.map(|((time, name), force)| {
+        let force = force.map_or_else(String::new, |f| format!(", at {f:.4e} N"));
+        ("event", format!("t = {time:.4} s: {name}{force}"))
+    });
     let of_some = [
         chosen(s),
         load_error::told(s),

@@ -159,6 +159,8 @@ fn what_comes_and_goes_is_told_and_followed() {
         events.map(name).collect()
     };
     assert_eq!(names(&summary["events"]), ["slip", "right breaks"]);
+    let forces = &summary["event_forces"];
+    assert!(forces[0].is_null() && forces[1].as_f64().expect("a force") > 0.5 * 9.81 * 5300.0);
     let sum = |column: usize| -> f64 { rows.iter().filter_map(|row| row[column]).sum() };
     assert_eq!(sum(1), 2.0);
     let first = &rows[0];

@@ -648,8 +648,13 @@ fn pushed(case: &Case) -> Fault {
             ));
         }
         let broken = m.fired.iter().any(|name| name.contains("breaks"));
-        let [.., most] = case.run.steps[n.checked_sub(1)?].column?;
-        (broken && most < 0.0).then(|| format!("{:?} at {most:.3e} N at most", m.fired))
+        // A blow may begin and end in the step that breaks it, of which what is left tells.
+        let [.., before] = case.run.steps[n.checked_sub(1)?].column?;
+        let most = m.column.map_or(before, |[.., most]| before.max(most));
+        (broken && most < 0.0).then(|| {
+            let (names, forces) = (&m.fired, &m.fired_forces);
+            format!("{names:?} by {forces:?} N, {most:.3e} N at most")
+        })
     })
 }
 

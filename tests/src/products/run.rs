@@ -51,6 +51,8 @@ pub(crate) struct Moment {
     /// the largest in any.
     pub(crate) column: Option<[f64; 3]>,
     pub(crate) fired: Vec<String>,
+    /// The force by which each of them was due \[N].
+    pub(crate) fired_forces: Vec<Option<f64>>,
     pub(crate) bits: Vec<u64>,
 }
 
@@ -140,6 +142,7 @@ impl Moment {
             sizes,
             column: column(stepper),
             fired: stepper.fired().to_vec(),
+            fired_forces: stepper.fired_forces().to_vec(),
             bits: bits(stepper),
         }
     }
