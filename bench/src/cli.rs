@@ -213,7 +213,6 @@ impl<E: std::error::Error> From<E> for Failure {
 ///     taut_bench::command_line(&[SKYLINE])
 /// }
 /// ```
-#[must_use]
 pub fn command_line(solvers: &[Foreign]) -> ExitCode {
     if let Err(e) = taut_solver::register(solvers) {
         return told(&Failure::from(e));

@@ -78,9 +78,6 @@ pub struct Other {
 
 impl Report {
     /// Report on the results of an experiment on one or several machines, called with `arguments`.
-    ///
-    /// # Errors
-    /// [`ReportError::Rows`].
     pub fn new(
         study: &Study,
         found: Found,
@@ -124,15 +121,11 @@ impl Report {
     }
 
     /// The experiment's name, and that of its files.
-    #[must_use]
     pub fn name(&self) -> &str {
         self.other.as_ref().map_or(BENCH.name, |other| &other.name)
     }
 
     /// From the text of a file: a report as it was written beside its page, or the rows that a benchmark wrote.
-    ///
-    /// # Errors
-    /// [`ReportError::Read`] for any other text, [`ReportError::Empty`] without rows.
     pub fn parse(path: &Path, text: &str) -> Result<Self, ReportError> {
         let failed = |reason: serde_json::Error| ReportError::Read {
             path: path.to_owned(),
@@ -238,25 +231,16 @@ impl From<taut_output::plot::PlotError> for ReportError {
 }
 
 /// Writes the page.
-///
-/// # Errors
-/// [`ReportError`].
 pub fn write(report: &Report, to: &Output) -> Result<(), ReportError> {
     Ok(to.text(&page(report)?)?)
 }
 
 /// Writes the plot of work against precision alone, as an SVG file.
-///
-/// # Errors
-/// [`ReportError`].
 pub fn write_picture(report: &Report, to: &Output) -> Result<(), ReportError> {
     Ok(to.text(&picture(report)?)?)
 }
 
 /// Reads a report or rows from a file, or from one whose name ends in `.jsonl` the runs of a history.
-///
-/// # Errors
-/// [`ReportError`].
 pub fn read(path: &Path) -> Result<Report, ReportError> {
     if path.extension().is_some_and(|e| e == "jsonl") {
         return of_history(path);

@@ -38,9 +38,6 @@ pub struct Prepared {
 }
 
 /// Builds a scene by [`source::built`], with its expectations.
-///
-/// # Errors
-/// [`SourceError`].
 pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, SourceError> {
     let (source, built) = source::built(scene, overrides)?;
     let cable = match &source {
@@ -342,9 +339,6 @@ const MOST_SUBSTEPS: usize = 256;
 
 /// The options with as many sub-steps, doubled from those given, as keep the estimate of the load's error within `tolerance`
 /// (m) over so many steps: each number is tried from the start on.
-///
-/// # Errors
-/// A scene that does not build, a lost run, an estimate that sub-steps do not lessen.
 pub fn substeps_within(
     tolerance: f64,
     (scene, options): (&Scene, &StepOptions),

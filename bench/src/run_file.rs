@@ -92,7 +92,6 @@ fn sum(content: &impl Serialize) -> Result<u32, serde_json::Error> {
 impl RunFile {
     /// File of a run that a table of inputs drives by the controls `driven`. Writing computes the
     /// checksum.
-    #[must_use]
     pub fn new(run: SavedRun, yardstick: Yardstick, driven: Vec<String>) -> Self {
         Self {
             run,
@@ -104,15 +103,11 @@ impl RunFile {
     }
 
     /// True if it was read, and its checksum is that of the content.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.read == Some(self.checksum)
     }
 
     /// Reads a text, damaged or not ([`is_whole`](Self::is_whole)).
-    ///
-    /// # Errors
-    /// The reader's, with line and column.
     pub fn parse(text: &str) -> Result<Self, serde_json::Error> {
         let mut file: Self = serde_json::from_str(text)?;
         let content: Value = serde_json::from_str(text)?;
@@ -122,9 +117,6 @@ impl RunFile {
     }
 
     /// Reads a file, and makes the stepper; the names are those of the controls that were driven.
-    ///
-    /// # Errors
-    /// [`RunFileError`].
     pub fn resume(path: &Path) -> Result<(Stepper, Yardstick, Vec<String>), RunFileError> {
         let text = files::read_text(path).map_err(RunFileError::File)?;
         let file = Self::parse(&text).map_err(|e| RunFileError::Format(path.to_owned(), e))?;
@@ -137,17 +129,11 @@ impl RunFile {
     }
 
     /// Writes it.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn write(mut self, to: &Output) -> Result<(), FileError> {
         to.write(|out| self.put(out))
     }
 
     /// Content of the file.
-    ///
-    /// # Errors
-    /// Errors of the JSON writer.
     pub fn bytes(mut self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.put(&mut bytes)?;

@@ -79,7 +79,6 @@ fn toolchain() -> String {
 
 /// Measures all cases, one figure after the other in the order of [`Case::measures`]: instructions and errors in
 /// parallel, times afterwards alone. `progress` advances twice for each case.
-#[must_use]
 pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
     progress.set_length(2 * config.cases.len() as u64);
     progress.set_message("instructions, errors");

@@ -42,7 +42,6 @@ pub fn doubling(least: usize, most: usize) -> impl Iterator<Item = usize> {
 }
 
 /// A number of sub-steps, as text.
-#[must_use]
 pub fn substeps(n: usize) -> String {
     match n {
         1 => "1 step".to_owned(),

@@ -1,7 +1,6 @@
 //! Errors as numbers: which of two is worse.
 
 /// The larger of two errors; NaN counts as the largest.
-#[must_use]
 pub fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() {
         f64::NAN

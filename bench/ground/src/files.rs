@@ -47,9 +47,6 @@ impl std::error::Error for FileError {
 /// Prints a text for people to standard output, with its colours and bold type where they are seen and wanted: on a
 /// terminal, unless `NO_COLOR` or `CLICOLOR=0` is set, or wherever `CLICOLOR_FORCE` is. A reader that has gone away is
 /// not an error: it has read what it wanted. Control characters are escaped but for line ends and tabs.
-///
-/// # Errors
-/// [`FileError`].
 pub fn print(text: &str) -> Result<(), FileError> {
     put(&mut anstream::stdout().lock(), &shown::text(text))
 }
@@ -82,9 +79,6 @@ pub fn note(text: impl std::fmt::Display) {
 }
 
 /// Makes a folder, with those above it.
-///
-/// # Errors
-/// [`FileError`].
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
     std::fs::create_dir_all(path).map_err(|source| FileError {
         path: path.to_owned(),
@@ -94,9 +88,6 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
 }
 
 /// Removes a file if there is one.
-///
-/// # Errors
-/// [`FileError`].
 pub fn remove(path: &Path) -> Result<(), FileError> {
     match std::fs::remove_file(path) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError {
@@ -112,9 +103,6 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
 const MOST_TEXT: u64 = 1 << 30;
 
 /// The text of a file.
-///
-/// # Errors
-/// [`FileError`] with the path; also where the text is longer than a gigabyte.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     read_at_most(path, MOST_TEXT).map_err(|source| FileError {
         path: path.into(),
@@ -157,9 +145,6 @@ enum Place {
 impl Output {
     /// Finds out whether `path` can be written, `-` for standard output; makes its folder. A file stays as it is until
     /// [`write`](Self::write), and is not made here.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn open(path: &Path) -> Result<Self, FileError> {
         let place = Place::of(path).map_err(|source| FileError {
             path: path.to_owned(),
@@ -173,21 +158,16 @@ impl Output {
     }
 
     /// The path as it was given.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// True for standard output, given as `-` or as a path that leads there.
-    #[must_use]
     pub fn is_stdout(&self) -> bool {
         matches!(self.place, Place::Stdout)
     }
 
     /// Writes all that is to be there.
-    ///
-    /// # Errors
-    /// [`FileError`]; a file is then what it was before.
     pub fn write(
         &self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -198,17 +178,11 @@ impl Output {
     }
 
     /// Writes a text.
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
     pub fn text(&self, text: &str) -> Result<(), FileError> {
         self.write(|out| out.write_all(text.as_bytes()))
     }
 
     /// Writes a value as JSON: see [`write_json`].
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
     pub fn json(&self, value: &impl Serialize) -> Result<(), FileError> {
         self.write(|out| {
             serde_json::to_writer_pretty(&mut *out, value)?;
@@ -217,9 +191,6 @@ impl Output {
     }
 
     /// Begins to write what comes bit by bit.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn begin(&self) -> Result<Writing, FileError> {
         let failed = |source| self.error(source);
         let (to, part): (Box<dyn Write>, _) = match &self.place {
@@ -349,9 +320,6 @@ impl Writing {
     }
 
     /// Ends what is worth something without its end, too: what was written before a failure takes the place.
-    ///
-    /// # Errors
-    /// As [`finish`](Self::finish).
     pub fn keep(mut self) -> Result<(), FileError> {
         let written = self.flushed();
         let Some(part) = &mut self.part else {
@@ -398,9 +366,6 @@ fn not_secured(path: &Path, e: &io::Error) -> FileError {
 }
 
 /// Finds out whether the paths of these options can be written, before the work that their content comes from.
-///
-/// # Errors
-/// [`FileError`]: also where two of them are the same place, or one is what is read, whatever the spelling.
 pub fn open<const N: usize>(
     options: [(&'static str, Option<&Path>); N],
     read: &[&Path],
@@ -437,17 +402,11 @@ pub fn open<const N: usize>(
 }
 
 /// Writes text to `path`, making its folder, or to standard output for `-`.
-///
-/// # Errors
-/// [`FileError`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
     Output::open(path)?.text(text)
 }
 
 /// Writes bytes to `path`, making its folder.
-///
-/// # Errors
-/// [`FileError`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     Output::open(path)?.write(|out| out.write_all(bytes))
 }
@@ -455,9 +414,6 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 /// Writes a value as JSON; numbers that are not finite become null, as what is not there does. The rows say which it
 /// is: a check by its `reached`, a row of a solver by its `error` or `failure`, the reason why it has no numbers,
 /// without which null is what was not measured.
-///
-/// # Errors
-/// [`FileError`].
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
     Output::open(path)?.json(value)
 }

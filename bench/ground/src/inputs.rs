@@ -129,7 +129,6 @@ impl Inputs {
     }
 
     /// Names of the controls that it sets.
-    #[must_use]
     pub fn names(&self) -> &[String] {
         &self.controls
     }
@@ -166,9 +165,6 @@ impl Inputs {
     }
 
     /// Sets the controls for the step that begins at the stepper's time, but for those that have gone with what they drove.
-    ///
-    /// # Errors
-    /// As [`Stepper::set_control`].
     pub fn apply(&self, stepper: &mut Stepper) -> Result<(), StepError> {
         let (from, dt) = (stepper.time(), stepper.options().dt);
         for (k, name) in self.controls.iter().enumerate() {

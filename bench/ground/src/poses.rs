@@ -31,9 +31,6 @@ impl fmt::Display for Pose {
 const BENT_SEED: u64 = 11;
 
 /// A hoist in the given pose.
-///
-/// # Errors
-/// As [`HoistParams::resolve`].
 pub fn hoist(params: &HoistParams, pose: Pose) -> Result<Scene, SceneError> {
     match pose {
         Pose::Straight => params.hanging_equilibrium(),

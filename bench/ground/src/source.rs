@@ -32,7 +32,6 @@ impl std::fmt::Display for SourceError {
 impl std::error::Error for SourceError {}
 
 /// True if a scene is given as a file rather than by name.
-#[must_use]
 pub fn is_file(scene: &str) -> bool {
     let named = taut_model::named::NAMES.contains(&scene);
     !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'))
@@ -51,9 +50,6 @@ fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, Source
 }
 
 /// Reads and builds a scene by name or from a TOML file, with overrides.
-///
-/// # Errors
-/// [`SourceError`].
 pub fn built(scene: &str, overrides: &[(&str, &str)]) -> Result<(SceneSource, Scene), SourceError> {
     let source = source(scene, overrides)?;
     let built = source.build().map_err(|e| match is_file(scene) {
@@ -64,9 +60,6 @@ pub fn built(scene: &str, overrides: &[(&str, &str)]) -> Result<(SceneSource, Sc
 }
 
 /// The inputs of a CSV file for a scene, none without a file: see [`Inputs`].
-///
-/// # Errors
-/// [`SourceError::File`], [`SourceError::Inputs`].
 pub fn inputs(path: Option<&Path>, scene: &Scene) -> Result<Inputs, SourceError> {
     let Some(path) = path else {
         return Ok(Inputs::default());
@@ -76,9 +69,6 @@ pub fn inputs(path: Option<&Path>, scene: &Scene) -> Result<Inputs, SourceError>
 }
 
 /// Mass of the heaviest over that of the lightest moving body.
-///
-/// # Errors
-/// [`SceneError::Conflict`] for a scene without moving bodies.
 pub fn mass_ratio(scene: &Scene) -> Result<f64, SceneError> {
     let masses = || scene.dynamic_bodies().map(|i| scene.bodies.mass[i]);
     let ends = masses().reduce(f64::min).zip(masses().reduce(f64::max));

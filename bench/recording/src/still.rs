@@ -57,9 +57,6 @@ pub struct Still {
 }
 
 /// The last frame at a time (s) or before it, or else the first.
-///
-/// # Errors
-/// [`NoFrames`], or those of the encoder.
 pub fn still(recording: &Recording, time: f64) -> io::Result<Still> {
     let places = recording
         .parts

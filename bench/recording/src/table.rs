@@ -108,9 +108,6 @@ fn find(name: &str, layout: &Layout) -> Option<(Source, String)> {
 
 /// Writes columns as CSV, a line a frame; a cell is empty for what is not there. The headings are `NAME [UNIT]`. Of a recording
 /// without frames they are the names alone.
-///
-/// # Errors
-/// [`ColumnError`], the first, or those of the returned writer.
 pub fn table<'a>(
     recording: &'a Recording,
     names: &'a [String],

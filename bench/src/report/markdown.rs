@@ -12,7 +12,6 @@ use taut_output::sheet::{Across, PLAIN, Sheet, Show, column};
 use taut_studies::ladder::Answer;
 
 /// The text.
-#[must_use]
 pub fn markdown(reports: &[Report]) -> String {
     let mut out = "# Results\n\n\
          Written by `taut report --markdown` from the data of the runs named below each heading. Times are of one machine in \

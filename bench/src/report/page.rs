@@ -10,9 +10,6 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The report as HTML.
-///
-/// # Errors
-/// [`ReportError::Plot`].
 pub fn page(report: &Report) -> Result<String, ReportError> {
     let title = title(report.name());
     let mut sections = match &report.other {
@@ -115,9 +112,6 @@ fn other_sections(other: &Other) -> Result<Vec<Section>, ReportError> {
 }
 
 /// The plot of work against precision alone, as an SVG file on paper of its own.
-///
-/// # Errors
-/// [`ReportError::NoPicture`] where the benchmark has none, [`ReportError::Plot`].
 pub fn picture(report: &Report) -> Result<String, ReportError> {
     let charts = match &report.other {
         None => main_job::work_precision(report),

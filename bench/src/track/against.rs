@@ -106,9 +106,6 @@ pub struct Compared {
 
 /// Compares the times of all cases, and their instructions where there is a counter. `progress` advances once for each
 /// figure and round.
-///
-/// # Errors
-/// [`PeerError`] of either program.
 pub fn against(
     versus: &Versus,
     cases: &[Case],
@@ -353,7 +350,6 @@ fn ratio_name(measure: Measure) -> String {
 }
 
 /// The ratios as github-action-benchmark reads them, and as Bencher does.
-#[must_use]
 pub fn ratios(
     compared: &[Compared],
     base: &str,

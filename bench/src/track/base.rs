@@ -34,9 +34,6 @@ pub struct Program {
 
 impl Program {
     /// This program, whose steps are made longer by a part of their time.
-    ///
-    /// # Errors
-    /// The system does not tell where this program is.
     pub fn this(slowed: f64) -> io::Result<Self> {
         Ok(Self {
             path: std::env::current_exe()?,
@@ -103,9 +100,6 @@ impl fmt::Display for BaseError {
 impl std::error::Error for BaseError {}
 
 /// The program of that path, or else of that revision. `progress` is told what takes long.
-///
-/// # Errors
-/// [`BaseError`].
 pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
     let program = |path, name: &str| Program {
         path,

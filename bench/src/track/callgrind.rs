@@ -80,9 +80,6 @@ impl From<CountError> for Missing {
 
 impl Counter {
     /// Checks that valgrind is there, and asks it for its version.
-    ///
-    /// # Errors
-    /// [`CountError`].
     pub fn new() -> Result<Self, CountError> {
         let [version, _] = run(Command::new("valgrind").arg("--version"))?;
         let program = std::env::current_exe().map_err(|source| CountError::Start {
@@ -96,7 +93,6 @@ impl Counter {
     }
 
     /// Counter for another program, which is taken to be of this one's toolchain.
-    #[must_use]
     pub fn of(&self, program: &Path) -> Self {
         Self {
             program: program.to_owned(),
@@ -105,15 +101,11 @@ impl Counter {
     }
 
     /// Toolchain that the counts are valid for.
-    #[must_use]
     pub fn toolchain(&self) -> &str {
         &self.toolchain
     }
 
     /// Instructions of a step of the case.
-    ///
-    /// # Errors
-    /// [`CountError`].
     pub fn per_step(&self, case: &Case) -> Result<f64, CountError> {
         let steps = case.counted_steps();
         let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);

@@ -61,7 +61,6 @@ impl fmt::Display for Place {
 
 impl Place {
     /// The parameters where this is a hoist.
-    #[must_use]
     pub fn hoist(self) -> Option<HoistParams> {
         let Self::Hoist {
             segments,
@@ -82,9 +81,6 @@ impl Place {
     }
 
     /// The scene at its beginning, in its static equilibrium.
-    ///
-    /// # Errors
-    /// A scene that cannot be built or has no equilibrium.
     pub fn scene(self) -> Result<Scene, StepError> {
         if let Some(params) = self.hoist() {
             return Ok(reference::scene(&params)?);
@@ -107,9 +103,6 @@ impl Place {
     }
 
     /// A stepper of `scene`, which is this one, driven as the case is.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`].
     pub fn stepper(self, scene: Scene, options: StepOptions) -> Result<Stepper, StepError> {
         let mut stepper = Stepper::new(scene, options)?;
         if self == Self::Gantry {
@@ -209,15 +202,11 @@ pub const CASES: [Case; 21] = [
 
 impl Case {
     /// `scene/backend`: what its figures are called, which does not change.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{}/{}", self.place, self.backend)
     }
 
     /// The solver.
-    ///
-    /// # Errors
-    /// Why it cannot be had: not compiled in.
     pub fn choice(&self) -> Result<Choice, String> {
         let choice: Choice = self.backend.parse()?;
         choice.check().map_err(|e| e.to_string())?;
@@ -225,7 +214,6 @@ impl Case {
     }
 
     /// True for the project's own solvers, whose steps allocate nothing.
-    #[must_use]
     pub fn is_own(&self) -> bool {
         ["banded", "gauss-seidel", "cg", "minres"]
             .iter()
@@ -234,7 +222,6 @@ impl Case {
 
     /// True if instructions are counted. The last digits decide the length of an iteration and
     /// differ between C libraries; UMFPACK is seldom compiled in.
-    #[must_use]
     pub fn counts_instructions(&self) -> bool {
         ["banded", "faer", "nalgebra-sparse"]
             .iter()
@@ -242,7 +229,6 @@ impl Case {
     }
 
     /// True for a cable of the length in the paper's tests, for which the code is tuned.
-    #[must_use]
     pub fn has_24_segments(&self) -> bool {
         matches!(
             self.place,
@@ -252,7 +238,6 @@ impl Case {
 
     /// Steps of the shorter of the two runs that instructions are counted in. What comes before the steps varies by some
     /// ten thousand, with the seeds of hash tables: the smaller the scene, the more steps are to outweigh that.
-    #[must_use]
     pub fn counted_steps(&self) -> usize {
         match self.place {
             Place::Hoist { segments, .. } if segments >= 1000 => PASS,
@@ -273,7 +258,6 @@ impl Case {
     }
 
     /// Largest figure that passes; `None` if it is judged otherwise or not at all.
-    #[must_use]
     pub fn bar(&self, measure: Measure) -> Option<f64> {
         let bars = &self.bars;
         let bar = match measure {
@@ -289,9 +273,6 @@ impl Case {
 }
 
 /// The case of a name.
-///
-/// # Errors
-/// [`UnknownCase`].
 pub fn named(name: &str) -> Result<Case, UnknownCase> {
     let found = CASES.into_iter().find(|case| case.name() == name);
     found.ok_or_else(|| UnknownCase {

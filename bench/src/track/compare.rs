@@ -75,7 +75,6 @@ pub struct Row {
 
 /// Every figure beside the baseline's of the same name, in the figures' order; then those of the baseline that are no
 /// longer tracked.
-#[must_use]
 pub fn compare(figures: &[Figure], baseline: &[Entry]) -> Vec<Row> {
     let mut rows: Vec<Row> = figures
         .iter()
@@ -176,7 +175,6 @@ fn compiled(toolchain: &str) -> &str {
 }
 
 /// Figures that were counted against nothing: instructions without a verdict.
-#[must_use]
 pub fn uncompared(rows: &[Row]) -> usize {
     use Verdict::{Better, Fail, Pass};
     let counted = rows
@@ -189,7 +187,6 @@ pub fn uncompared(rows: &[Row]) -> usize {
 
 /// The baseline with the values of now: what was measured is replaced, what could not be measured here stays, what is
 /// no longer tracked goes.
-#[must_use]
 pub fn updated(now: &[Entry], baseline: &[Entry]) -> Vec<Entry> {
     let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).cloned();
     tracked()

@@ -55,7 +55,6 @@ pub struct Run {
 
 impl Run {
     /// Figures measured now on this machine.
-    #[must_use]
     pub fn new(figures: Vec<Entry>) -> Self {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Self {
@@ -104,9 +103,6 @@ impl From<FileError> for HistoryError {
 }
 
 /// The runs of a file, the oldest first; empty before the file exists.
-///
-/// # Errors
-/// [`HistoryError`].
 pub fn read(path: &Path) -> Result<Vec<Run>, HistoryError> {
     match files::read_text(path) {
         Ok(text) => parse(path, &text),
@@ -134,9 +130,6 @@ fn parse(path: &Path, text: &str) -> Result<Vec<Run>, HistoryError> {
 }
 
 /// Writes the runs that were there and another one. The file is the old one or the new one, whatever happens.
-///
-/// # Errors
-/// [`HistoryError::File`].
 pub fn append(to: &Output, runs: &[Run], run: &Run) -> Result<(), HistoryError> {
     let written = to.write(|out| {
         for run in runs.iter().chain([run]) {
@@ -149,7 +142,6 @@ pub fn append(to: &Output, runs: &[Run], run: &Run) -> Result<(), HistoryError> 
 }
 
 /// The figures of the last runs as rows, each with its ratio to the first of its name.
-#[must_use]
 pub fn data(runs: &[Run]) -> Value {
     let runs = &runs[runs.len().saturating_sub(MOST)..];
     let mut first: HashMap<&str, f64> = HashMap::new();

@@ -51,7 +51,6 @@ impl Measure {
     ];
 
     /// Its part of a figure's name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Instructions => "instructions",
@@ -66,7 +65,6 @@ impl Measure {
         }
     }
 
-    #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
             Self::Instructions => "instructions/step",
@@ -78,7 +76,6 @@ impl Measure {
     }
 
     /// How it is judged.
-    #[must_use]
     pub fn kind(self) -> Kind {
         match self {
             Self::Instructions => Kind::Instructions,
@@ -138,7 +135,6 @@ impl From<StepError> for Missing {
 
 impl Figure {
     /// `scene/backend/measure`.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{}/{}", self.case, self.measure.name())
     }

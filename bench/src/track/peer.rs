@@ -62,9 +62,6 @@ enum Answer {
 }
 
 /// Answers until the input ends; each step is slowed by the part `slowed` of its time.
-///
-/// # Errors
-/// Streams that cannot be read or written.
 pub fn serve(slowed: f64, mut input: impl BufRead, mut output: impl Write) -> io::Result<()> {
     let hello = Hello {
         schema: SCHEMA,

@@ -30,16 +30,12 @@ pub struct SelfTest {
 
 impl SelfTest {
     /// True if every comparison came out right.
-    #[must_use]
     pub fn is_passed(&self) -> bool {
         self.same == self.trials && self.slowed == self.trials
     }
 }
 
 /// Compares this program so many times with itself, and as often with itself made slower by a tenth, in turns.
-///
-/// # Errors
-/// [`PeerError`]; a figure that cannot be measured is a comparison that came out wrong.
 pub fn self_test(
     versus: &Versus,
     cases: &[Case],

@@ -170,9 +170,6 @@ fn run(stepper: &mut Stepper, steps: usize) -> Result<(), StepError> {
 }
 
 /// `steps` steps of a case from its common state: what runs where instructions are counted.
-///
-/// # Errors
-/// A backend that is not compiled in, a scene or a step that fails, in words.
 pub fn steps(case: &Case, steps: usize) -> Result<(), String> {
     let choice = case.choice()?;
     let stepped = || {

@@ -58,7 +58,6 @@ impl Default for Cases {
 
 impl Cases {
     /// Cases of a shard; `known` ones are not run again, finished ones are appended to the journal.
-    #[must_use]
     pub fn new(shard: Shard, known: Known, journal: Option<Journal>) -> Self {
         Self {
             bar: ProgressBar::hidden(),
@@ -71,7 +70,6 @@ impl Cases {
     }
 
     /// Cases of a finished study; none is run again.
-    #[must_use]
     pub fn merged(known: Known) -> Self {
         Self {
             is_merged: true,
@@ -80,27 +78,21 @@ impl Cases {
     }
 
     /// Sets the bar that shows the progress.
-    #[must_use]
     pub fn shown_by(self, bar: ProgressBar) -> Self {
         Self { bar, ..self }
     }
 
     /// The bar, which advances once for each case.
-    #[must_use]
     pub fn bar(&self) -> &ProgressBar {
         &self.bar
     }
 
     /// True if the shard is the whole study.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.shard == Shard::WHOLE
     }
 
     /// Runs a stage's cases in parallel, those that are dealt to this shard by their places in the list.
-    ///
-    /// # Errors
-    /// The error of a case; a record that cannot be kept.
     pub fn parallel<C, T, E>(
         &self,
         stage: &'static str,
@@ -120,9 +112,6 @@ impl Cases {
 
     /// Runs a stage's cases one after the other, such as those whose times are measured; else as
     /// [`parallel`](Self::parallel).
-    ///
-    /// # Errors
-    /// As for [`parallel`](Self::parallel).
     pub fn in_turn<C, T, E>(
         &self,
         stage: &'static str,
@@ -156,9 +145,6 @@ impl Cases {
 
     /// Result of `study`; `None` if it lacks cases of other shards. For a study with a further
     /// stage.
-    ///
-    /// # Errors
-    /// Errors of the study.
     pub fn unless_elsewhere<T>(
         study: Result<T, ExperimentError>,
     ) -> Result<Option<T>, ExperimentError> {
@@ -224,15 +210,11 @@ impl Cases {
     }
 
     /// Begins the file of a study that had no case to run.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn finish(&self) -> Result<(), CasesError> {
         self.write(None)
     }
 
     /// Counts of the cases, in a line.
-    #[must_use]
     pub fn told(&self) -> String {
         let [all, own, run] = [&self.counts.all, &self.counts.own, &self.counts.run];
         let [all, own, run] = [all, own, run].map(|count| count.load(Relaxed));
@@ -250,27 +232,18 @@ pub struct Records<T>(Vec<Option<T>>);
 
 impl<T> Records<T> {
     /// All of them, in the order of the cases.
-    ///
-    /// # Errors
-    /// [`CasesError::Elsewhere`] where some are those of other shards.
     pub fn all(self) -> Result<Vec<T>, CasesError> {
         let all: Option<Vec<T>> = self.0.into_iter().collect();
         all.ok_or(CasesError::Elsewhere)
     }
 
     /// Record of a case.
-    ///
-    /// # Errors
-    /// [`CasesError::Elsewhere`] where it is of another shard.
     pub fn of(&self, case: usize) -> Result<&T, CasesError> {
         self.0[case].as_ref().ok_or(CasesError::Elsewhere)
     }
 }
 
 /// Value shared by the stages of a case; the first stage to need it makes it.
-///
-/// # Errors
-/// Errors of `make`.
 pub fn shared<T, E>(place: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
     match place.get() {
         Some(made) => Ok(made),

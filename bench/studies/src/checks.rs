@@ -35,9 +35,6 @@ impl Measured for Experiment {
 
 impl Experiment {
     /// As [`Measured::outcome`].
-    ///
-    /// # Errors
-    /// As the experiment's own function.
     pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
         Measured::outcome(self, quick, progress)
     }
@@ -51,15 +48,9 @@ pub trait Measured: Copy + Sync {
     fn title(&self) -> &'static str;
 
     /// Runs it, whole or quick.
-    ///
-    /// # Errors
-    /// Any that is no result.
     fn run(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError>;
 
     /// Runs it, whole or quick. An experiment that comes to no check at all has failed.
-    ///
-    /// # Errors
-    /// As [`Measured::run`].
     fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
         let mut outcome = self.run(quick, progress)?;
         if outcome.checks.is_empty() {

@@ -97,7 +97,6 @@ pub struct Config {
 
 impl Config {
     /// The whole sweep; quick one ratio, six segments, 20 000 steps.
-    #[must_use]
     pub fn new(quick: bool) -> Self {
         let third = Scheme::default();
         let mut bands = vec![
@@ -136,9 +135,6 @@ enum Task {
 }
 
 /// Runs the three experiments, in parallel, each run a case: lists of rows.
-///
-/// # Errors
-/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     // The longest runs come first.
     let mut tasks: Vec<Task> = config.bands.iter().copied().map(Task::Band).collect();
@@ -246,7 +242,6 @@ pub struct Pendulum {
 /// The pendulum's motion in a swing sampled every `dt` (s): that of the sinusoid which fits two periods
 /// from time `from` (s) on best, frequency included, so that the cable's own modes do not count. `rate` (rad/s) is a first
 /// guess of its frequency. `None` where there are not enough samples. Sample i belongs to the time (i + 1) `dt`.
-#[must_use]
 pub fn pendulum(x: &[f64], dt: f64, from: f64, rate: f64) -> Option<Pendulum> {
     let first = ((from / dt).round() as usize).saturating_sub(1);
     let count = (2.0 * TAU / (rate * dt)).round() as usize;
@@ -538,7 +533,6 @@ fn change(row: &Row) -> String {
 }
 
 /// The three tables, each below what it holds.
-#[must_use]
 pub fn text_tables(data: &Value, config: &Config) -> String {
     let [early, late] = MOMENTS;
     let [swings, bands, spins] = [0, 1, 2].map(|i| SHEETS[i].text(data));

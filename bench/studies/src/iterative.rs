@@ -85,7 +85,6 @@ impl Default for Config {
 
 impl Config {
     /// Short cables and small networks.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             segments: vec![24],
@@ -98,7 +97,6 @@ impl Config {
 }
 
 /// Every iterative solver.
-#[must_use]
 pub fn choices() -> Vec<Choice> {
     let all = Choice::all().into_iter();
     all.filter(|choice| choice.backend.is_iterative()).collect()
@@ -145,7 +143,6 @@ pub struct Record {
 
 impl Record {
     /// Time of the direct solver over this one's: above 1 it wins.
-    #[must_use]
     pub fn gain(&self) -> Option<f64> {
         Some(self.direct_ns? / self.ns?)
     }
@@ -311,9 +308,6 @@ enum Subject {
 }
 
 /// Runs all cases, one after the other, since their times are measured.
-///
-/// # Errors
-/// A scene that cannot be built, the direct solver's failure; an iterative solver's own is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let (choices, omissions) = entrants(&config.choices, 0, |_| 0);
     let hoists = grid(&config.segments, &config.ratios).into_iter();

@@ -66,7 +66,6 @@ impl Default for Config {
 
 impl Config {
     /// A twentieth of the work: 24 and 100 segments.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             segments: vec![24, 100],
@@ -86,9 +85,6 @@ pub struct Results {
 }
 
 /// Runs all rivals on all cases, case by case.
-///
-/// # Errors
-/// A scene that cannot be built or has no reference; a rival's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut hoists = Vec::new();
     for (segments, ratio) in grid(&config.segments, &config.ratios) {

@@ -99,7 +99,6 @@ impl Default for Config {
 
 impl Config {
     /// A tenth of the work: for CI and a first look.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             scene: HoistParams {

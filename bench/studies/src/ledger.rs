@@ -310,9 +310,6 @@ impl Measures<'_> {
 }
 
 /// The whole ledger; `progress` moves on with each run.
-///
-/// # Errors
-/// A whole or finest scene that does not run to its end, or without a load that forces move.
 pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, ExperimentError> {
     let whole = &question.whole;
     let changes = change::all(whole);

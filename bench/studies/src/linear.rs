@@ -75,7 +75,6 @@ pub struct Config {
 }
 
 /// The choice with 1000 iterations for each of its solves, where it iterates.
-#[must_use]
 pub fn patient(choice: &Choice) -> Choice {
     Choice {
         backend: choice.backend.with_iterations(1000),
@@ -100,7 +99,6 @@ impl Default for Config {
 
 impl Config {
     /// A fifth of the work: 24 segments and every third ratio.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             segments: vec![24],
@@ -110,9 +108,6 @@ impl Config {
     }
 
     /// The hoist with a load of `mass_ratio` segments, its material stiff enough for it.
-    ///
-    /// # Errors
-    /// As [`HoistParams::resolve`].
     pub fn params(&self, segments: usize, mass_ratio: f64) -> Result<HoistParams, SceneError> {
         let steel = HoistParams {
             segments,
@@ -138,7 +133,6 @@ impl Config {
     }
 
     /// The solvers without rows, and why.
-    #[must_use]
     pub fn omissions(&self) -> Vec<Omission> {
         let mut omissions = Vec::new();
         for &segments in &self.segments {
@@ -224,9 +218,6 @@ fn rows(
 
 /// Solves every scene with every solver, in parallel, each scene a case. Rows are ordered by segments, pose, ratio, solver,
 /// refinements.
-///
-/// # Errors
-/// A scene that cannot be built, or one without a reference; a solver's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
     let mut scenes = Vec::new();
     for &segments in &config.segments {
@@ -254,14 +245,12 @@ pub struct Verdict {
 
 impl Verdict {
     /// True if the bar holds at all ratios up to [`BAR_RATIO`].
-    #[must_use]
     pub fn holds(&self) -> bool {
         self.worst.forward_error <= BAR
     }
 }
 
 /// The verdicts on all direct solvers with rows for one refinement and ratios up to [`BAR_RATIO`].
-#[must_use]
 pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
     let judged = |r: &&Record| r.direct && r.refinements == 1;
     let mut verdicts: Vec<Verdict> = Vec::new();

@@ -172,9 +172,6 @@ pub(crate) fn pick<T>(quick: bool, [whole, short]: [T; 2]) -> T {
 }
 
 /// Keys with their values, of `--set KEY=VALUE`.
-///
-/// # Errors
-/// A text of another form.
 pub fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Refused> {
     let split = |t: &String| Refused(format!("`--set {t}` is not of the form KEY=VALUE"));
     texts
@@ -184,9 +181,6 @@ pub fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Refused> {
 }
 
 /// A number, or a fraction of two.
-///
-/// # Errors
-/// A text that is neither.
 pub fn number(text: &str) -> Result<f64, String> {
     let parse = |t: &str| {
         let number = t.trim().parse::<f64>();
@@ -199,9 +193,6 @@ pub fn number(text: &str) -> Result<f64, String> {
 }
 
 /// A whole number.
-///
-/// # Errors
-/// Any other text.
 pub fn count(text: &str) -> Result<usize, String> {
     let number = text.trim().parse::<usize>();
     number.map_err(|_| format!("`{text}` is no whole number from 0 on"))
@@ -220,9 +211,6 @@ pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
 }
 
 /// Fails unless every number is positive and finite.
-///
-/// # Errors
-/// The first number that is not, after `what` it is.
 pub fn require_positive(what: &str, numbers: &[f64]) -> Result<(), Refused> {
     match numbers.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
         None => Ok(()),
@@ -233,9 +221,6 @@ pub fn require_positive(what: &str, numbers: &[f64]) -> Result<(), Refused> {
 }
 
 /// The number of steps of `dt` in `time`, both in seconds.
-///
-/// # Errors
-/// Times that are not positive and finite, and more steps than a run can hold.
 pub fn steps(time: f64, dt: f64) -> Result<usize, Refused> {
     const MOST: f64 = 1e7;
     require_positive("`--time`", &[time])?;

@@ -94,7 +94,6 @@ impl Default for Config {
 
 impl Config {
     /// Two small sizes of each scene.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             sizes: vec![
@@ -112,7 +111,6 @@ impl Config {
 
     /// The scenes with those names only, in that order, all of them where none is named; with `sizes` in place of
     /// their own where there are some.
-    #[must_use]
     pub fn with(mut self, networks: &[Network], sizes: &[usize]) -> Self {
         if !networks.is_empty() {
             let of = |n: &Network| self.sizes.iter().find(|(own, _)| own == n).cloned();
@@ -127,7 +125,6 @@ impl Config {
     }
 
     /// The parameters of a case.
-    #[must_use]
     pub fn params(&self, network: Network, size: usize, mass_ratio: f64) -> NetworkParams {
         let mut params = NetworkParams {
             mass_ratio,
@@ -212,9 +209,6 @@ pub struct Results {
 }
 
 /// Runs it. A network of a size and a mass ratio is a case, with all its rows.
-///
-/// # Errors
-/// A scene that cannot be built or has no equilibrium, a reference run that fails; a solver's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut wanted = Vec::new();
     for (network, sizes) in &config.sizes {

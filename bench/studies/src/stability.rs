@@ -171,7 +171,6 @@ fn grid(per_decade: i32) -> Vec<f64> {
 
 impl Config {
     /// 30 s for each ratio 10^(k/4) of each cell; quick 5 s, whole decades, six segments.
-    #[must_use]
     pub fn new(quick: bool) -> Self {
         Self {
             cases: if quick { few() } else { all() },
@@ -268,7 +267,6 @@ fn planar(cable: Option<Square>, segments: usize) -> Case {
 /// ```
 ///
 /// Without bend rows (`bending` false) the last term is missing and x = 1 decides.
-#[must_use]
 pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f64 {
     let (m, l, r) = (hoist.segment_mass, hoist.segment_length, hoist.radius);
     let inertia = m * (3.0 * r * r + l * l) / 12.0;
@@ -286,9 +284,6 @@ pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f
 }
 
 /// Runs every ratio of every cell, in parallel, each a case: a row a cell.
-///
-/// # Errors
-/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     let ratios = &config.ratios;
     let each = |case| ratios.iter().map(move |&ratio| (case, ratio));
@@ -426,7 +421,6 @@ fn largest(row: &Row) -> String {
 }
 
 /// The map, a table for each cable and number of segments, then the guard's, then the theory's.
-#[must_use]
 pub fn text_tables(data: &Value, config: &Config) -> String {
     format!(
         "Stability map: log₁₀ of the largest load/segment mass ratio up to which every ratio of the grid is stable for\n\

@@ -38,9 +38,6 @@ pub struct Held {
 
 /// The hanging scene of the given hoist: no motion, no seeds, and the damping time 2/ω that damps the bounce of the
 /// load (ω² = YA/(L M)) critically.
-///
-/// # Errors
-/// As [`HoistParams::resolve`].
 pub fn hanging(params: &HoistParams) -> Result<HoistParams, SceneError> {
     let hoist = params.resolve()?;
     let stiffness = hoist.stiffness.ea / params.length;
@@ -60,9 +57,6 @@ fn elongation(params: &HoistParams, scene: &Scene) -> f64 {
 }
 
 /// Holds the cable for [`HOLD_STEPS`] steps from its exact equilibrium, multipliers started from zero.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepError> {
     let params = hanging(params)?;
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options.clone())?;
@@ -103,9 +97,6 @@ pub struct Settled {
 }
 
 /// Releases the unstretched cable and waits for rest, at most `limit` steps.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn settle(
     params: &HoistParams,
     choice: &Choice,
@@ -167,9 +158,6 @@ pub struct Needed {
 
 /// Finds the fewest iterations a step for each level, to 2 % above 64 (the error falls with the iterations, but not
 /// strictly: the count is the smallest that is met).
-///
-/// # Errors
-/// As [`HoistParams::resolve`].
 pub fn iterations_needed(
     params: &HoistParams,
     options: &StepOptions,

@@ -84,9 +84,6 @@ pub struct Found {
 }
 
 /// Rows as the data of an experiment; numbers that are not finite become null.
-///
-/// # Errors
-/// Rows that cannot be written as JSON.
 pub fn data(rows: &impl Serialize) -> Result<Value, ExperimentError> {
     Ok(serde_json::to_value(rows)?)
 }

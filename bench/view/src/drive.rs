@@ -179,9 +179,6 @@ impl Options {
 
 impl Drive {
     /// A run of a scene, after its first step.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`] and, for the first step, [`Stepper::step`].
     pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
         let first = options.clone();
         let (stepper, simulation, sample) = begun(&scene, options, None)?;
@@ -211,7 +208,6 @@ impl Drive {
     }
 
     /// The stepper.
-    #[must_use]
     pub fn stepper(&self) -> &Stepper {
         &self.stepper
     }
@@ -223,7 +219,6 @@ impl Drive {
     }
 
     /// The recording that has ended.
-    #[must_use]
     pub fn recorded(&self) -> Option<Bytes> {
         self.recorded.clone()
     }
@@ -266,9 +261,6 @@ impl Drive {
     }
 
     /// Obeys, or says why not; then nothing has changed.
-    ///
-    /// # Errors
-    /// The refusal, as a text for the driver.
     pub fn command(&mut self, command: Command) -> Result<(), String> {
         let text = |e: StepError| e.to_string();
         match command {
@@ -466,13 +458,11 @@ impl Drive {
     }
 
     /// Number of the layout of the last frame.
-    #[must_use]
     pub fn generation(&self) -> u32 {
         self.generation
     }
 
     /// Data for the page to draw frames of this generation.
-    #[must_use]
     pub fn about(&self) -> About {
         let scene = self.stepper.scene();
         let of = |c: usize| scene.constraint_names[c].clone();
@@ -493,7 +483,6 @@ impl Drive {
     }
 
     /// State of the run that the page shows beside frames.
-    #[must_use]
     pub fn status(&self) -> Status {
         let (options, scene) = (self.options(), self.stepper.scene());
         let values = |control: &Control| {

@@ -92,9 +92,6 @@ pub struct View {
 
 impl View {
     /// Serves a page with this title at a port of the loopback interface, 0 for one that is free; `save` makes a file of a run.
-    ///
-    /// # Errors
-    /// [`ViewError`].
     pub fn open(port: u16, title: &str, save: Box<Save>) -> Result<Self, ViewError> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
         let listener = listener.map_err(|e| ViewError::Port(port, e))?;
@@ -119,15 +116,11 @@ impl View {
     }
 
     /// The address of the page.
-    #[must_use]
     pub fn address(&self) -> &str {
         &self.address
     }
 
     /// Moves the run by the clock until `stop`.
-    ///
-    /// # Errors
-    /// [`ViewError::Server`] where the server ends before.
     pub fn run(&mut self, drive: &mut Drive, stop: &dyn Fn() -> bool) -> Result<(), ViewError> {
         let mut clock = Clock::start(Instant::now());
         let (mut generation, mut busiest) = (0, 0.0);

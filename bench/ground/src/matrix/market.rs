@@ -100,9 +100,6 @@ pub struct Market {
 }
 
 /// Reads a file, unpacking it where it begins as gzip does.
-///
-/// # Errors
-/// [`MarketError`].
 pub fn read(path: &Path) -> Result<Market, MarketError> {
     let unreadable = |e: io::Error| MarketError {
         path: path.to_owned(),
@@ -123,9 +120,6 @@ pub fn read(path: &Path) -> Result<Market, MarketError> {
 }
 
 /// Reads plain text; errors name `path`.
-///
-/// # Errors
-/// [`MarketError`].
 pub fn read_from(text: impl BufRead, path: &Path) -> Result<Market, MarketError> {
     Reader {
         text,

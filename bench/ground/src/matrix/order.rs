@@ -27,7 +27,6 @@ pub struct Ordered {
 
 impl Ordered {
     /// `natural` or `minimum-degree`.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         if self.rows.is_some() {
             "minimum-degree"
@@ -38,9 +37,6 @@ impl Ordered {
 }
 
 /// The matrix in the cheaper of both orders.
-///
-/// # Errors
-/// [`SolveError::TooLarge`] where both cost more than `most`.
 pub fn ordered(a: &SymBlockMatrix, most: EliminationCost) -> Result<Ordered, SolveError> {
     let p = a.pattern();
     let natural: Vec<usize> = (0..p.blocks()).collect();

@@ -69,7 +69,6 @@ pub struct Systems {
 
 impl Sequence {
     /// Number of systems.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.stretches
             .iter()
@@ -78,7 +77,6 @@ impl Sequence {
     }
 
     /// True without systems; [`read`] never returns that.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -86,7 +84,6 @@ impl Sequence {
 
 impl Systems {
     /// The matrix of the first step, for [`put`](Self::put).
-    #[must_use]
     pub fn first(&self) -> SymBlockMatrix {
         self.matrix.clone()
     }
@@ -240,9 +237,6 @@ fn name(form: Form, stretch: usize) -> String {
 }
 
 /// Reads the sequence of a folder.
-///
-/// # Errors
-/// [`SequenceError`].
 pub fn read(folder: &Path) -> Result<Sequence, SequenceError> {
     let (first, times) = read_index(folder)?;
     let stretch = |(stretch, time): (usize, Vec<f64>)| {

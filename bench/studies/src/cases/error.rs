@@ -18,13 +18,11 @@ pub enum CasesError {
 
 impl CasesError {
     /// True for [`Elsewhere`](Self::Elsewhere).
-    #[must_use]
     pub fn is_elsewhere(error: &ExperimentError) -> bool {
         matches!(error.downcast_ref(), Some(Self::Elsewhere))
     }
 
     /// A file without cases, or in another format.
-    #[must_use]
     pub fn not_cases(path: &Path) -> Self {
         Self::Refused(format!(
             "`{}` is no file of cases, as a study writes them to target/taut/NAME.cases, or one of an earlier version: name another, or delete it and run its study again",

@@ -29,9 +29,6 @@ pub struct Header {
 
 impl Header {
     /// Refuses a file of another version, another command or other inputs than `other`, which is called `name`.
-    ///
-    /// # Errors
-    /// The first part that differs.
     pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), CasesError> {
         let parts = |h: &Self| {
             let command = format!("taut {}", h.command.join(" "));
@@ -84,9 +81,6 @@ impl Written {
     }
 
     /// Reads files of the same question as one.
-    ///
-    /// # Errors
-    /// [`CasesError`]: files of different questions, none, or one that holds something else.
     pub fn read(paths: &[PathBuf]) -> Result<Self, CasesError> {
         let mut whole = None;
         for path in paths {
@@ -182,9 +176,6 @@ pub struct Journal {
 impl Journal {
     /// Opens a file, making its folder: with `resume` for what it holds, else anew. One that was asked for and holds cases is
     /// refused without `resume`.
-    ///
-    /// # Errors
-    /// [`CasesError`].
     pub fn open(
         path: &Path,
         header: Header,

@@ -21,7 +21,6 @@ impl Shard {
 
     /// True for its own cases. They are dealt in turn, each round begun one shard later: a list that repeats itself is dealt
     /// evenly all the same.
-    #[must_use]
     pub fn owns(self, case: usize) -> bool {
         (case + case / self.of) % self.of + 1 == self.number
     }

@@ -119,7 +119,6 @@ const OWN: Sheet = Sheet {
 };
 
 impl Answer {
-    #[must_use]
     pub fn of(records: &[Record]) -> Self {
         let is_own = records.first().is_some_and(|r| r.segments.is_none());
         Self {

@@ -82,7 +82,6 @@ impl fmt::Display for Named {
 impl std::error::Error for Named {}
 
 /// True if the motion of a scene was lost: its text is sound.
-#[must_use]
 pub fn is_lost(error: &ExperimentError) -> bool {
     let named = error.downcast_ref::<Named>().map(|named| &named.error);
     matches!(

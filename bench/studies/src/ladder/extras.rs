@@ -36,7 +36,6 @@ pub struct Trace {
 
 impl Trace {
     /// The time that a share of the steps keeps \[ns].
-    #[must_use]
     pub fn quantile(&self, share: f64) -> f64 {
         let mut sorted = self.step_ns.clone();
         sorted.sort_by(f64::total_cmp);
@@ -46,7 +45,6 @@ impl Trace {
     }
 
     /// The median, what 95 and 99 of 100 steps keep, and the longest \[ns].
-    #[must_use]
     pub fn quantiles(&self) -> [(&'static str, f64); 4] {
         let shares = [("p50", 0.5), ("p95", 0.95), ("p99", 0.99), ("max", 1.0)];
         shares.map(|(name, share)| (name, self.quantile(share)))
@@ -67,9 +65,6 @@ pub struct Pattern {
 }
 
 /// Measures them on the scenes of the user's own, else on a hoist, with the patterns of a ring and a net besides.
-///
-/// # Errors
-/// As [`Stepper::new`] and [`Stepper::solve`].
 pub(super) fn measure(config: &Config, cases: &Cases) -> Result<Extras, ExperimentError> {
     let (scenes, time) = match &config.own[..] {
         [] => (hoist_and_networks()?, config.stability_time),

@@ -157,9 +157,6 @@ fn is_swept(name: &str) -> bool {
 
 /// True if networks are asked for. The study of branches and loops runs these: it sets them
 /// swinging, grows them, and compares orders of elimination.
-///
-/// # Errors
-/// Networks beside other scenes, or with options that their study does not read.
 pub(crate) fn are_networks(matches: &ArgMatches) -> Result<bool, Refused> {
     let names = matches.get_many::<String>("scenes").into_iter().flatten();
     let (networks, others): (Vec<&String>, Vec<&String>) =

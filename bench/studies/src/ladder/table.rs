@@ -47,7 +47,6 @@ const OWN: Sheet = Sheet {
 };
 
 /// The table of the rows.
-#[must_use]
 pub fn sheet_of(records: &[Record]) -> &'static Sheet {
     match records.first() {
         Some(Record { segments: None, .. }) => &OWN,
@@ -113,7 +112,6 @@ pub(super) fn rows(results: &Results) -> String {
 }
 
 /// Records as rows; of the levels at which they are the fastest the errors alone.
-#[must_use]
 pub fn data_of(records: &[Record]) -> Vec<Value> {
     let row = |r: &Record| {
         let levels: Vec<f64> = r.fastest_at.iter().map(|f| f.level).collect();
@@ -176,7 +174,6 @@ fn once(records: &[Record]) -> Vec<Record> {
 
 /// How often the solvers' own claims of a solution were true: those by the letter of their tolerance, those for rounding's
 /// sake alone, those that are false. A failed row claims nothing; rows that are older than the counts are left out.
-#[must_use]
 pub fn claim_rows(records: &[Record]) -> Vec<Value> {
     let counts = |r: &Record| match (r.claimed_converged.zip(r.verified_converged), &r.error) {
         (Some((claimed, verified)), _) => Some([

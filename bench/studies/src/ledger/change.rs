@@ -165,7 +165,6 @@ impl Change {
 }
 
 /// The options of `taut run` that step a scene so, those that differ from the default.
-#[must_use]
 pub fn flags(options: &StepOptions) -> String {
     let default = StepOptions::default();
     let choice = Choice {

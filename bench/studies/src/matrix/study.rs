@@ -55,9 +55,6 @@ each block row; compon.: componentwise backward error; error: relative error of 
 of repeats";
 
 /// The backends named; those that are worth a row where none is.
-///
-/// # Errors
-/// Names of no backend, and backends that are not compiled in.
 pub fn backends(names: &[String]) -> Result<Config, ExperimentError> {
     let mut config = Config::default();
     if names.is_empty() {
@@ -83,9 +80,6 @@ pub fn backends(names: &[String]) -> Result<Config, ExperimentError> {
 }
 
 /// Runs backends on a system.
-///
-/// # Errors
-/// A system that no backend has a row for.
 pub fn measured(system: &System, config: &Config) -> Result<Results, ExperimentError> {
     let results = solve::run(system, config);
     match results.refusal() {

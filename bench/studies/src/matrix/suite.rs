@@ -138,7 +138,6 @@ pub struct Entry {
 }
 
 /// The cases of the set; the small ones only if `quick`. The largest size has the first state and compliance only.
-#[must_use]
 pub fn cases(quick: bool) -> Vec<Case> {
     use Compliance::{Material, Stiff};
     use State::{Bent, Hanging, Slack, Straight};
@@ -175,7 +174,6 @@ pub fn cases(quick: bool) -> Vec<Case> {
 
 impl Case {
     /// Name of its files.
-    #[must_use]
     pub fn name(&self) -> String {
         let word = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
         format!(
@@ -328,9 +326,6 @@ fn sides(nodes: usize) -> (usize, usize) {
 }
 
 /// Writes the cases and their `index.csv` to `folder`; `progress` advances once for each case.
-///
-/// # Errors
-/// A system that cannot be made, a file that cannot be written.
 pub fn generate(
     cases: &[Case],
     folder: &Path,
@@ -375,9 +370,6 @@ time,trolley_speed,hoist_speed
 ";
 
 /// Writes the systems of the driven gantry's first steps. Returns the size of the files.
-///
-/// # Errors
-/// A step that fails, a file that cannot be written.
 pub fn generate_sequence(
     steps: u64,
     folder: &Path,

@@ -112,13 +112,11 @@ fn heading(about: &About) -> String {
 }
 
 /// All rows of a system, in their order.
-#[must_use]
 pub fn solved(results: &Results) -> String {
     whole(results, &marked(SOLVED, results).of(&results.records))
 }
 
 /// All rows of a system from the fastest on.
-#[must_use]
 pub fn compared(results: &Results) -> String {
     let mut records: Vec<&Record> = results.records.iter().collect();
     records.sort_by(|a, b| a.total_ns().total_cmp(&b.total_ns()));
@@ -160,7 +158,6 @@ const SUITE: Sheet = Sheet {
 };
 
 /// The graded set by topology and size.
-#[must_use]
 pub fn suite(entries: &[Entry]) -> String {
     let key = |e: &Entry| (e.topology, e.size);
     let groups = entries.chunk_by(|a, b| key(a) == key(b));

@@ -44,7 +44,6 @@ impl Default for Config {
 
 impl Config {
     /// Four compliances, two lengths, 10 s.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             compliances: vec![1e-5, 1e-4, 1e-2, 1.0],
@@ -136,9 +135,6 @@ impl BendingForces {
 const LEAST: f64 = 1.0;
 
 /// Largest stable load of a chain with bending of a compliance.
-///
-/// # Errors
-/// Scenes that are not sound.
 pub fn limit(
     config: &Config,
     bending: Bending,
@@ -183,9 +179,6 @@ pub fn limit(
 
 /// Runs the chains, in parallel: no bending, explicit and regularised bending of each compliance, and both ends of that
 /// for each number of particles. `progress` advances once a chain.
-///
-/// # Errors
-/// Scenes that are not sound.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
     let particles = chain(&LINKS, 0.0).particles;
     let mut tasks = vec![(Bending::None, 0.0, particles)];
@@ -228,7 +221,6 @@ fn best(records: &[Record], pick: impl Fn(&&Record) -> bool) -> f64 {
 }
 
 /// Checks of bending as a force and as rows, and of the chains' length.
-#[must_use]
 pub fn bending_checks(records: &[Record]) -> Vec<Check> {
     let particles = chain(&LINKS, 0.0).particles;
     let of = |bending: Bending| {

@@ -88,7 +88,6 @@ impl Default for Config {
 
 impl Config {
     /// Six segments.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             segments: 6,
@@ -99,7 +98,6 @@ impl Config {
     }
 
     /// The hoist with bending stiffness `ei` (N m²), its ends held as `end`.
-    #[must_use]
     pub fn params(&self, ei: f64, end: End) -> HoistParams {
         let segment = self.length / self.segments as f64;
         HoistParams {
@@ -117,9 +115,6 @@ impl Config {
     }
 
     /// The hanging scene, turning about its anchor with `amplitude` √(g/L).
-    ///
-    /// # Errors
-    /// Parameters that are not sound.
     pub fn scene(&self, params: &HoistParams, amplitude: f64) -> Result<Scene, SceneError> {
         let mut scene = params.hanging_equilibrium()?;
         let omega = Vector3::y() * (amplitude * (GRAVITY / self.length).sqrt());
@@ -153,13 +148,11 @@ pub struct Run {
 
 impl Run {
     /// Share of the energy lost by sample `i`; NaN where the run was lost.
-    #[must_use]
     pub fn loss(&self, i: usize) -> f64 {
         self.energy.get(i).map_or(f64::NAN, |e| 1.0 - e)
     }
 
     /// Share that is predicted to be lost by sample `i`.
-    #[must_use]
     pub fn predicted_loss(&self, i: usize) -> f64 {
         self.predicted.get(i).map_or(f64::NAN, |e| 1.0 - e)
     }
@@ -337,9 +330,6 @@ fn gantry(
 const HANGING: usize = 2;
 
 /// Runs everything. `progress` advances once for each motion.
-///
-/// # Errors
-/// Scenes and options that are not sound.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
     progress.set_length(config.factors.len() as u64 + 10);
     let ei = fitted_stiffness(config)?;
@@ -409,7 +399,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
 }
 
 /// All samples of all runs.
-#[must_use]
 pub fn records(results: &Results, config: &Config) -> Vec<Record> {
     let runs = results.runs.iter().chain(&results.others);
     let runs = runs.chain(std::iter::once(&results.damped));

@@ -95,7 +95,6 @@ impl Default for Config {
 
 impl Config {
     /// A row of each kind, coarsely.
-    #[must_use]
     pub fn quick() -> Self {
         let pick = [0, 2, 6, 8, 9].map(|i| ROWS[i]);
         Self {
@@ -173,9 +172,6 @@ pub(super) fn chain(row: &Row, decade: f64) -> ParticleChainParams {
 
 /// Runs a chain until `time`, or until a link's violation over its length reaches `bar`. `each`
 /// sees every state before that.
-///
-/// # Errors
-/// Unsound scenes. A failing step ends the run without an error.
 pub(super) fn drop_chain(
     params: &ParticleChainParams,
     options: StepOptions,
@@ -229,9 +225,6 @@ pub(super) fn drop_chain(
 
 /// Finds every row's limit, in parallel: upwards in steps to the first unstable ratio, then by bisection between it and
 /// the one before. `progress` advances once a row.
-///
-/// # Errors
-/// Scenes and options that are not sound.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
     let noises = &config.noises;
     let tasks: Vec<(&Row, f64)> = config
@@ -349,7 +342,6 @@ fn theory(record: &Record) -> Option<Check> {
 }
 
 /// The table's rows against the paper in the plane; what is left of (e) and (f) in space.
-#[must_use]
 pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
     let mut checks = Vec::new();
     for record in records.iter().filter(|r| r.noise_m == 0.0) {

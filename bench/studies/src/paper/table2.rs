@@ -274,7 +274,6 @@ impl Default for Config {
 
 impl Config {
     /// Two rows of six segments, 5 s, whole decades.
-    #[must_use]
     pub fn quick() -> Self {
         let rows = [ROWS[5], ROWS[7]];
         let mut cases = product(&rows, &Setting::ALL, &Solver::ALL);
@@ -434,9 +433,6 @@ fn record(case: &Case, found: Found) -> Result<Record, StepError> {
 }
 
 /// Searches every cell, in parallel. `progress` advances once for each.
-///
-/// # Errors
-/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
     progress.set_length(config.cases.len() as u64);
     config

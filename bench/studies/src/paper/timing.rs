@@ -64,7 +64,6 @@ impl Default for Config {
 
 impl Config {
     /// 30 … 1000 elements.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             elements: vec![30, 100, 300, 1000],
@@ -174,9 +173,6 @@ fn time(config: &Config, elements: usize, ratio: f64, sweeps: usize) -> Result<R
 
 /// Times all cells one after the other, `repeats` times round, so that a slow spell of the machine hits none alone; the
 /// round with the smallest median of a cell counts, and its least time of all rounds. `progress` advances once a run.
-///
-/// # Errors
-/// A step that fails.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
     let [few, many] = config.sweeps;
     let mut cells = Vec::new();
@@ -212,7 +208,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
 const PAPER_MANY: (usize, f64) = (50, 1e5);
 
 /// Offset and slope \[a, b] of the least-squares line y = a + b x.
-#[must_use]
 pub fn line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |_| 1.0)
 }
@@ -228,13 +223,11 @@ fn weighted_line(points: &[[f64; 2]], weight: impl Fn(&[f64; 2]) -> f64) -> [f64
 }
 
 /// Offset and slope of y = a + b x with the least sum of squared relative errors.
-#[must_use]
 pub fn relative_line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |p| p[1].powi(-2))
 }
 
 /// The exponent p of y = c x^p by least squares of the logarithms.
-#[must_use]
 pub fn exponent(points: &[[f64; 2]]) -> f64 {
     let logs: Vec<_> = points.iter().map(|p| p.map(f64::ln)).collect();
     line(&logs)[1]

@@ -56,9 +56,6 @@ pub struct Written {
 impl Recorder {
     /// Recorder without steps. It removes the index of an earlier sequence from the folder, which
     /// ends that sequence.
-    ///
-    /// # Errors
-    /// A folder that cannot be made, an index there that cannot be removed.
     pub fn new(wanted: Wanted) -> Result<Self, SequenceError> {
         make_folder(&wanted.folder)?;
         remove(&wanted.folder.join(INDEX))?;
@@ -74,9 +71,6 @@ impl Recorder {
     }
 
     /// Takes the systems of the step that a stepper is about to make, which stays as it is.
-    ///
-    /// # Errors
-    /// A step that fails, a state that cannot be saved, a stretch of more than 2²⁶ numbers, a file that cannot be written.
     pub fn take(&mut self, step: u64, stepper: &Stepper) -> Result<(), SequenceError> {
         // A copy: a solve more would have another geometric stiffness in the next step.
         let mut copy = Stepper::restore(stepper.save()?)?;
@@ -108,9 +102,6 @@ impl Recorder {
     }
 
     /// Writes what is left and the index.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn finish(mut self) -> Result<Written, SequenceError> {
         self.end_stretch()?;
         let path = self.wanted.folder.join(INDEX);

@@ -46,7 +46,6 @@ impl Default for Config {
 
 impl Config {
     /// 12 loads.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             loads: 12,
@@ -84,9 +83,6 @@ pub struct Row {
 }
 
 /// Bends every specimen, in parallel.
-///
-/// # Errors
-/// A scene or a step that fails.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
@@ -173,9 +169,6 @@ pub(in crate::paper) fn bent(
 const STABLE: f64 = 0.75;
 
 /// Checks, tables, rows and charts.
-///
-/// # Errors
-/// Rows that cannot be written.
 pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
     Ok(Outcome {
         checks: report::checks(rows)?,

@@ -29,7 +29,6 @@ impl Default for Config {
 
 impl Config {
     /// Two strains.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             strains: vec![0.01, 0.5],
@@ -63,9 +62,6 @@ pub struct Row {
 }
 
 /// Pulls every specimen, in parallel.
-///
-/// # Errors
-/// A scene or a step that fails.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
@@ -130,9 +126,6 @@ fn pull(
 }
 
 /// Checks, table, rows and chart.
-///
-/// # Errors
-/// Rows that cannot be written.
 pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {

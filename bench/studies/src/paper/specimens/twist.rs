@@ -117,7 +117,6 @@ impl Default for Config {
 
 impl Config {
     /// Steel at rest; the paper's joint and the taut specimen in motion.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             segments: SEGMENTS.to_vec(),
@@ -158,9 +157,6 @@ fn specimen(
 }
 
 /// Twists every specimen at rest and in motion, in parallel.
-///
-/// # Errors
-/// A scene that cannot be built, or an equilibrium that is not found. A motion that breaks is a result.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
     let mut tasks = Vec::new();
     for &m in &config.materials {
@@ -190,9 +186,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, Experimen
 }
 
 /// Checks, tables, rows and charts.
-///
-/// # Errors
-/// Rows that cannot be written.
 pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
     let mut checks = report::at_rest(&results.rows);
     checks.extend(report::in_motion(&results.held));

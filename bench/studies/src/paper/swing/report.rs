@@ -28,7 +28,6 @@ fn moments(config: &Config) -> [usize; 2] {
 }
 
 /// The losses of all runs, the modes that matter, the law on single modes.
-#[must_use]
 pub fn text_tables(results: &Results, config: &Config) -> String {
     let [half, last] = moments(config);
     let segment = config.length / config.segments as f64;
@@ -97,7 +96,6 @@ pub fn text_tables(results: &Results, config: &Config) -> String {
 }
 
 /// The paper's loss explained, and what other steps lose.
-#[must_use]
 pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
     let last = moments(config)[1];
     let worst = results
@@ -248,7 +246,6 @@ fn published(config: &Config, results: &Results, [small, large]: [&Run; 2]) -> C
 }
 
 /// The energies over time, small and large swing.
-#[must_use]
 pub fn charts(results: &Results, config: &Config) -> Vec<Chart> {
     let over_time = |values: &[f64]| -> Vec<[f64; 2]> {
         let samples = values.iter().enumerate();

@@ -21,9 +21,6 @@ pub(super) fn slowest_mode(specimen: &ResolvedSpecimen) -> f64 {
 /// By how much a disturbance out of the plane of a steel specimen with `segments` segments grows, bent to `part` of a
 /// circle and left to creep: largest displacement at the end over that at a sixth of the way, and 0 where it falls to
 /// rounding. `refined` divides the time step by it, over the same time.
-///
-/// # Errors
-/// A scene that is not sound.
 pub fn growth_out_of_plane(
     segments: usize,
     part: f64,

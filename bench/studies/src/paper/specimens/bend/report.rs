@@ -10,9 +10,6 @@ use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table::{error, table, text};
 
 /// The specimens beside the exact polygon, the circle and the paper's deviations.
-///
-/// # Errors
-/// A scene that is not sound.
 pub(super) fn checks(rows: &[Row]) -> Result<Vec<Check>, ExperimentError> {
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {

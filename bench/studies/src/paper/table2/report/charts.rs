@@ -5,7 +5,6 @@ use crate::paper::table2::{ROWS, Record, Row, Setting, Solver};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 
 /// The limits over Y/ζ, for 24 and for 6 segments.
-#[must_use]
 pub fn charts(records: &[Record]) -> Vec<Chart> {
     let panel = |rows: &[Row]| {
         let points = |value: &dyn Fn(&Row) -> Option<f64>| -> Vec<[f64; 2]> {
