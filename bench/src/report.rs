@@ -161,7 +161,6 @@ impl Report {
 pub enum ReportError {
     /// A file that is neither a report nor a list of rows.
     Read {
-        /// The file.
         path: PathBuf,
         reason: String,
     },

@@ -91,7 +91,6 @@ pub struct FinalState {
 /// Content of `taut run --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Name of the scene.
     pub scene: String,
     /// Massless cables over sheaves, and the lengths of their paths at the start \[m]. Not serialised.
     #[serde(skip)]

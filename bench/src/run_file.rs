@@ -128,7 +128,6 @@ impl RunFile {
         Ok((stepper, file.yardstick, file.driven))
     }
 
-    /// Writes it.
     pub fn write(mut self, to: &Output) -> Result<(), FileError> {
         to.write(|out| self.put(out))
     }

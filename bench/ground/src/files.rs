@@ -18,7 +18,6 @@ use std::path::{Path, PathBuf};
 /// A file that could not be written or read.
 #[derive(Debug)]
 pub struct FileError {
-    /// The file.
     pub path: PathBuf,
     /// Verb of the message: `read`, `write`, `replace` or `secure`.
     pub doing: &'static str,
@@ -102,7 +101,6 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
 /// Most bytes of a text that is read: more is no scene, table or run, but a device or a mistake.
 const MOST_TEXT: u64 = 1 << 30;
 
-/// The text of a file.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     read_at_most(path, MOST_TEXT).map_err(|source| FileError {
         path: path.into(),
@@ -167,7 +165,6 @@ impl Output {
         matches!(self.place, Place::Stdout)
     }
 
-    /// Writes all that is to be there.
     pub fn write(
         &self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,

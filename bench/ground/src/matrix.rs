@@ -101,7 +101,6 @@ pub enum Triangle {
 /// Where a right-hand side comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RightHandSide {
-    /// From a file.
     File(PathBuf),
     /// A·1, summed in extended precision and rounded.
     Ones {
@@ -124,11 +123,9 @@ pub struct Dropped {
 pub struct System {
     /// Name of the file without its ending.
     pub name: String,
-    /// A.
     pub matrix: Matrix,
     /// Entries of the file that are none of the matrix.
     pub dropped: Dropped,
-    /// b.
     pub b: Vec<f64>,
     /// Where b comes from.
     pub from: RightHandSide,

@@ -30,7 +30,6 @@ impl Random {
         (from.ln() + t * (to / from).ln()).exp()
     }
 
-    /// A number below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() >> 33) as usize % n
     }

@@ -85,7 +85,6 @@ pub fn is_list(value: &Value) -> bool {
     items.is_some_and(|items| items.is_empty() || items.iter().any(Value::is_object))
 }
 
-/// A key as words.
 pub fn words(key: &str) -> String {
     key.replace('_', " ")
 }

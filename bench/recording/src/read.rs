@@ -226,7 +226,6 @@ impl Recording {
         self.parts.truncate(part + usize::from(frame > 0));
     }
 
-    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.parts.iter().map(|p| p.times.len()).sum()
     }

@@ -48,7 +48,6 @@ pub struct Band {
     values: Vec<f64>,
     /// The matrix, then its factor.
     factor: Vec<f64>,
-    /// Which of them it is.
     factorized: bool,
 }
 

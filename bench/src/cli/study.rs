@@ -119,7 +119,6 @@ fn list() -> String {
 pub(crate) struct Call<'a> {
     /// The command, without its options.
     pub(crate) words: Vec<&'static str>,
-    /// Whose options it has.
     pub(crate) options: &'static Study,
     pub(crate) study: &'static Study,
     /// Its options.

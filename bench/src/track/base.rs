@@ -24,7 +24,6 @@ const LAST: usize = 12;
 /// A program that is compared.
 #[derive(Debug, Clone)]
 pub struct Program {
-    /// Its file.
     pub path: PathBuf,
     /// Name in tables.
     pub name: String,
@@ -68,7 +67,6 @@ pub enum BaseError {
     },
     /// A folder or a file on the way.
     File {
-        /// The file.
         path: PathBuf,
         /// Why.
         source: io::Error,
@@ -150,7 +148,6 @@ fn options() -> u32 {
     crc32fast::hash(all.join(" ").as_bytes())
 }
 
-/// An error with its file.
 fn at(path: &Path) -> impl Fn(io::Error) -> BaseError {
     let path = path.to_owned();
     move |source| BaseError::File {

@@ -60,7 +60,6 @@ impl fmt::Display for Place {
 }
 
 impl Place {
-    /// The parameters where this is a hoist.
     pub fn hoist(self) -> Option<HoistParams> {
         let Self::Hoist {
             segments,
@@ -272,7 +271,6 @@ impl Case {
     }
 }
 
-/// The case of a name.
 pub fn named(name: &str) -> Result<Case, UnknownCase> {
     let found = CASES.into_iter().find(|case| case.name() == name);
     found.ok_or_else(|| UnknownCase {

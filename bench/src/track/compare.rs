@@ -24,7 +24,6 @@ pub const TOLERANCE: f64 = 0.02;
 pub enum Verdict {
     /// Within tolerance or bar.
     Pass,
-    /// Not so.
     Fail,
     /// Fewer instructions by more than the tolerance: the baseline can be lowered. Against another program: faster beyond the
     /// interval.
@@ -61,7 +60,6 @@ impl fmt::Display for Verdict {
 pub struct Row {
     /// `scene/backend`.
     pub case: String,
-    /// Name of the measure.
     pub measure: String,
     pub baseline: Option<f64>,
     /// The value now.

@@ -32,7 +32,6 @@ pub enum Kind {
     Instructions,
     /// Against the case's bar.
     Barred,
-    /// Not at all.
     Wall,
 }
 

@@ -29,7 +29,6 @@ const SCHEMA: u32 = 2;
 /// First message of a program.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Hello {
-    /// [`SCHEMA`].
     schema: u32,
     /// [`PROFILE`].
     build: String,
@@ -270,7 +269,6 @@ pub enum Fault {
     Build(String),
     /// It ended while it was asked.
     Ended {
-        /// How.
         status: String,
         /// Last line on its standard error.
         said: String,

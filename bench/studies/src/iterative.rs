@@ -113,7 +113,6 @@ const PHASES: [Phase; 4] = [
 /// One row: a solver, a start and an error to reach on a case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the scene.
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,

@@ -40,7 +40,6 @@ pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,

@@ -49,7 +49,6 @@ const PATIENCE: (f64, f64) = (20.0, 1.0);
 #[derive(Debug, Clone)]
 pub struct Setup {
     pub source: SceneSource,
-    /// How it is stepped.
     pub options: StepOptions,
 }
 

@@ -59,7 +59,6 @@ const DENSE_ROWS: usize = 200;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment, ascending.
     pub ratios: Vec<f64>,

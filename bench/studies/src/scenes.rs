@@ -143,7 +143,6 @@ impl Config {
 /// One row: a solver on a case. A number that is not known is none.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the scene.
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,

@@ -16,7 +16,6 @@ pub const BENCH: &Study = &ladder::STUDY;
 /// Branches and loops.
 pub const SCENES: &Study = &scenes::STUDY;
 
-/// Studies with a command of their own.
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
 
 /// Studies of `taut study`, in the order of its list.

@@ -19,7 +19,6 @@ use taut_recording::{Observer, Recorder, observe_contacts};
 pub enum Command {
     /// Sets a control, or one of the motors and winches that follow it.
     Set {
-        /// Its name.
         control: String,
         /// The name of the joint or cable that follows it; `None` for all.
         #[serde(default)]
@@ -94,7 +93,6 @@ pub struct About {
     pub solvers: Vec<String>,
     /// See `solvers`.
     pub schemes: Vec<String>,
-    /// The layout.
     pub layout: Layout,
 }
 
@@ -125,7 +123,6 @@ pub struct Drive {
 
 /// Options that a restart may begin with, beside the stepper's own.
 struct Options {
-    /// Options of the first step.
     first: StepOptions,
     /// Options of the last step that was made; `None` until they differ from `first`.
     proven: Option<StepOptions>,
@@ -207,7 +204,6 @@ impl Drive {
         })
     }
 
-    /// The stepper.
     pub fn stepper(&self) -> &Stepper {
         &self.stepper
     }

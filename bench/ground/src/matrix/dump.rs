@@ -15,9 +15,7 @@ use taut_solver::{SolveError, SymBlockMatrix, forward_error, reference_solution}
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dumped {
     pub form: Form,
-    /// A.
     pub matrix: SymBlockMatrix,
-    /// b.
     pub b: Vec<f64>,
     /// The solution of A x = b in extended precision, rounded, or the error of finding it.
     pub x: Result<Vec<f64>, SolveError>,

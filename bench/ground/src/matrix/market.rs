@@ -56,7 +56,6 @@ pub enum Fault {
 /// A file that is not read, with its line where there is one, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MarketError {
-    /// The file.
     pub path: PathBuf,
     /// Line from 1.
     pub line: Option<u64>,
@@ -80,9 +79,7 @@ impl std::error::Error for MarketError {}
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Market {
-    /// Number of rows.
     pub rows: usize,
-    /// Number of columns.
     pub columns: usize,
     /// Array file: all values column by column. Otherwise coordinates.
     pub array: bool,

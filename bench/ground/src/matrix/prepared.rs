@@ -54,7 +54,6 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Analyses.
     pub fn analyze(&self, backend: &Backend) -> Result<Prepared<'_>, SolveError> {
         let (work, report) = match self.view(backend)? {
             View::General(a) => {
@@ -86,7 +85,6 @@ enum View<'a> {
 /// A backend that has analysed a matrix.
 pub struct Prepared<'a> {
     work: Work<'a>,
-    /// Report of the analysis.
     pub report: AnalyzeReport,
 }
 
@@ -102,7 +100,6 @@ enum Work<'a> {
 }
 
 impl Prepared<'_> {
-    /// Factorises.
     pub fn factorize(&mut self) -> Result<FactorReport, SolveError> {
         match &mut self.work {
             Work::Symmetric { solver, a, .. } => solver.factorize(a),

@@ -25,7 +25,6 @@ use std::path::{Path, PathBuf};
 use taut_integrator::{Form, StepError};
 use taut_solver::SymBlockMatrix;
 
-/// Name of the index.
 pub const INDEX: &str = "sequence.csv";
 
 /// Heading of the index.
@@ -236,7 +235,6 @@ fn name(form: Form, stretch: usize) -> String {
     format!("{form}_{}", stretch + 1)
 }
 
-/// Reads the sequence of a folder.
 pub fn read(folder: &Path) -> Result<Sequence, SequenceError> {
     let (first, times) = read_index(folder)?;
     let stretch = |(stretch, time): (usize, Vec<f64>)| {
@@ -345,7 +343,6 @@ fn read_systems(folder: &Path, name: &str, steps: usize) -> Result<Systems, Sequ
     Ok(systems)
 }
 
-/// The columns of an array.
 fn read_array(path: &Path, rows: usize, columns: usize) -> Result<Vec<Vec<f64>>, SequenceError> {
     let market = market::read(path)?;
     if (market.rows, market.columns) != (rows, columns) {

@@ -79,7 +79,6 @@ pub fn refining(backend: Backend) -> Backend {
 /// A system and what is known of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
-    /// Name of the matrix.
     pub matrix: String,
     /// Dimension.
     pub dim: usize,
@@ -114,7 +113,6 @@ pub struct About {
 /// One row: a backend on a system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the matrix.
     pub matrix: String,
     /// Backend without iterations and tolerance.
     pub backend: String,

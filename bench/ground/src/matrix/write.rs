@@ -72,7 +72,6 @@ fn put_entries(out: &mut String, [rows, columns]: [usize; 2], entries: &[(usize,
     }
 }
 
-/// A vector as text.
 pub fn vector(v: &[f64], comments: &[String]) -> String {
     let mut out = head("array real general", comments);
     let _ = writeln!(out, "{} 1", v.len());

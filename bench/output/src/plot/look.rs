@@ -41,7 +41,6 @@ pub enum Dash {
 }
 
 impl Dash {
-    /// All of them.
     pub(super) const ALL: [Self; 7] = [
         Self::Solid,
         Self::Dashed,

@@ -11,7 +11,6 @@ const MOST: usize = 10_000;
 pub struct Shard {
     /// Which it is, from 1.
     pub number: usize,
-    /// How many there are.
     pub of: usize,
 }
 

@@ -37,7 +37,6 @@ pub struct OwnScene {
 pub(super) enum Subject {
     /// One of the family over segments and mass ratios.
     Hoist(Box<HoistParams>),
-    /// Any other.
     Own(Box<OwnScene>),
 }
 

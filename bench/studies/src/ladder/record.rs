@@ -8,7 +8,6 @@ use taut_output::notation::number;
 /// One row: a solver with its options on one scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the scene.
     pub scene: String,
     /// Segments of the hoist's cable; none of another scene, which has no elongation either.
     pub segments: Option<usize>,

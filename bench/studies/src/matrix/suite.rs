@@ -85,7 +85,6 @@ pub enum State {
 pub enum Compliance {
     /// l/EA of the default cable.
     Material,
-    /// [`STIFF`].
     Stiff,
 }
 

@@ -23,7 +23,6 @@ use taut_output::table;
 pub struct Config {
     /// Bending compliances \[rad/(N m)].
     pub compliances: Vec<f64>,
-    /// Numbers of particles.
     pub particles: Vec<usize>,
     /// Simulated time \[s].
     pub time: f64,
@@ -57,7 +56,6 @@ impl Config {
 /// How the bending of a chain acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bending {
-    /// Not at all.
     None,
     /// As an external force of the state at the beginning of a step.
     Explicit,

@@ -330,7 +330,6 @@ pub struct Record {
     /// When the first unstable ratio of the search above it failed \[s].
     #[serde(rename = "failure_time_s")]
     pub failure_time: Option<f64>,
-    /// How.
     pub failure: Option<String>,
     /// Euler's load of the cable, as a ratio.
     pub euler: f64,

@@ -79,7 +79,6 @@ pub struct Record {
     pub solver: String,
     /// Sweeps; 0 for the direct solver.
     pub sweeps: usize,
-    /// Number of elements.
     pub elements: usize,
     /// Mass ratio load/element.
     pub ratio: f64,

@@ -32,7 +32,6 @@ pub struct State {
     exact: Vec<f64>,
 }
 
-/// One solve.
 #[derive(Debug, Clone, Copy)]
 pub struct Solved {
     pub iterations: usize,
@@ -123,7 +122,6 @@ impl State {
         Ok(stepper)
     }
 
-    /// One solve.
     pub fn solve(&self, options: StepOptions, start: Start) -> Result<Solved, StepError> {
         let mut stepper = self.stepper(options, start)?;
         let report = stepper.solve()?;

@@ -47,7 +47,6 @@ pub struct Recorder {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     pub files: Vec<PathBuf>,
-    /// Number of stretches.
     pub stretches: usize,
     /// Matrix files whose exact solutions were asked for and are out of reach.
     pub inexact: Vec<String>,

@@ -28,7 +28,6 @@ use taut_output::check::{ExperimentError, Outcome, csv};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Loads from the straight cable to the full circle.
     pub loads: usize,

@@ -11,7 +11,6 @@ use taut_output::table::{error, table, text};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// F/YA.
     pub strains: Vec<f64>,
