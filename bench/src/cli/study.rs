@@ -219,7 +219,7 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     let done = Cases::unless_elsewhere((call.study.run)(call.matches, &mut reporter));
     cases.bar().finish_and_clear();
     done.map_err(|e| failed(&e))?;
-    cases.finish()?;
+    cases.finish().map_err(Failure::Input)?;
     if !console.quiet {
         files::print(&format!("{}: {}\n", cases.told(), path.display()))?;
     }
@@ -263,7 +263,7 @@ pub(crate) fn tell(
     let found = (call.study.run)(call.matches, &mut reporter);
     cases.bar().finish_and_clear();
     let mut found = found.map_err(|e| failed(&e))?;
-    cases.finish()?;
+    cases.finish().map_err(Failure::Input)?;
     say(&found.text).map_err(|e| failed(&e))?;
     found.text = text;
     if let Some(csv) = &outputs.csv {

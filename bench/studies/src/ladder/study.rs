@@ -3,7 +3,7 @@
 use super::extras::measure;
 use super::table::{LEGEND, answer, rows};
 use super::{Config, OwnScene, Results, SceneNote};
-use crate::cases::{Cases, CasesError};
+use crate::cases::{Cases, Elsewhere};
 use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, Time, overrides};
 use crate::study::{self, Found, Reporter, Study, data};
 use clap::parser::ValueSource;
@@ -277,7 +277,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
         (reporter.say)(&told(options, &config, results)?)?;
     }
     let extras = measure(&config, reporter.cases)?;
-    let results = results.ok_or(CasesError::Elsewhere)?;
+    let results = results.ok_or(Elsewhere)?;
     let mut settings = settings(&config)?;
     if !options.overrides.is_empty() {
         settings.push(("set".to_owned(), options.overrides.join(", ")));
