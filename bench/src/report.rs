@@ -160,10 +160,7 @@ impl Report {
 #[derive(Debug)]
 pub enum ReportError {
     /// A file that is neither a report nor a list of rows.
-    Read {
-        path: PathBuf,
-        reason: String,
-    },
+    Read { path: PathBuf, reason: String },
     /// A file without rows.
     Empty(PathBuf),
     /// A report whose benchmark has no plot of work against precision; its name.

@@ -94,7 +94,7 @@ pub(crate) fn header(call: &Call<'_>) -> Result<Header, FileError> {
 /// The words of a call with the options that were given, in the order of the help.
 fn command(call: &Call<'_>) -> Vec<String> {
     let mut words: Vec<String> = call.words.iter().map(ToString::to_string).collect();
-    let options = (call.options.options)(Command::new(call.options.name));
+    let options = call.options.command(Command::new(call.options.name));
     for option in options.get_arguments() {
         let id = option.get_id().as_str();
         if call.matches.value_source(id) != Some(ValueSource::CommandLine) {

@@ -93,7 +93,7 @@ pub(crate) fn with_options(command: Command, study: &Study) -> Command {
         "Writes {} to a file as well (`-` for standard output, which then holds nothing else)",
         study.writes
     );
-    CasesArgs::augment_args((study.options)(command)).arg(file("json", json))
+    CasesArgs::augment_args(study.command(command)).arg(file("json", json))
 }
 
 /// An option for a file of rows, of which a shard has not all.

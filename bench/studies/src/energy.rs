@@ -1,13 +1,8 @@
 //! Conservation by the schemes: the swing of a load over a minute, the energy over a million steps,
 //! the angular momentum of a free cable.
 
-use crate::cases::Cases;
-use crate::motions::{self, fixed, scientific};
-use crate::options::{Quick, pick};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
+use crate::study::question::*;
 use nalgebra::{Matrix4, UnitQuaternion, Vector3, Vector4};
-use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions};
@@ -15,13 +10,6 @@ use taut_model::{
     Bodies, Body, Constraint, Cosserat, Frame, HoistParams, RowLaw, Scene, Spherical, Stiffness,
     hanging_axes,
 };
-use taut_output::check::ExperimentError;
-use taut_output::notation::number;
-use taut_output::plan::{PLAIN, Plan, error, linear, positive};
-use taut_output::plot::Mark;
-use taut_output::row::{Row, number_of};
-use taut_output::settings::{list, numbers, seconds, set, step};
-use taut_output::sheet::{self, Column, Sheet, Show, column};
 
 /// `taut study energy`.
 pub(crate) const STUDY: Study = Study {
@@ -30,8 +18,8 @@ pub(crate) const STUDY: Study = Study {
     about: "Swing amplitude over a minute, energy over a million steps, angular momentum of a free cable",
     examples: &["--quick"],
     mark: ("bands", "first_band"),
-    options: Quick::augment_args,
-    run: |matches, reporter| study(Quick::from_arg_matches(matches)?.quick, reporter.cases),
+    takes: &["quick"],
+    run: |matches, reporter| study(Asked::read(matches).quick, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

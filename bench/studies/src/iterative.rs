@@ -22,13 +22,11 @@
 
 mod table;
 
-use crate::cases::Cases;
-use crate::options::{Backends, Quick, Ratios, Segments, count};
+use crate::options::count;
 use crate::scenes;
-use crate::study::{self, Found, Study, data};
+use crate::study::question::*;
 use crate::systems::turns::{self, Work};
 use crate::systems::{Fewest, Start, State, Told, at_rung, entrants, grid};
-use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use table::{SHEETS, conclusions};
@@ -36,9 +34,6 @@ use taut_ground::choice::{Choice, Omission};
 use taut_ground::reference::reference_choice;
 use taut_integrator::{Phase, StepError, StepOptions};
 use taut_model::{HoistParams, Network, Scene};
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::settings::{Setting, counts, list, numbers, set, solvers, step};
 
 /// Steps from the start to the state of a case.
 pub const WARM_UP: usize = 30;
@@ -333,26 +328,22 @@ pub(crate) const STUDY: Study = Study {
     about: "Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver",
     examples: &["--quick --backends cg:group"],
     mark: ("", "target"),
-    options: Options::augment_args,
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "backends", "quick"],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let limit = Own::from_arg_matches(matches)?.iterations;
+        ask(&Asked::read(matches), limit, reporter.cases)
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
+struct Own {
     /// Most iterations tried
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<usize>,
-    #[command(flatten)]
-    quick: Quick,
 }
 
 const LEGEND: &str = "\
@@ -361,8 +352,8 @@ pieces to the multipliers (assembly, factorisation, solve), × the direct solver
 row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
 reached; guess: the step before is as near as that";
 
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let config = config(options)?;
+fn ask(asked: &Asked, limit: Option<usize>, cases: &Cases) -> Result<Found, ExperimentError> {
+    let config = config(asked, limit)?;
     let results = run(&config, cases)?;
     let told = Told {
         settings: settings(&config),
@@ -380,28 +371,30 @@ fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     Ok(told.into())
 }
 
-fn config(options: &Options) -> Result<Config, ExperimentError> {
-    let mut config = options.quick.of(Config::quick);
-    if !options.segments.segments.is_empty() || !options.ratios.ratios.is_empty() {
+fn config(asked: &Asked, limit: Option<usize>) -> Result<Config, ExperimentError> {
+    let mut config = asked.form(Config::quick);
+    if !asked.segments.is_empty() || !asked.ratios.is_empty() {
         // Both are the hoist's.
         config.networks.clear();
     }
-    options.segments.replace(&mut config.segments);
-    options.ratios.replace(&mut config.ratios)?;
-    options.backends.replace(&mut config.choices)?;
+    asked.segments(&mut config.segments);
+    asked.ratios(&mut config.ratios)?;
+    if !asked.backends.is_empty() {
+        config.choices = asked.choices()?;
+    }
     if let Some(direct) = config.choices.iter().find(|c| !c.backend.is_iterative()) {
         return Err(format!(
             "`--backends {direct}`: `taut study iterative` takes iterative solvers, gauss-seidel, cg and minres"
         )
         .into());
     }
-    if let Some(name) = options.backends.backends.iter().find(|b| b.contains('=')) {
+    if let Some(name) = asked.backends.iter().find(|b| b.contains('=')) {
         return Err(format!(
             "`{name}`: the study looks for the iterations itself, without a tolerance; use `--iterations`"
         )
         .into());
     }
-    config.limit = options.iterations.unwrap_or(config.limit);
+    config.limit = limit.unwrap_or(config.limit);
     if config.limit == 0 {
         return Err("`--iterations` is 0: it must be at least 1".into());
     }

@@ -18,22 +18,13 @@ mod rival;
 pub use case::{Case, Joint, System};
 pub use rival::{Rival, Use};
 
-use crate::cases::Cases;
-use crate::options::{Quick, Ratios, Segments};
-use crate::study::{self, Found, Study, data};
+use crate::study::question::*;
 use crate::systems::{Told, add_omissions, grid, taking_part, turns};
-use clap::{Args, FromArgMatches};
 use rival::{Errors, work};
 use serde::Serialize;
-use serde_json::{Value, json};
 use std::time::Duration;
 use taut_ground::choice::Omission;
 use taut_integrator::StepError;
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::row::{Row, has_no_error, number_of};
-use taut_output::settings::{Setting, counts, list, numbers, seconds, set, step};
-use taut_output::sheet::{self, Sheet, Show, column};
 
 /// Rows beyond which the dense solver, whose cost is cubic, is left out.
 pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
@@ -170,24 +161,22 @@ pub(crate) const STUDY: Study = Study {
     about: "Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run",
     examples: &["--backends banded,faer:llt"],
     mark: ("records", "joint_rows"),
-    options: Options::augment_args,
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "quick"],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let named = Own::from_arg_matches(matches)?.backends;
+        ask(&Asked::read(matches), &named, reporter.cases)
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
+struct Own {
     /// Solvers: a backend with options after colons, `/kkt` for the KKT form; NAME+refine, NAME+many, lapack:lower, lapack:upper
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
-    #[command(flatten)]
-    quick: Quick,
 }
 
 const LEGEND: &str = "\
@@ -197,19 +186,16 @@ error: relative error of the multipliers against the KKT system in extended prec
 matrices. +refine: with one refinement from the pieces, by the step's clock; umfpack: with its own refinement, its
 default; +many: 8 right-hand sides a factorisation, each; lapack: dpbtrf and dpbtrs, without filling the band";
 
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = options.quick.of(Config::quick);
-    options.segments.replace(&mut config.segments);
-    options.ratios.replace(&mut config.ratios)?;
-    if !options.backends.is_empty() {
-        config.rivals.clear();
-        for name in &options.backends {
+fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = asked.form(Config::quick);
+    asked.segments(&mut config.segments);
+    asked.ratios(&mut config.ratios)?;
+    if !named.is_empty() {
+        let rivals = named.iter().map(|name| {
             let rival: Rival = name.parse()?;
-            rival.check()?;
-            if !config.rivals.contains(&rival) {
-                config.rivals.push(rival);
-            }
-        }
+            rival.check().map(|()| rival).map_err(ExperimentError::from)
+        });
+        config.rivals = distinct(rivals.collect::<Result<Vec<_>, _>>()?.into_iter());
     }
     let results = run(&config, cases)?;
     let told = Told {

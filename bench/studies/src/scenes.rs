@@ -17,19 +17,17 @@ pub(crate) use study::STUDY;
 pub use taut_ground::reference::reference_choice;
 
 use crate::cases::{Cases, shared};
+use crate::study::question::*;
 use crate::systems::turns::{self, Time, Work};
 use crate::systems::{Start, add_omissions, at_rung, entrants, rungs};
 use measure::{Case, Task};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_integrator::{Elimination, StepError};
 use taut_model::{Network, NetworkParams};
-use taut_output::check::ExperimentError;
-use taut_output::settings::distinct;
 use taut_solver::{Backend, SolveReport};
 
 /// Largest relative error of the multipliers and of the load's place, for a direct solver with

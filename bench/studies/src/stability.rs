@@ -7,22 +7,11 @@
 //! beyond the widest gap of the hanging cable, and no body turns by more than π/4 in a step
 //! ([`taut_ground::trajectory::simulate`]).
 
-use crate::cases::Cases;
-use crate::motions::{self, fixed};
-use crate::options::{Quick, Time, pick};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
-use serde_json::{Value, json};
+use crate::study::question::*;
 use std::f64::consts::PI;
 use taut_ground::trajectory::{Failure, simulate};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, Stiffness};
-use taut_output::check::ExperimentError;
-use taut_output::notation::number;
-use taut_output::plan::{PLAIN, Plan, positive, texts};
-use taut_output::row::{Row, is, number_of, text_of};
-use taut_output::settings::{counts, distinct, numbers, seconds, set, step};
-use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 
 /// `taut study stability`.
 pub(crate) const STUDY: Study = Study {
@@ -31,25 +20,17 @@ pub(crate) const STUDY: Study = Study {
     about: "Largest stable mass ratio of schemes, stiffness, joints, segments and materials",
     examples: &["--quick"],
     mark: ("", "stable_to"),
-    options: Options::augment_args,
-    run: |matches, reporter| study(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["time", "quick"],
+    run: |matches, reporter| study(&Asked::read(matches), reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
-#[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    time: Time,
-    #[command(flatten)]
-    quick: Quick,
-}
-
-fn study(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = Config::new(options.quick.quick);
+fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = Config::new(asked.quick);
     let needs = "it must be at least one step";
-    options.time.replace(&mut config.time, DT, 1, needs)?;
+    asked.time(&mut config.time, DT, 1, needs)?;
     let rows = run(&config, cases)?;
     let segments = distinct(config.cases.iter().map(|c| c.segments));
     Ok(Found {

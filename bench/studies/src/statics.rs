@@ -4,22 +4,15 @@
 //! along z exactly, so that x and y stay zero to the last bit and the step's transverse instability at large mass
 //! ratios has nothing to grow from: what is measured here is the solver.
 
-use crate::cases::Cases;
-use crate::options::{Backends, Ratios, Refused, Segments, count};
-use crate::study::{self, Found, Study, data};
+use crate::options::count;
+use crate::study::question::*;
 use crate::systems::{Fewest, grid};
-use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use taut_ground::choice::Choice;
 use taut_ground::pace;
 use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
-use taut_output::check::ExperimentError;
-use taut_output::row::{Row, is, number_of};
-use taut_output::settings::{counts, numbers, set, solvers, step};
-use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
-use taut_output::table::MARK;
 use taut_solver::Status;
 
 /// Steps of [`hold`]: half a second at 60 Hz.
@@ -235,20 +228,18 @@ pub(crate) const STUDY: Study = Study {
     details: "Unless told otherwise: 24 and 100 segments, mass ratios 1 to 10⁵, all solvers but the dense one, whose cost is cubic.",
     writes: "the rows",
     mark: ("settled", "sideways_m"),
-    options: Options::augment_args,
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "backends"],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let limit = Own::from_arg_matches(matches)?.limit;
+        ask(&Asked::read(matches), limit, reporter.cases)
+    },
     sheets: SHEETS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
+struct Own {
     /// Most iterations tried for the iterative solvers
     #[arg(long, default_value_t = 4096, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     limit: usize,
@@ -262,15 +253,14 @@ joints; for a bent, swinging one see `taut bench`.";
 
 /// Settles the cable with every direct solver and counts the iterations of the others, in parallel; each solver on each
 /// scene is a case. The dense solver, whose cost is cubic, takes part where it is named.
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let is_named = !options.backends.backends.is_empty();
+fn ask(asked: &Asked, limit: usize, cases: &Cases) -> Result<Found, ExperimentError> {
+    let is_named = !asked.backends.is_empty();
     let fits = |c: &Choice| is_named || (c.check().is_ok() && c.backend.name() != "dense");
-    let mut choices = options.backends.choices()?;
+    let mut choices = asked.choices()?;
     choices.retain(fits);
     let (mut segments, mut ratios) = (vec![24, 100], vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5]);
-    options.segments.replace(&mut segments);
-    options.ratios.replace(&mut ratios)?;
-    let limit = options.limit;
+    asked.segments(&mut segments);
+    asked.ratios(&mut ratios)?;
     if limit == 0 {
         return Err(Refused("`--limit` is 0: it must be at least 1".to_owned()).into());
     }

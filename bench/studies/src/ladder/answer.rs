@@ -3,9 +3,7 @@
 //! solver to use.
 
 use super::{LEVELS, Record};
-use serde_json::{Value, json};
-use taut_output::sheet::{Column, PLAIN, Sheet, Show, column};
-use taut_output::table::nanoseconds;
+use crate::study::question::*;
 
 /// A row and what its step costs within a level \[ns].
 type Placed<'a> = (&'a Record, f64);
@@ -109,13 +107,13 @@ const HOIST: Sheet = Sheet {
         column("segments", "segments"),
         column("mass_ratio", "ratio").shown(Show::Ratio),
     ]),
-    ..PLAIN
+    ..sheet::PLAIN
 };
 
 /// The answer on other scenes.
 const OWN: Sheet = Sheet {
     columns: &columns([column("scene", "scene"), column("mass_ratio", "ratio")]),
-    ..PLAIN
+    ..sheet::PLAIN
 };
 
 impl Answer {

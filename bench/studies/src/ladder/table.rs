@@ -1,12 +1,7 @@
 //! The main job's rows and its answer as text.
 
 use super::{Answer, Record, Results, SceneNote};
-use crate::study::data;
-use serde_json::{Value, json};
-use taut_output::row::{Row, has_ended, has_no_error, iterations, number_of};
-use taut_output::settings::distinct;
-use taut_output::sheet::{self, Sheet, Show, column};
-use taut_output::table::{omissions, text, wrapped};
+use crate::study::question::*;
 
 /// The rows of the main job on the hoist.
 const HOIST: Sheet = Sheet {
@@ -150,12 +145,12 @@ pub(super) fn answer(results: &Results) -> String {
         rows,
         advice,
     } = Answer::of(&results.records);
-    let mut sentence = wrapped(&[]);
+    let mut sentence = table::wrapped(&[]);
     sentence.add_row([advice]);
     format!(
         "{}\n{}{}",
         sheet.text(&rows),
-        text(&sentence),
+        table::text(&sentence),
         omissions(&results.omissions)
     )
 }

@@ -2,19 +2,12 @@
 
 use super::compared;
 use super::table::SHEETS;
-use crate::cases::Cases;
-use crate::options::{Iterations, Quick};
-use crate::study::{self, Found, Study, data};
-use clap::{Args, FromArgMatches};
+use crate::study::question::*;
 use std::path::PathBuf;
 use std::time::Duration;
 use taut_ground::Choice;
 use taut_ground::matrix::solve::{Config, Results};
 use taut_ground::matrix::{System, solve};
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::settings::{Setting, counts, list, seconds, set};
-use taut_output::table::MARK;
 use taut_solver::Backend;
 
 /// `taut study matrix`.
@@ -24,29 +17,32 @@ pub(crate) const STUDY: Study = Study {
     about: "Systems from Matrix Market files: every backend, speed against error",
     examples: &["bcsstk14.mtx.gz sherman1.mtx"],
     mark: ("", "about"),
-    options: Options::augment_args,
+    takes: &["iterations", "quick"],
+    options: Own::augment_args,
     reads: |matches| {
         let paths = matches.get_many("matrices");
         paths.into_iter().flatten().cloned().collect()
     },
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
+    run: |matches, reporter| {
+        run(
+            &Asked::read(matches),
+            &Own::from_arg_matches(matches)?,
+            reporter.cases,
+        )
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
+struct Own {
     /// The matrices
     #[arg(value_name = "A.mtx", required = true, value_delimiter = ',')]
     matrices: Vec<PathBuf>,
     /// Backends with options after colons (default: all that accept the matrix)
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
-    #[command(flatten)]
-    iterations: Iterations,
-    #[command(flatten)]
-    quick: Quick,
 }
 
 const LEGEND: &str = "\
@@ -88,21 +84,16 @@ pub fn measured(system: &System, config: &Config) -> Result<Results, ExperimentE
     }
 }
 
-fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let (limits, milliseconds): (&[usize], u64) = if options.quick.quick {
-        (&[10, 100], 20)
-    } else {
-        (&[10, 100, 1000], 300)
-    };
+fn run(asked: &Asked, own: &Own, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config {
-        iterations: limits.to_vec(),
-        budget: Duration::from_millis(milliseconds),
-        ..backends(&options.backends)?
+        iterations: pick(asked.quick, [vec![10, 100, 1000], vec![10, 100]]),
+        budget: Duration::from_millis(pick(asked.quick, [300, 20])),
+        ..backends(&own.backends)?
     };
-    options.iterations.replace(&mut config.iterations)?;
+    asked.iterations(&mut config.iterations)?;
     // All are read before any is measured.
     let (mut systems, mut unread) = (Vec::new(), Vec::new());
-    for path in &options.matrices {
+    for path in &own.matrices {
         match System::read(path, None, None) {
             Ok(system) => systems.push(system),
             Err(e) => unread.push(e),

@@ -1,12 +1,9 @@
 //! Every backend on a matrix, and the index of the graded set.
 
 use super::suite::Entry;
-use serde_json::{Value, json};
+use crate::study::question::*;
 use std::fmt::Write;
 use taut_ground::matrix::solve::{About, CONVERGED, DIRECT, Record, Results};
-use taut_output::row::{Row, iterations, number_of, text_of};
-use taut_output::sheet::{self, Column, Sheet, Show, column};
-use taut_output::table::{nanoseconds, omissions};
 
 const SOLVER: Column = column("backend", "solver");
 const ITERATIONS: Column = column("iterations", "iter").shown(Show::Row(iterations));
