@@ -119,7 +119,7 @@ fn estimate(args: &RunArgs) -> Result<Option<usize>, Failure> {
 fn prepared(args: &RunArgs, console: Console) -> Result<Prepared, Failure> {
     let inputs = |scene| source::inputs(args.controls.as_deref(), scene);
     if let Some(path) = &args.resume {
-        let (stepper, yardstick, mut driven) = RunFile::resume(path)?;
+        let (stepper, yardstick, mut driven) = RunFile::resume(path).map_err(Failure::Input)?;
         if args.controls.is_none() && !args.hold_controls && !driven.is_empty() {
             return Err(Failure::Input(format!(
                 "`{}` was driven by a table of {}: give one with `--controls`, or `--hold-controls` to go on at the last \

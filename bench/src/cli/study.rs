@@ -226,7 +226,7 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn failed(e: &ExperimentError) -> Failure {
+pub(crate) fn failed(e: &ExperimentError) -> Failure {
     if is_lost(e) {
         return Failure::Unstable(e.to_string());
     }

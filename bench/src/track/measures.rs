@@ -126,6 +126,14 @@ pub enum Missing {
     Failed(String),
 }
 
+impl Missing {
+    /// Why.
+    pub fn reason(self) -> String {
+        let (Self::NotMeasured(why) | Self::Failed(why)) = self;
+        why
+    }
+}
+
 impl From<StepError> for Missing {
     fn from(e: StepError) -> Self {
         Self::Failed(e.to_string())

@@ -4,7 +4,6 @@
 use super::against::{Compared, Versus, against};
 use super::cases::Case;
 use super::compare::Verdict;
-use super::peer::PeerError;
 use indicatif::ProgressBar;
 
 /// The part that each step is made longer by.
@@ -41,7 +40,7 @@ pub fn self_test(
     cases: &[Case],
     trials: usize,
     progress: &ProgressBar,
-) -> Result<SelfTest, PeerError> {
+) -> Result<SelfTest, String> {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     let mut test = SelfTest {
         trials,

@@ -29,6 +29,7 @@ pub(crate) const STUDY: Study = Study {
         "ratios",
         "backends",
         "iterations",
+        "dt",
         "time",
         "quick",
     ],

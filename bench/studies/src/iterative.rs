@@ -328,7 +328,7 @@ pub(crate) const STUDY: Study = Study {
     about: "Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver",
     examples: &["--quick --backends cg:group"],
     mark: ("", "target"),
-    takes: &["segments", "ratios", "backends", "quick"],
+    takes: &["segments", "ratios", "backends", "iterations", "quick"],
     options: Own::augment_args,
     run: |matches, reporter| {
         let limit = Own::from_arg_matches(matches)?.iterations;

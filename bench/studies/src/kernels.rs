@@ -161,7 +161,7 @@ pub(crate) const STUDY: Study = Study {
     about: "Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run",
     examples: &["--backends banded,faer:llt"],
     mark: ("records", "joint_rows"),
-    takes: &["segments", "ratios", "quick"],
+    takes: &["segments", "ratios", "backends", "quick"],
     options: Own::augment_args,
     run: |matches, reporter| {
         let named = Own::from_arg_matches(matches)?.backends;

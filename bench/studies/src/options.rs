@@ -1,6 +1,6 @@
 //! Options that several experiments read, each with what it stands for and what it refuses.
 
-use clap::{Arg, ArgMatches, Args, Command};
+use clap::{ArgMatches, Args, Command};
 use std::any::Any;
 use std::fmt;
 use taut_ground::choice::Choice;
@@ -46,11 +46,11 @@ pub struct Asked {
     pub(crate) quick: bool,
 }
 
-/// Adds those of the options of [`Asked`] to a command.
-pub(crate) fn taking(command: Command, names: &[&str]) -> Command {
-    let all = Asked::augment_args(Command::new("all"));
-    let is_taken = |arg: &&Arg| names.contains(&arg.get_id().as_str());
-    command.args(all.get_arguments().filter(is_taken).cloned())
+/// Adds options by name to a command: its own, else those of [`Asked`].
+pub(crate) fn taking(command: Command, names: &[&str], own: fn(Command) -> Command) -> Command {
+    let all = Asked::augment_args(own(Command::new("all")));
+    let named = |name: &&str| all.get_arguments().find(|arg| arg.get_id() == *name);
+    command.args(names.iter().filter_map(named).cloned())
 }
 
 /// The values of an option; none where a command does not take it.

@@ -150,7 +150,7 @@ pub(crate) const STUDY: Study = Study {
     details: "The folder is one that `taut dump SCENE --steps A..B --out DIR` wrote: sequence.csv has a line a step with its number, its time and the number N of its pattern; FORM_N.mtx, of the forms schur and kkt, is the matrix of the first step of a pattern; FORM_N_values.mtx, FORM_N_rhs.mtx and FORM_N_exact.mtx are arrays with a column a step: the values of all entries in the order of FORM_N.mtx, right-hand sides, and exact solutions, which the study finds itself where they are not there.",
     examples: &["target/sequence --backends banded,cg:group,umfpack/kkt"],
     mark: ("records", "solve_ns_by_step"),
-    takes: &["backends", "iterations"],
+    takes: &["folder", "backends", "iterations"],
     options: Own::augment_args,
     reads: |matches| {
         let folder = matches.get_one::<PathBuf>("folder");

@@ -228,7 +228,7 @@ pub(crate) const STUDY: Study = Study {
     details: "Unless told otherwise: 24 and 100 segments, mass ratios 1 to 10⁵, all solvers but the dense one, whose cost is cubic.",
     writes: "the rows",
     mark: ("settled", "sideways_m"),
-    takes: &["segments", "ratios", "backends"],
+    takes: &["segments", "ratios", "backends", "limit"],
     options: Own::augment_args,
     run: |matches, reporter| {
         let limit = Own::from_arg_matches(matches)?.limit;

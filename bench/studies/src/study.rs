@@ -30,9 +30,9 @@ pub struct Study {
     /// A list of its rows and a column that no other experiment has, by which rows without a name are known. The list
     /// without a name is the data itself. No column where rows alone make no page.
     pub mark: (&'static str, &'static str),
-    /// Those of its options that other experiments read too, by name.
+    /// Its options by name, in the order of the help: those that other experiments read too, and its own.
     pub takes: &'static [&'static str],
-    /// Adds the others to a command.
+    /// Adds its own options to a command, all that it has where [`takes`](Self::takes) names none.
     pub options: fn(Command) -> Command,
     /// The files that it reads, by its options.
     pub reads: fn(&ArgMatches) -> Vec<PathBuf>,
@@ -64,7 +64,10 @@ pub const PLAIN: Study = Study {
 impl Study {
     /// A command with its options.
     pub fn command(&self, command: Command) -> Command {
-        taking((self.options)(command), self.takes)
+        match self.takes {
+            [] => (self.options)(command),
+            names => taking(command, names, self.options),
+        }
     }
 }
 

@@ -17,7 +17,7 @@ pub(crate) const STUDY: Study = Study {
     about: "Systems from Matrix Market files: every backend, speed against error",
     examples: &["bcsstk14.mtx.gz sherman1.mtx"],
     mark: ("", "about"),
-    takes: &["iterations", "quick"],
+    takes: &["matrices", "backends", "iterations", "quick"],
     options: Own::augment_args,
     reads: |matches| {
         let paths = matches.get_many("matrices");

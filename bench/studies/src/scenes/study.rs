@@ -12,7 +12,14 @@ pub(crate) const STUDY: Study = Study {
     about: "Cables with branches and loops: every solver, cost against size",
     examples: &["--scene ring --quick --segments 8,12"],
     mark: ("records", "solve_ns_per_row"),
-    takes: &["segments", "ratios", "backends", "iterations", "quick"],
+    takes: &[
+        "scenes",
+        "segments",
+        "ratios",
+        "backends",
+        "iterations",
+        "quick",
+    ],
     options: Own::augment_args,
     run: |matches, reporter| {
         let names = Own::from_arg_matches(matches)?.scenes;
