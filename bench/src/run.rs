@@ -9,10 +9,10 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use taut_ground::columns::{Columns, Series};
-use taut_ground::errors::worse;
+use taut_ground::errors::{Cause, worse};
 use taut_ground::inputs::Inputs;
 use taut_ground::openings::Opening;
-use taut_ground::source::{self, SourceError};
+use taut_ground::source;
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
     Chosen, ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun,
@@ -38,7 +38,7 @@ pub struct Prepared {
 }
 
 /// Builds a scene by [`source::built`], with its expectations.
-pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, SourceError> {
+pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Cause> {
     let (source, built) = source::built(scene, overrides)?;
     let cable = match &source {
         SceneSource::Hoist(p) => Some((p.length, p.exact_elongation())),

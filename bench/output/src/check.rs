@@ -4,8 +4,8 @@
 use crate::plot::{self, Chart, PlotError};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
-use std::error::Error;
 use std::fmt;
+use taut_ground::errors::Cause;
 use taut_solver::{SolveReport, Status};
 
 /// A reference beside ours.
@@ -471,7 +471,7 @@ impl From<Vec<Check>> for Outcome {
 }
 
 /// Why an experiment could not be done: a scene, a step or its set-up, rows or charts that could not be written.
-pub type ExperimentError = Box<dyn Error + Send + Sync>;
+pub type ExperimentError = Cause;
 
 /// Records as CSV with a header.
 pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
