@@ -99,7 +99,6 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine.
     pub fn current() -> Self {
         let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = info

@@ -65,7 +65,6 @@ pub struct LoadPath {
     pub position: Vec<[f64; 3]>,
 }
 
-/// Energies at both ends of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct EnergySpan {
     /// At the beginning.
@@ -261,7 +260,6 @@ struct Tally {
     times: [Durations; 1 + Phase::ALL.len()],
 }
 
-/// The contacts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct ContactSummary {
     /// Contacts that carry a force at the end.

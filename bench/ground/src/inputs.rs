@@ -16,7 +16,6 @@ use std::fmt;
 use taut_integrator::{StepError, Stepper};
 use taut_model::Scene;
 
-/// Name of the column of times.
 const TIME: &str = "time";
 
 /// Values of some of a scene's controls over time.

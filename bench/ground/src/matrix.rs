@@ -98,7 +98,6 @@ pub enum Triangle {
     Upper,
 }
 
-/// Where a right-hand side comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RightHandSide {
     File(PathBuf),

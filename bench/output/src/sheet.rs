@@ -10,7 +10,6 @@ use serde::Serialize;
 use serde_json::Value;
 use std::fmt::Write;
 
-/// A column of a table.
 #[derive(Debug, Clone, Copy)]
 pub struct Column {
     /// The key of its values in the rows.
@@ -260,13 +259,11 @@ impl Sheet {
         heads.into_iter().chain(rows).collect()
     }
 
-    /// The tables of records that serialise.
     pub fn of(&self, records: &impl Serialize) -> String {
         // Records that do not serialise give no rows.
         self.text(&serde_json::to_value(records).unwrap_or_default())
     }
 
-    /// The tables of rows.
     pub(crate) fn of_rows(&self, mut rows: Vec<Row>) -> String {
         rows.retain(self.takes);
         let mut out = String::new();
@@ -288,7 +285,6 @@ impl Sheet {
         out
     }
 
-    /// The rows of each table.
     fn groups<'a>(&self, rows: &'a [Row]) -> Vec<Vec<&'a Row>> {
         let value = |row: &'a Row, c: &Column| row.get(c.key).filter(|v| !v.is_null());
         let key = |row: &'a Row| -> Vec<Option<&Value>> {

@@ -122,7 +122,6 @@ pub enum Ending {
     NotFinite(f64),
 }
 
-/// A recording that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     pub header: Header,

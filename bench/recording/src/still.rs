@@ -102,7 +102,6 @@ fn tensions(recording: &Recording) -> Option<[f64; 2]> {
     range.filter(|[low, high]| low.abs().max(high.abs()) > ROUNDING)
 }
 
-/// The colour of a tension in a range.
 fn hue(x: f64, range: Option<[f64; 2]>) -> Colour {
     let (Some([low, high]), true) = (range, x.is_finite()) else {
         return SOLID;

@@ -241,7 +241,6 @@ fn scene_of(args: &DumpArgs) -> String {
     format!("{} {set}", args.scene).trim_end().to_owned()
 }
 
-/// Scene, step, masses and options, as comments.
 fn comments(args: &DumpArgs, mass_ratio: f64) -> Vec<String> {
     vec![
         format!("scene {}", scene_of(args)),

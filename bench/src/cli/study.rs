@@ -66,7 +66,6 @@ fn study_command(study: &'static Study) -> Command {
     ))
 }
 
-/// The command of a study, called in that way.
 pub(crate) fn described(command: Command, study: &Study, call: &str) -> Command {
     let calls = study
         .examples

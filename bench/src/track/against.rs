@@ -340,7 +340,6 @@ fn instructions(versus: &Versus, counter: &Counter, case: &Case) -> Compared {
     Compared::new(case.name(), Measure::Instructions, found)
 }
 
-/// Name of a measure's ratio in files.
 fn ratio_name(measure: Measure) -> String {
     format!("{}-against-base", measure.name())
 }

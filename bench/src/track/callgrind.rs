@@ -47,7 +47,6 @@ impl Counter {
         &self.toolchain
     }
 
-    /// Instructions of a step of the case.
     pub fn per_step(&self, case: &Case) -> Result<f64, Missing> {
         let steps = case.counted_steps();
         let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);

@@ -111,7 +111,6 @@ impl Place {
     }
 }
 
-/// A tracked case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
     /// The scene.
@@ -205,7 +204,6 @@ impl Case {
         format!("{}/{}", self.place, self.backend)
     }
 
-    /// The solver.
     pub fn choice(&self) -> Result<Choice, String> {
         let choice: Choice = self.backend.parse()?;
         choice.check().map_err(|e| e.to_string())?;

@@ -34,7 +34,6 @@ pub enum Verdict {
     New,
     /// Instructions of another compiler or processor, within the tolerance or not.
     OtherToolchain,
-    /// Not measured here.
     NotMeasured,
     /// Shown without judgement.
     Shown,

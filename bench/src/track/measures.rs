@@ -104,7 +104,6 @@ pub struct Bars {
 /// Result of one measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// The case's name.
     pub case: String,
     pub measure: Measure,
     /// The value, or the reason why it is missing.
@@ -122,7 +121,6 @@ pub struct Figure {
 pub enum Missing {
     /// It was not asked for or cannot be had here: no fault.
     NotMeasured(String),
-    /// The measurement failed.
     Failed(String),
 }
 

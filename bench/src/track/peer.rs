@@ -40,7 +40,6 @@ pub(super) struct Hello {
 /// Request for a time.
 #[derive(Debug, Serialize, Deserialize)]
 struct Question {
-    /// The case's name.
     case: String,
     /// The measure's: `time-min` or `time-p99`.
     measure: String,

@@ -100,7 +100,6 @@ impl Judged {
         Ok(Self { start, exact, load })
     }
 
-    /// An error figure of a case.
     fn error(&self, case: &Case, choice: &Choice, measure: Measure) -> Result<f64, StepError> {
         match measure {
             Measure::ForwardError => {

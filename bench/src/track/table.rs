@@ -96,7 +96,6 @@ pub fn self_test_text(test: &SelfTest) -> String {
         + &line(&slower, test.slowed, "fail", test.slowed_ratios)
 }
 
-/// A verdict with the number of its note.
 fn noted<'a>(verdict: Verdict, note: &'a str, notes: &mut Vec<&'a str>) -> String {
     if note.is_empty() {
         return verdict.to_string();

@@ -482,7 +482,6 @@ static SOLVER: LazyLock<String> = LazyLock::new(|| {
     Choice::schur(options.backend).family()
 });
 
-/// All tables.
 fn text(data: &Value) -> String {
     let mut default = rows_of(data, "records");
     default.retain(|row| text_of(row, "setting") == "default");

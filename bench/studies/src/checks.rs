@@ -8,7 +8,6 @@ use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::settings::set;
 use taut_output::table;
 
-/// An experiment that ends in checks.
 #[derive(Debug, Clone, Copy)]
 pub struct Experiment {
     /// Its name on the command line, and of its files.
@@ -80,7 +79,6 @@ struct Row {
     check: Check,
 }
 
-/// Outcome of an experiment that ended in an error.
 fn failed(e: &ExperimentError) -> Outcome {
     let ended = Check::claim(
         "the case itself",

@@ -49,7 +49,6 @@ pub struct Config {
     pub ratios: Vec<f64>,
     /// Networks with their sizes, at their own mass ratio.
     pub networks: Vec<(Network, usize)>,
-    /// Iterative solvers.
     pub choices: Vec<Choice>,
     /// Errors to be reached, descending.
     pub targets: Vec<f64>,
@@ -91,7 +90,6 @@ impl Config {
     }
 }
 
-/// Every iterative solver.
 pub fn choices() -> Vec<Choice> {
     let all = Choice::all().into_iter();
     all.filter(|choice| choice.backend.is_iterative()).collect()

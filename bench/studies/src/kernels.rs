@@ -74,7 +74,6 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
-/// Runs all rivals on all cases, case by case.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut hoists = Vec::new();
     for (segments, ratio) in grid(&config.segments, &config.ratios) {

@@ -138,7 +138,6 @@ impl Asked {
     }
 }
 
-/// The solver of that name.
 pub(crate) fn choice(name: &str) -> Result<Choice, Refused> {
     let choice: Choice = name.parse().map_err(Refused)?;
     choice.check().map_err(|e| Refused(e.to_string()))?;

@@ -96,7 +96,6 @@ fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// The scene with cables that are cut in that way.
 fn scene(name: &str, cables: usize, cut: Cut) -> Result<Scene, SceneError> {
     let mut scene = Scene::new(name);
     scene.gravity.z = -9.81;

@@ -54,7 +54,6 @@ const LADDER_SEGMENTS: usize = 12;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Scenes with their sizes.
     pub sizes: Vec<(Network, Vec<usize>)>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
@@ -146,7 +145,6 @@ pub struct Record {
     pub size: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Bodies of the scene.
     pub bodies: usize,
     /// Rows of its constraints.
     pub rows: usize,

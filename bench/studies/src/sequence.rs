@@ -14,13 +14,11 @@ use taut_ground::matrix::sequence::{self, FORMS, INDEX, Sequence, Stretch, Syste
 use taut_ground::trajectory::Timing;
 use taut_solver::{SolveError, backward_error, forward_error};
 
-/// Passes through the sequence.
 const PASSES: usize = 3;
 
 /// Rows beyond which the dense solver is left out unless it is asked for.
 const DENSE_ROWS: usize = 300;
 
-/// The systems that a solver is given.
 fn systems<'a>(stretch: &'a Stretch, choice: &Choice) -> &'a Systems {
     let form = FORMS.iter().position(|form| *form == choice.form);
     &stretch.systems[form.unwrap_or_default()]

@@ -108,7 +108,6 @@ impl Config {
     }
 }
 
-/// Options of the step under a name.
 type Setting = (&'static str, StepOptions);
 
 /// A change of the guard under a name.
@@ -187,7 +186,6 @@ fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     Ok(json!({ "time": config.time, "fineness": config.fineness, "outcomes": outcomes }))
 }
 
-/// Outcomes of a shock for all settings.
 fn outcomes(config: &Config, case: Case) -> Result<Vec<Value>, ExperimentError> {
     let [coarser, finer] = config.fineness;
     let fine_run = |substeps| fine_run(config.time, case, substeps);

@@ -90,7 +90,6 @@ struct Case {
 }
 
 impl Case {
-    /// Name of the cable in tables.
     fn cable(&self) -> String {
         self.cable.map_or_else(
             || "hoist: 10 m, EA 2·10⁷ N, 1 kg a segment".to_owned(),

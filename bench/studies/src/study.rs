@@ -98,7 +98,6 @@ pub(crate) mod question {
 pub struct Reporter<'a> {
     /// Runner of the cases, with their progress.
     pub cases: &'a Cases,
-    /// The machine, as results name it.
     pub machine: String,
     /// Prints a part of the experiment's text at once.
     pub say: &'a mut dyn FnMut(&str) -> Result<(), ExperimentError>,

@@ -130,7 +130,6 @@ struct Options {
     next: Option<StepOptions>,
 }
 
-/// The solver of some options.
 fn chosen(options: &StepOptions) -> Choice {
     Choice {
         backend: options.backend.clone(),

@@ -17,7 +17,6 @@ const MOST_SEARCH: u64 = 2_000_000_000;
 /// A symmetric matrix in the order that its factorisation is to take.
 #[derive(Debug, Clone)]
 pub struct Ordered {
-    /// The matrix with its block rows in order.
     pub matrix: SymBlockMatrix,
     /// Scalar row of the original at each row; none where the order is the natural one.
     pub rows: Option<Vec<usize>>,
@@ -36,7 +35,6 @@ impl Ordered {
     }
 }
 
-/// The matrix in the cheaper of both orders.
 pub fn ordered(a: &SymBlockMatrix, most: EliminationCost) -> Result<Ordered, SolveError> {
     let p = a.pattern();
     let natural: Vec<usize> = (0..p.blocks()).collect();

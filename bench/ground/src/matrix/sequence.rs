@@ -148,7 +148,6 @@ fn entries(a: &SymBlockMatrix) -> Vec<(usize, usize, [usize; 2])> {
     entries
 }
 
-/// Name of a stretch's matrix of a form.
 fn name(form: Form, stretch: usize) -> String {
     format!("{form}_{}", stretch + 1)
 }

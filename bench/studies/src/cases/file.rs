@@ -9,7 +9,6 @@ use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, FileError};
 
-/// Beginning of every file.
 const BEGINNING: &[u8] = br#"{"header":"#;
 
 /// Identity of a study's cases, and the machine that runs them.
@@ -48,7 +47,6 @@ impl Header {
     }
 }
 
-/// Records of finished cases by name.
 pub type Known = HashMap<String, Record>;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -64,7 +62,6 @@ pub(super) enum Line {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     pub header: Header,
-    /// The machines that the cases ran on.
     pub machines: Vec<String>,
     pub known: Known,
 }
@@ -129,7 +126,6 @@ fn add(
     Ok(length)
 }
 
-/// Length of the whole lines of a file of cases.
 fn length(path: &Path, bytes: &[u8]) -> Result<usize, String> {
     let beginning = bytes.len().min(BEGINNING.len());
     match bytes[..beginning] == BEGINNING[..beginning] {

@@ -27,7 +27,6 @@ fn family(r: &Record) -> &str {
     &r.backend[..end]
 }
 
-/// The fastest of those rows within the level.
 fn fastest<'a>(rows: impl Iterator<Item = &'a Record>, level: f64) -> Option<Placed<'a>> {
     let within = rows.filter_map(|r| Some((r, r.within(level)?.step_ns)));
     within.min_by(|a, b| a.1.total_cmp(&b.1))
@@ -94,14 +93,12 @@ const OUTCOME: [Column; 8] = [
     column("iteration_error", "error").shown(Show::Error(1)),
 ];
 
-/// The columns of the answer.
 const fn columns(scene: [Column; 2]) -> [Column; 10] {
     let [a, b] = scene;
     let [c, d, e, f, g, h, i, j] = OUTCOME;
     [a, b, c, d, e, f, g, h, i, j]
 }
 
-/// The answer on the hoist.
 const HOIST: Sheet = Sheet {
     columns: &columns([
         column("segments", "segments"),

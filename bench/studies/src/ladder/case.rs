@@ -196,7 +196,6 @@ impl Case {
         self.common.gravity.norm() * dt
     }
 
-    /// A stepper of the scene as it starts.
     pub(super) fn at_start(&self, options: StepOptions) -> Result<Stepper, StepError> {
         Stepper::new(self.motion.scene.clone(), options)
     }
@@ -257,7 +256,6 @@ impl Case {
     }
 }
 
-/// The scene of the common states.
 fn common_scene(reference: &Reference) -> Result<Scene, StepError> {
     let scene = reference.scene.clone();
     let scene = scene.filter(|_| reference.states.len() > 1);

@@ -56,7 +56,6 @@ impl Trace {
 pub struct Pattern {
     /// The scene and the order.
     pub title: String,
-    /// Number of block rows.
     pub blocks: usize,
     /// (row, column) of the matrix's blocks.
     pub matrix: Vec<[usize; 2]>,

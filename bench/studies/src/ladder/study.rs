@@ -183,7 +183,6 @@ pub(crate) fn are_networks(matches: &ArgMatches) -> Result<bool, Refused> {
     }
 }
 
-/// The hoist with parameters overridden.
 fn hoist(
     defaults: &HoistParams,
     overrides: &[(&str, &str)],

@@ -28,7 +28,6 @@ pub enum Change {
     Solver(Choice),
 }
 
-/// All that can be changed of a setup.
 pub(super) fn all(whole: &Setup) -> Vec<Change> {
     let mut all: Vec<Change> = Part::ALL.map(Change::Without).into();
     all.extend([0.5, 2.0].map(Change::Segments));

@@ -287,7 +287,6 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
     checks
 }
 
-/// Checks of the supplementary rows by Table I.
 fn supplementary(records: &[table1::Record]) -> Vec<Check> {
     let limit = |model: &str| {
         let of = records.iter().filter(|r| r.model == model);

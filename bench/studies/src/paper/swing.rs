@@ -254,7 +254,6 @@ fn swung(
     Ok((energy, trajectory.failure))
 }
 
-/// One run of the hoist.
 fn swing(
     config: &Config,
     name: &str,

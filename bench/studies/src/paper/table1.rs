@@ -26,7 +26,6 @@ pub const BAR: f64 = 0.2;
 /// Distance from the paper's decade that still rounds to it.
 const SAME_DECADE: f64 = 0.5;
 
-/// One row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     pub model: ChainModel,
@@ -306,7 +305,6 @@ fn printed(row: &Row) -> String {
     }
 }
 
-/// The row of the table that a record belongs to.
 fn row_of<'a>(config: &'a Config, record: &Record) -> Option<&'a Row> {
     config.rows.iter().find(|row| {
         row.model.scene_name().ends_with(&record.model)

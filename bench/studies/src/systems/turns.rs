@@ -67,7 +67,6 @@ impl<'a> Rival<'a> {
         }
     }
 
-    /// A turn.
     fn visit(&mut self) {
         let Ok(work) = &mut self.work else {
             return;
@@ -108,7 +107,6 @@ pub fn spent(phases: &PhaseTimes) -> Spent {
     [phases.total(), phases.linear(), phases.of(Phase::Refine)]
 }
 
-/// The sum of what passes take.
 pub fn sum(
     passes: usize,
     mut pass: impl FnMut() -> Result<Spent, StepError>,

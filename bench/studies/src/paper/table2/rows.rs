@@ -4,7 +4,6 @@ use super::{GRAVITY, LENGTH};
 use std::f64::consts::PI;
 use taut_model::Material;
 
-/// A row of Table II.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// Young's modulus Y \[GN/m²]; the scan is clear.
