@@ -2,6 +2,7 @@
 
 use crate::study::{Found, Reporter, data};
 use indicatif::ProgressBar;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt::Write;
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
@@ -59,6 +60,17 @@ pub trait Measured: Copy + Sync {
         }
         Ok(outcome)
     }
+}
+
+/// Runs tasks in parallel; `progress` advances once for each.
+pub(crate) fn each<T: Sync, R: Send, E: Send>(
+    tasks: &[T],
+    progress: &ProgressBar,
+    run: impl Fn(&T) -> Result<R, E> + Sync,
+) -> Result<Vec<R>, E> {
+    progress.set_length(tasks.len() as u64);
+    let run = |task| run(task).inspect(|_| progress.inc(1));
+    tasks.par_iter().with_max_len(1).map(run).collect()
 }
 
 /// Experiments that are told together.

@@ -24,8 +24,8 @@
 //! Small systems come in both forms, and with every state and compliance; large ones in the hardest state alone, so that
 //! the set stays small. Random velocities are those of fixed seeds: the set is the same in every run.
 
+use crate::checks::each;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use taut_ground::files::{Output, make_folder};
@@ -332,16 +332,7 @@ pub fn generate(
     progress: &ProgressBar,
 ) -> Result<Vec<Entry>, ExperimentError> {
     make_folder(folder)?;
-    progress.set_length(cases.len() as u64);
-    let entries: Vec<Vec<Entry>> = cases
-        .par_iter()
-        .map(|case| {
-            let entries = case.write(folder, gzip);
-            progress.inc(1);
-            entries
-        })
-        .collect::<Result<_, _>>()?;
-    let entries = entries.concat();
+    let entries = each(cases, progress, |case| case.write(folder, gzip))?.concat();
     let index = Output::open(&folder.join("index.csv")).and_then(|to| {
         to.write(|out| {
             let mut index = csv::Writer::from_writer(out);

@@ -207,8 +207,7 @@ pub(super) fn pull(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exper
 }
 
 pub(super) fn twist(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(twist::Config::quick).unwrap_or_default();
-    twist::outcome(&twist::run(&config, progress)?)
+    twist::outcome(&twist::run(&twist::Config::new(quick), progress)?)
 }
 
 pub(super) fn bend(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {

@@ -30,6 +30,7 @@ mod report;
 pub use law::{Law, law};
 pub use report::{charts, checks, text_tables};
 
+use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -67,33 +68,21 @@ pub struct Config {
     pub frequencies: Vec<f64>,
 }
 
-impl Default for Config {
-    /// 300 kg on 0.3 kg of cable, ten segments, 10 s at 1/60 s.
-    fn default() -> Self {
+impl Config {
+    /// 300 kg on 0.3 kg of cable, ten segments, 10 s at 1/60 s; quick six segments.
+    pub fn new(quick: bool) -> Self {
         Self {
-            segments: 10,
+            segments: pick(quick, [10, 6]),
             length: 2.0,
             load: 300.0,
             cable: 0.3,
             stretch: 5e6,
             loss: 0.2,
             amplitudes: [0.02, 0.6],
-            factors: vec![0.5, 1.0, 2.0, 4.0],
+            factors: pick(quick, [vec![0.5, 1.0, 2.0, 4.0], vec![1.0, 2.0]]),
             time: 10.0,
             dt: 1.0 / 60.0,
-            frequencies: vec![0.01, 0.1, 1.0, 3.0],
-        }
-    }
-}
-
-impl Config {
-    /// Six segments.
-    pub fn quick() -> Self {
-        Self {
-            segments: 6,
-            factors: vec![1.0, 2.0],
-            frequencies: vec![0.1, 1.0],
-            ..Self::default()
+            frequencies: pick(quick, [vec![0.01, 0.1, 1.0, 3.0], vec![0.1, 1.0]]),
         }
     }
 
@@ -416,7 +405,7 @@ pub fn records(results: &Results, config: &Config) -> Vec<Record> {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
+    let config = Config::new(quick);
     let results = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&results, &config),

@@ -9,8 +9,9 @@
 //! The scan of the table has lost its exponents. Those of ε are inferred (the masses' ratios that they give reproduce
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
+use crate::checks::each;
+use crate::options::pick;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use serde::Serialize;
 use taut_ground::pace;
 use taut_ground::trajectory::steps_in;
@@ -79,28 +80,17 @@ pub struct Config {
     pub noises: Vec<f64>,
 }
 
-impl Default for Config {
-    fn default() -> Self {
+impl Config {
+    /// All rows; quick one of each kind, coarsely.
+    pub fn new(quick: bool) -> Self {
+        let few = || [0, 2, 6, 8, 9].map(|i| ROWS[i]).to_vec();
         Self {
-            rows: ROWS.to_vec(),
+            rows: if quick { few() } else { ROWS.to_vec() },
             time: 30.0,
-            scan: 0.25,
-            width: 0.01,
+            scan: pick(quick, [0.25, 1.0]),
+            width: pick(quick, [0.01, 0.1]),
             aside: 0.3,
             noises: vec![0.0, 1e-6],
-        }
-    }
-}
-
-impl Config {
-    /// A row of each kind, coarsely.
-    pub fn quick() -> Self {
-        let pick = [0, 2, 6, 8, 9].map(|i| ROWS[i]);
-        Self {
-            rows: pick.to_vec(),
-            scan: 1.0,
-            width: 0.1,
-            ..Self::default()
         }
     }
 }
@@ -231,15 +221,9 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, Exper
         .iter()
         .flat_map(|row| noises.iter().map(move |&noise| (row, noise)))
         .collect();
-    progress.set_length(tasks.len() as u64);
-    tasks
-        .par_iter()
-        .map(|(row, noise)| {
-            let record = measure(config, row, *noise);
-            progress.inc(1);
-            record
-        })
-        .collect()
+    each(&tasks, progress, |(row, noise)| {
+        measure(config, row, *noise)
+    })
 }
 
 fn measure(config: &Config, row: &Row, noise: f64) -> Result<Record, ExperimentError> {
@@ -459,7 +443,7 @@ fn chart(records: &[Record]) -> Chart {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
+    let config = Config::new(quick);
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&config, &records),

@@ -17,6 +17,7 @@ mod report;
 
 pub use report::{charts, checks, text_tables};
 
+use crate::options::pick;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -46,29 +47,19 @@ pub struct Config {
     pub least: usize,
 }
 
-impl Default for Config {
-    /// 10 … 10⁴ elements.
-    fn default() -> Self {
+impl Config {
+    /// 10 … 10⁴ elements; quick 30 … 1000.
+    pub fn new(quick: bool) -> Self {
+        let all = vec![10, 30, 100, 300, 1000, 3000, 10_000];
         Self {
-            elements: vec![10, 30, 100, 300, 1000, 3000, 10_000],
+            elements: pick(quick, [all, vec![30, 100, 300, 1000]]),
             ratio: 100.0,
             ratios: vec![10.0, 1e3, 1e5],
             loaded: 100,
             sweeps: [3, 20],
             repeats: 4,
-            budget: 0.08,
+            budget: pick(quick, [0.08, 0.02]),
             least: 7,
-        }
-    }
-}
-
-impl Config {
-    /// 30 … 1000 elements.
-    pub fn quick() -> Self {
-        Self {
-            elements: vec![30, 100, 300, 1000],
-            budget: 0.02,
-            ..Self::default()
         }
     }
 }
@@ -233,7 +224,7 @@ pub fn exponent(points: &[[f64; 2]]) -> f64 {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
+    let config = Config::new(quick);
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&records, &config),

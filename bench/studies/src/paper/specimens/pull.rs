@@ -1,8 +1,8 @@
 //! Fig. 10: pull. ΔL/L = F/YA, whatever the number of segments.
 
 use super::{BAR, Joint, MATERIALS, SEGMENTS, largest, params, read, settle};
+use crate::checks::each;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use serde::Serialize;
 use taut_model::{Specimen, SpecimenParams};
 use taut_output::check::{Check, ExperimentError, Outcome, csv};
@@ -27,7 +27,6 @@ impl Default for Config {
 }
 
 impl Config {
-    /// Two strains.
     pub fn quick() -> Self {
         Self {
             strains: vec![0.01, 0.5],
@@ -75,15 +74,9 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, Experime
             }
         }
     }
-    progress.set_length(tasks.len() as u64);
-    tasks
-        .par_iter()
-        .map(|&(material, segments, joint, strain)| {
-            let row = pull(material, segments, joint, strain);
-            progress.inc(1);
-            row
-        })
-        .collect()
+    each(&tasks, progress, |&(material, segments, joint, strain)| {
+        pull(material, segments, joint, strain)
+    })
 }
 
 fn pull(
