@@ -60,32 +60,20 @@ pub struct Config {
     pub dt: f64,
 }
 
-impl Default for Config {
+impl Config {
     /// 24, 100 and 1000 segments at ratios 1, 10³, 10⁵; a ladder of four cables and a net of 8×8; errors of 10⁻², 10⁻⁴
-    /// and 10⁻⁸ within 1000 iterations.
-    fn default() -> Self {
+    /// and 10⁻⁸ within 1000 iterations. Quick short cables and small networks.
+    pub fn new(quick: bool) -> Self {
+        let [cables, nodes] = pick(quick, [[4, 8], [2, 4]]);
         Self {
-            segments: vec![24, 100, 1000],
+            segments: pick(quick, [vec![24, 100, 1000], vec![24]]),
             ratios: vec![1.0, 1e3, 1e5],
-            networks: vec![(Network::Ladder, 4), (Network::Net, 8)],
+            networks: vec![(Network::Ladder, cables), (Network::Net, nodes)],
             choices: choices(),
             targets: vec![1e-2, 1e-4, 1e-8],
-            limit: 1000,
-            timing_budget: Duration::from_millis(10),
+            limit: pick(quick, [1000, 100]),
+            timing_budget: Duration::from_millis(pick(quick, [10, 1])),
             dt: 1.0 / 60.0,
-        }
-    }
-}
-
-impl Config {
-    /// Short cables and small networks.
-    pub fn quick() -> Self {
-        Self {
-            segments: vec![24],
-            networks: vec![(Network::Ladder, 2), (Network::Net, 4)],
-            limit: 100,
-            timing_budget: Duration::from_millis(1),
-            ..Self::default()
         }
     }
 }
@@ -370,7 +358,7 @@ fn ask(asked: &Asked, limit: Option<usize>, cases: &Cases) -> Result<Found, Expe
 }
 
 fn config(asked: &Asked, limit: Option<usize>) -> Result<Config, ExperimentError> {
-    let mut config = asked.form(Config::quick);
+    let mut config = Config::new(asked.quick);
     if !asked.segments.is_empty() || !asked.ratios.is_empty() {
         // Both are the hoist's.
         config.networks.clear();
@@ -435,7 +423,7 @@ mod tests {
             networks: vec![(Network::Ladder, 2)],
             limit: 60,
             timing_budget: Duration::ZERO,
-            ..Config::default()
+            ..Config::new(false)
         }
     }
 

@@ -42,25 +42,15 @@ pub struct Config {
     pub share: Duration,
 }
 
-impl Default for Config {
-    fn default() -> Self {
+impl Config {
+    /// Quick a twentieth of the work: 24 and 100 segments.
+    pub fn new(quick: bool) -> Self {
         Self {
-            segments: vec![24, 100, 1000, 10_000],
+            segments: pick(quick, [vec![24, 100, 1000, 10_000], vec![24, 100]]),
             ratios: vec![1e3],
             joints: Joint::ALL.to_vec(),
             rivals: Rival::all(),
-            share: Duration::from_millis(150),
-        }
-    }
-}
-
-impl Config {
-    /// A twentieth of the work: 24 and 100 segments.
-    pub fn quick() -> Self {
-        Self {
-            segments: vec![24, 100],
-            share: Duration::from_millis(15),
-            ..Self::default()
+            share: Duration::from_millis(pick(quick, [150, 15])),
         }
     }
 }
@@ -186,7 +176,7 @@ matrices. +refine: with one refinement from the pieces, by the step's clock; umf
 default; +many: 8 right-hand sides a factorisation, each; lapack: dpbtrf and dpbtrs, without filling the band";
 
 fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = asked.form(Config::quick);
+    let mut config = Config::new(asked.quick);
     asked.segments(&mut config.segments);
     asked.ratios(&mut config.ratios)?;
     if !named.is_empty() {
@@ -302,7 +292,7 @@ mod tests {
             segments: vec![7, 24],
             rivals,
             share: Duration::from_millis(1),
-            ..Config::default()
+            ..Config::new(false)
         }
     }
 

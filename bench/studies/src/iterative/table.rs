@@ -193,7 +193,7 @@ mod tests {
             networks: vec![(Network::Net, 3)],
             limit: 20,
             timing_budget: Duration::ZERO,
-            ..Config::default()
+            ..Config::new(false)
         };
         let results = run(&config, &Cases::default()).unwrap();
         let rows = data(&results.records).unwrap();
