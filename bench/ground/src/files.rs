@@ -25,6 +25,18 @@ pub struct FileError {
     pub source: std::io::Error,
 }
 
+impl FileError {
+    /// What a file's failure while `doing` something becomes.
+    pub fn at(path: &Path, doing: &'static str) -> impl FnOnce(io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |source| Self {
+            path,
+            doing,
+            source,
+        }
+    }
+}
+
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
@@ -52,11 +64,8 @@ pub fn print(text: &str) -> Result<(), FileError> {
 
 /// Writes a text as it is to a stream of the program's own.
 fn put(out: &mut impl Write, text: &str) -> Result<(), FileError> {
-    heard(out.write_all(text.as_bytes()).and_then(|()| out.flush())).map_err(|source| FileError {
-        path: "-".into(),
-        doing: "write",
-        source,
-    })
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    heard(written).map_err(FileError::at(Path::new("-"), "write"))
 }
 
 /// A reader that has gone away has read what it wanted.
@@ -79,21 +88,13 @@ pub fn note(text: impl std::fmt::Display) {
 
 /// Makes a folder, with those above it.
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
-    std::fs::create_dir_all(path).map_err(|source| FileError {
-        path: path.to_owned(),
-        doing: "write",
-        source,
-    })
+    std::fs::create_dir_all(path).map_err(FileError::at(path, "write"))
 }
 
 /// Removes a file if there is one.
 pub fn remove(path: &Path) -> Result<(), FileError> {
     match std::fs::remove_file(path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError {
-            path: path.to_owned(),
-            doing: "replace",
-            source,
-        }),
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::at(path, "replace")(e)),
         _ => Ok(()),
     }
 }
@@ -102,11 +103,7 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
 const MOST_TEXT: u64 = 1 << 30;
 
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    read_at_most(path, MOST_TEXT).map_err(|source| FileError {
-        path: path.into(),
-        doing: "read",
-        source,
-    })
+    read_at_most(path, MOST_TEXT).map_err(FileError::at(path, "read"))
 }
 
 fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
@@ -144,14 +141,9 @@ impl Output {
     /// Finds out whether `path` can be written, `-` for standard output; makes its folder. A file stays as it is until
     /// [`write`](Self::write), and is not made here.
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let place = Place::of(path).map_err(|source| FileError {
-            path: path.to_owned(),
-            doing: "write",
-            source,
-        })?;
         Ok(Self {
+            place: Place::of(path).map_err(FileError::at(path, "write"))?,
             path: path.to_owned(),
-            place,
         })
     }
 
@@ -207,11 +199,7 @@ impl Output {
     }
 
     fn error(&self, source: io::Error) -> FileError {
-        FileError {
-            path: self.path.clone(),
-            doing: "write",
-            source,
-        }
+        FileError::at(&self.path, "write")(source)
     }
 }
 
@@ -342,11 +330,7 @@ impl Writing {
     }
 
     fn told(&self, done: io::Result<()>) -> Result<(), FileError> {
-        done.map_err(|source| FileError {
-            path: self.path.clone(),
-            doing: "write",
-            source,
-        })
+        done.map_err(FileError::at(&self.path, "write"))
     }
 }
 
@@ -355,11 +339,7 @@ fn not_secured(path: &Path, e: &io::Error) -> FileError {
     let message = format!(
         "it is written, but its folder could not be synced ({e}): a failure of the power may undo it"
     );
-    FileError {
-        path: path.to_owned(),
-        doing: "secure",
-        source: io::Error::new(e.kind(), message),
-    }
+    FileError::at(path, "secure")(io::Error::new(e.kind(), message))
 }
 
 /// Finds out whether the paths of these options can be written, before the work that their content comes from.

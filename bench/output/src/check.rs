@@ -207,20 +207,17 @@ impl Verdict {
 
     /// Judges a statement of the paper.
     pub fn of(holds: bool) -> Self {
-        if holds {
-            Self::Holds
-        } else {
-            Self::DoesNotHold
-        }
+        Self::either(holds, [Self::Holds, Self::DoesNotHold])
+    }
+
+    /// The first where something is so, else the second.
+    pub fn either(is_so: bool, [first, second]: [Self; 2]) -> Self {
+        if is_so { first } else { second }
     }
 
     /// Judges a statement of the paper that holds at least under the condition in the note.
     pub fn or_only_if(holds: bool) -> Self {
-        if holds {
-            Self::Holds
-        } else {
-            Self::HoldsOnlyIf
-        }
+        Self::either(holds, [Self::Holds, Self::HoldsOnlyIf])
     }
 }
 

@@ -122,14 +122,8 @@ fn inputs(call: &Call<'_>) -> Result<Vec<String>, FileError> {
     let input = |path: PathBuf| {
         let mut sum = Sum::default();
         let read = File::open(&path).and_then(|mut file| io::copy(&mut file, &mut sum));
-        match read {
-            Ok(_) => Ok(format!("{} {:08x}", path.display(), sum.finalize())),
-            Err(source) => Err(FileError {
-                path,
-                doing: "read",
-                source,
-            }),
-        }
+        read.map_err(FileError::at(&path, "read"))?;
+        Ok(format!("{} {:08x}", path.display(), sum.finalize()))
     };
     paths.filter(|path| path.is_file()).map(input).collect()
 }

@@ -346,12 +346,7 @@ const NEEDED: Sheet = Sheet {
 };
 
 fn start(row: &Row) -> String {
-    if is(row, "warm_start") {
-        "warm"
-    } else {
-        "cold"
-    }
-    .to_owned()
+    pick(is(row, "warm_start"), ["cold", "warm"]).to_owned()
 }
 
 fn iterations(row: &Row) -> String {

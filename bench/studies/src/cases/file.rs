@@ -143,13 +143,7 @@ pub fn not_cases(path: &Path) -> String {
 }
 
 fn fault(path: &Path, doing: &'static str, source: io::Error) -> String {
-    let path = path.to_owned();
-    FileError {
-        path,
-        doing,
-        source,
-    }
-    .to_string()
+    FileError::at(path, doing)(source).to_string()
 }
 
 /// Refuses a path that is not a regular file: reading a pipe might never end.

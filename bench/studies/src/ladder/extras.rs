@@ -2,6 +2,7 @@
 
 use super::{Config, OwnScene};
 use crate::cases::Cases;
+use crate::systems::failed;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taut_ground::inputs::Inputs;
@@ -146,11 +147,7 @@ fn pattern(name: &str, scene: Scene) -> Result<Pattern, StepError> {
         columns.flat_map(of).collect()
     };
     let matrix = blocks(p);
-    let factor = taut_solver::factor_pattern(p).map_err(|source| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    })?;
+    let factor = taut_solver::factor_pattern(p).map_err(failed)?;
     let mut fill = blocks(&factor);
     fill.retain(|at| !matrix.contains(at));
     Ok(Pattern {

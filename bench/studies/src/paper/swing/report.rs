@@ -203,11 +203,10 @@ fn kept(run: &Run, config: &Config, last: usize, damping: &str) -> Check {
     );
     let ours = format!("lost at {}", lost_at(run));
     // Known of the undamped trapezoidal step; of our own step it would be a failure.
-    let verdict = if run.name.starts_with("Spook") {
-        Verdict::Limit
-    } else {
-        Verdict::Fail
-    };
+    let verdict = Verdict::either(
+        run.name.starts_with("Spook"),
+        [Verdict::Limit, Verdict::Fail],
+    );
     Check::claim(case, "no loss", ours, verdict, note)
 }
 
@@ -231,11 +230,7 @@ fn published(config: &Config, results: &Results, [small, large]: [&Run; 2]) -> C
          than that is deformation that the motion started with, and is gone in tenths of a second",
         percent(share)
     );
-    let verdict = if good {
-        Verdict::HoldsOnlyIf
-    } else {
-        Verdict::DoesNotHold
-    };
+    let verdict = Verdict::either(good, [Verdict::HoldsOnlyIf, Verdict::DoesNotHold]);
     Check::claim(
         "loss by deformation",
         "20 % in 10 s",

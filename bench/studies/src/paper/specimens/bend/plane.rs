@@ -76,11 +76,10 @@ pub(super) fn stability_of_the_plane() -> Result<Check, ExperimentError> {
             *stable = part;
         }
     }
-    let verdict = if stable[0] >= 1.0 && stable[1] >= 1.0 {
-        Verdict::Holds
-    } else {
-        Verdict::HoldsOnlyIf
-    };
+    let verdict = Verdict::either(
+        stable[0] >= 1.0 && stable[1] >= 1.0,
+        [Verdict::Holds, Verdict::HoldsOnlyIf],
+    );
     Ok(Check::claim(
         format!("bend: the plane circle is stable, N = {segments}"),
         "a cable bent to a circle",
