@@ -2,6 +2,7 @@ use super::*;
 use crate::choice::Choice;
 use crate::matrix::dump;
 use std::fs;
+use std::path::PathBuf;
 use taut_integrator::Stepper;
 use taut_model::{Action, Event, HoistParams, When};
 
