@@ -171,8 +171,8 @@ enum Failure {
 
 impl Failure {
     /// A cause that is no more than bad input.
-    fn of(e: Cause) -> Self {
-        Self::Input(e.to_string())
+    fn of(e: impl Into<Cause>) -> Self {
+        Self::Input(e.into().to_string())
     }
 
     /// Says what happened.
