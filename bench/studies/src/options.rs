@@ -50,7 +50,9 @@ pub struct Asked {
 pub(crate) fn taking(command: Command, names: &[&str], own: fn(Command) -> Command) -> Command {
     let all = Asked::augment_args(own(Command::new("all")));
     let named = |name: &&str| all.get_arguments().find(|arg| arg.get_id() == *name);
-    command.args(names.iter().filter_map(named).cloned())
+    let found = names.iter().filter_map(named).enumerate();
+    // The help keeps the order of the names.
+    command.args(found.map(|(k, arg)| arg.clone().display_order(k)))
 }
 
 /// The values of an option; none where a command does not take it.
