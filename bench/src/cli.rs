@@ -26,6 +26,7 @@ use report::ReportArgs;
 use scene::SceneArgs;
 use std::process::ExitCode;
 use study::StudyArgs;
+use taut_ground::errors::Cause;
 use taut_ground::{Choice, files};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_output::table;
@@ -169,6 +170,11 @@ enum Failure {
 }
 
 impl Failure {
+    /// A cause that is no more than bad input.
+    fn of(e: impl Into<Cause>) -> Self {
+        Self::Input(e.into().to_string())
+    }
+
     /// Says what happened.
     fn tell(&self) {
         let (Self::Input(text)
@@ -213,7 +219,6 @@ impl<E: std::error::Error> From<E> for Failure {
 ///     taut_bench::command_line(&[SKYLINE])
 /// }
 /// ```
-#[must_use]
 pub fn command_line(solvers: &[Foreign]) -> ExitCode {
     if let Err(e) = taut_solver::register(solvers) {
         return told(&Failure::from(e));

@@ -24,7 +24,6 @@ pub const PROFILE: &str = if cfg!(debug_assertions) {
 const FEATURES: &str = env!("TAUT_FEATURES");
 
 /// The command line that makes this build, from its sources, and runs it with these arguments as well; for a shell.
-#[must_use]
 pub fn command(arguments: &[String]) -> String {
     let mut words = Vec::new();
     if let Ok(simd) = std::env::var("TAUT_SIMD") {
@@ -57,7 +56,6 @@ pub fn build_options() -> impl Iterator<Item = &'static str> {
 /// The present commit of the source folder, with a mark for changed files, as `git describe` has
 /// it. It is the commit that was built unless the folder has moved on since. `unknown` without git
 /// or outside a repository.
-#[must_use]
 pub fn commit() -> String {
     let described = Command::new("git")
         .args(["-C", env!("CARGO_MANIFEST_DIR")])
@@ -101,8 +99,6 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine.
-    #[must_use]
     pub fn current() -> Self {
         let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = info

@@ -19,13 +19,13 @@ pub use markdown::markdown;
 pub use page::{page, picture};
 
 use crate::machine;
-use crate::track::{self, HISTORY, HistoryError};
+use crate::track::{self, HISTORY};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use taut_ground::choice::Omission;
-use taut_ground::files::{self, FileError, Output};
+use taut_ground::files::{self, Output};
+use taut_output::check::ExperimentError;
 use taut_output::settings::Setting;
 use taut_studies::ladder::{Extras, Record};
 use taut_studies::studies::{self, BENCH};
@@ -78,15 +78,12 @@ pub struct Other {
 
 impl Report {
     /// Report on the results of an experiment on one or several machines, called with `arguments`.
-    ///
-    /// # Errors
-    /// [`ReportError::Rows`].
     pub fn new(
         study: &Study,
         found: Found,
         machine: String,
         arguments: &[String],
-    ) -> Result<Self, ReportError> {
+    ) -> Result<Self, ExperimentError> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let report = Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -124,19 +121,17 @@ impl Report {
     }
 
     /// The experiment's name, and that of its files.
-    #[must_use]
     pub fn name(&self) -> &str {
         self.other.as_ref().map_or(BENCH.name, |other| &other.name)
     }
 
     /// From the text of a file: a report as it was written beside its page, or the rows that a benchmark wrote.
-    ///
-    /// # Errors
-    /// [`ReportError::Read`] for any other text, [`ReportError::Empty`] without rows.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, ReportError> {
-        let failed = |reason: serde_json::Error| ReportError::Read {
-            path: path.to_owned(),
-            reason: reason.to_string(),
+    pub fn parse(path: &Path, text: &str) -> Result<Self, ExperimentError> {
+        let name = path.display();
+        let failed = |reason: serde_json::Error| {
+            format!(
+                "`{name}` is neither a report nor the rows of a benchmark (`taut bench --json FILE` writes them): {reason}"
+            )
         };
         let value: Value = serde_json::from_str(text).map_err(failed)?;
         let report = if value.get("command").is_some() {
@@ -152,112 +147,38 @@ impl Report {
             alone.holding(name, value)
         };
         let report = report.map_err(failed)?;
-        let empty = match &report.other {
+        let is_empty = match &report.other {
             None => report.records.is_empty(),
             Some(other) => sheets::sheets(other).is_empty(),
         };
-        if empty {
-            return Err(ReportError::Empty(path.to_owned()));
+        if is_empty {
+            return Err(empty(path));
         }
         Ok(report)
     }
 }
 
-/// A report that could not be made.
-#[derive(Debug)]
-pub enum ReportError {
-    /// A file that is neither a report nor a list of rows.
-    Read {
-        /// The file.
-        path: PathBuf,
-        reason: String,
-    },
-    /// A file without rows.
-    Empty(PathBuf),
-    /// A report whose benchmark has no plot of work against precision; its name.
-    NoPicture(String),
-    /// A file that could not be read or written.
-    File(FileError),
-    /// A history that cannot be read.
-    History(HistoryError),
-    /// Rows of an experiment that are not what its page shows.
-    Rows(serde_json::Error),
-    /// A chart that could not be drawn.
-    Plot(taut_output::plot::PlotError),
-}
-
-impl fmt::Display for ReportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Read { path, reason } => write!(
-                f,
-                "`{}` is neither a report nor the rows of a benchmark (`taut bench --json FILE` writes them): {reason}",
-                path.display()
-            ),
-            Self::Empty(path) => write!(
-                f,
-                "`{}` holds no rows, so there is nothing to show: run the benchmark again with `--json FILE`",
-                path.display()
-            ),
-            Self::NoPicture(name) => write!(
-                f,
-                "the rows of `{name}` hold no plot of work against precision: give a report of `taut bench`"
-            ),
-            Self::File(e) => e.fmt(f),
-            Self::History(e) => e.fmt(f),
-            Self::Rows(e) => e.fmt(f),
-            Self::Plot(e) => e.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ReportError {}
-
-impl From<FileError> for ReportError {
-    fn from(e: FileError) -> Self {
-        Self::File(e)
-    }
-}
-
-impl From<HistoryError> for ReportError {
-    fn from(e: HistoryError) -> Self {
-        Self::History(e)
-    }
-}
-
-impl From<serde_json::Error> for ReportError {
-    fn from(e: serde_json::Error) -> Self {
-        Self::Rows(e)
-    }
-}
-
-impl From<taut_output::plot::PlotError> for ReportError {
-    fn from(e: taut_output::plot::PlotError) -> Self {
-        Self::Plot(e)
-    }
+/// A file without rows.
+fn empty(path: &Path) -> ExperimentError {
+    format!(
+        "`{}` holds no rows, so there is nothing to show: run the benchmark again with `--json FILE`",
+        path.display()
+    )
+    .into()
 }
 
 /// Writes the page.
-///
-/// # Errors
-/// [`ReportError`].
-pub fn write(report: &Report, to: &Output) -> Result<(), ReportError> {
+pub fn write(report: &Report, to: &Output) -> Result<(), ExperimentError> {
     Ok(to.text(&page(report)?)?)
 }
 
 /// Writes the plot of work against precision alone, as an SVG file.
-///
-/// # Errors
-/// [`ReportError`].
-pub fn write_picture(report: &Report, to: &Output) -> Result<(), ReportError> {
+pub fn write_picture(report: &Report, to: &Output) -> Result<(), ExperimentError> {
     Ok(to.text(&picture(report)?)?)
 }
 
 /// Reads a report or rows from a file, or from one whose name ends in `.jsonl` the runs of a history.
-///
-/// # Errors
-/// [`ReportError`].
-pub fn read(path: &Path) -> Result<Report, ReportError> {
+pub fn read(path: &Path) -> Result<Report, ExperimentError> {
     if path.extension().is_some_and(|e| e == "jsonl") {
         return of_history(path);
     }
@@ -265,10 +186,10 @@ pub fn read(path: &Path) -> Result<Report, ReportError> {
 }
 
 /// The figures of a history, run by run.
-fn of_history(path: &Path) -> Result<Report, ReportError> {
+fn of_history(path: &Path) -> Result<Report, ExperimentError> {
     let runs = track::read(path)?;
     let Some(last) = runs.last() else {
-        return Err(ReportError::Empty(path.to_owned()));
+        return Err(empty(path));
     };
     let report = Report {
         version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -9,10 +9,10 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use taut_ground::columns::{Columns, Series};
-use taut_ground::errors::worse;
+use taut_ground::errors::{Cause, worse};
 use taut_ground::inputs::Inputs;
 use taut_ground::openings::Opening;
-use taut_ground::source::{self, SourceError};
+use taut_ground::source;
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
     Chosen, ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun,
@@ -38,10 +38,7 @@ pub struct Prepared {
 }
 
 /// Builds a scene by [`source::built`], with its expectations.
-///
-/// # Errors
-/// [`SourceError`].
-pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, SourceError> {
+pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Cause> {
     let (source, built) = source::built(scene, overrides)?;
     let cable = match &source {
         SceneSource::Hoist(p) => Some((p.length, p.exact_elongation())),
@@ -68,7 +65,6 @@ pub struct LoadPath {
     pub position: Vec<[f64; 3]>,
 }
 
-/// Energies at both ends of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct EnergySpan {
     /// At the beginning.
@@ -94,7 +90,6 @@ pub struct FinalState {
 /// Content of `taut run --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Name of the scene.
     pub scene: String,
     /// Massless cables over sheaves, and the lengths of their paths at the start \[m]. Not serialised.
     #[serde(skip)]
@@ -268,7 +263,6 @@ struct Tally {
     times: [Durations; 1 + Phase::ALL.len()],
 }
 
-/// The contacts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct ContactSummary {
     /// Contacts that carry a force at the end.
@@ -345,9 +339,6 @@ const MOST_SUBSTEPS: usize = 256;
 
 /// The options with as many sub-steps, doubled from those given, as keep the estimate of the load's error within `tolerance`
 /// (m) over so many steps: each number is tried from the start on.
-///
-/// # Errors
-/// A scene that does not build, a lost run, an estimate that sub-steps do not lessen.
 pub fn substeps_within(
     tolerance: f64,
     (scene, options): (&Scene, &StepOptions),

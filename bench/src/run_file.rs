@@ -10,11 +10,10 @@
 use crate::run::Yardstick;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::fmt;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use taut_ground::files::{self, FileError, Output};
-use taut_integrator::{SavedRun, StepError, Stepper};
+use taut_integrator::{SavedRun, Stepper};
 
 /// A saved run with what it is judged by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,38 +28,6 @@ pub struct RunFile {
     #[serde(skip)]
     read: Option<u32>,
 }
-
-/// Reason why a saved run cannot be taken up again.
-#[derive(Debug)]
-pub enum RunFileError {
-    /// It cannot be read.
-    File(FileError),
-    /// It is not a saved run, or one of another version.
-    Format(PathBuf, serde_json::Error),
-    /// It is not what was written.
-    Damaged(PathBuf),
-    /// It cannot be stepped.
-    Run(PathBuf, StepError),
-}
-
-impl fmt::Display for RunFileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File(e) => e.fmt(f),
-            Self::Format(path, e) => {
-                write!(f, "`{}` is no saved run: {e}", path.display())
-            }
-            Self::Damaged(path) => write!(
-                f,
-                "`{}` is damaged: what it holds has another checksum; take a copy of it, or run the scene again",
-                path.display()
-            ),
-            Self::Run(path, e) => write!(f, "`{}`: {e}", path.display()),
-        }
-    }
-}
-
-impl std::error::Error for RunFileError {}
 
 /// A CRC-32: what is written into it is counted in.
 #[derive(Default)]
@@ -92,7 +59,6 @@ fn sum(content: &impl Serialize) -> Result<u32, serde_json::Error> {
 impl RunFile {
     /// File of a run that a table of inputs drives by the controls `driven`. Writing computes the
     /// checksum.
-    #[must_use]
     pub fn new(run: SavedRun, yardstick: Yardstick, driven: Vec<String>) -> Self {
         Self {
             run,
@@ -104,15 +70,11 @@ impl RunFile {
     }
 
     /// True if it was read, and its checksum is that of the content.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.read == Some(self.checksum)
     }
 
     /// Reads a text, damaged or not ([`is_whole`](Self::is_whole)).
-    ///
-    /// # Errors
-    /// The reader's, with line and column.
     pub fn parse(text: &str) -> Result<Self, serde_json::Error> {
         let mut file: Self = serde_json::from_str(text)?;
         let content: Value = serde_json::from_str(text)?;
@@ -122,32 +84,24 @@ impl RunFile {
     }
 
     /// Reads a file, and makes the stepper; the names are those of the controls that were driven.
-    ///
-    /// # Errors
-    /// [`RunFileError`].
-    pub fn resume(path: &Path) -> Result<(Stepper, Yardstick, Vec<String>), RunFileError> {
-        let text = files::read_text(path).map_err(RunFileError::File)?;
-        let file = Self::parse(&text).map_err(|e| RunFileError::Format(path.to_owned(), e))?;
+    pub fn resume(path: &Path) -> Result<(Stepper, Yardstick, Vec<String>), String> {
+        let text = files::read_text(path).map_err(|e| e.to_string())?;
+        let name = path.display();
+        let file = Self::parse(&text).map_err(|e| format!("`{name}` is no saved run: {e}"))?;
         if !file.is_whole() {
-            return Err(RunFileError::Damaged(path.to_owned()));
+            return Err(format!(
+                "`{name}` is damaged: what it holds has another checksum; take a copy of it, or run the scene again"
+            ));
         }
-        let stepper = Stepper::restore(file.run);
-        let stepper = stepper.map_err(|e| RunFileError::Run(path.to_owned(), e))?;
+        let stepper = Stepper::restore(file.run).map_err(|e| format!("`{name}`: {e}"))?;
         Ok((stepper, file.yardstick, file.driven))
     }
 
-    /// Writes it.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn write(mut self, to: &Output) -> Result<(), FileError> {
         to.write(|out| self.put(out))
     }
 
     /// Content of the file.
-    ///
-    /// # Errors
-    /// Errors of the JSON writer.
     pub fn bytes(mut self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.put(&mut bytes)?;

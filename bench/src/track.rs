@@ -41,14 +41,14 @@ mod table;
 mod wall;
 
 pub use against::{Compared, Effort, Versus, against, ratios};
-pub use base::{BaseError, Program, base};
-pub use callgrind::{CountError, Counter};
-pub use cases::{CASES, Case, DT, Place, UnknownCase, named};
+pub use base::{Program, base};
+pub use callgrind::Counter;
+pub use cases::{CASES, Case, DT, Place, named};
 pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
 pub use formats::{Entry, Metric, bencher, entries};
-pub use history::{HISTORY, HistoryError, Run, append, data, read};
+pub use history::{HISTORY, Run, append, data, read};
 pub use measures::{Bars, Figure, Kind, Measure, Missing};
-pub use peer::{Fault, PeerError, serve};
+pub use peer::serve;
 pub use ratio::Ratio;
 pub use self_test::{SelfTest, self_test};
 pub use start::{PASS, steps};
@@ -79,7 +79,6 @@ fn toolchain() -> String {
 
 /// Measures all cases, one figure after the other in the order of [`Case::measures`]: instructions and errors in
 /// parallel, times afterwards alone. `progress` advances twice for each case.
-#[must_use]
 pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
     progress.set_length(2 * config.cases.len() as u64);
     progress.set_message("instructions, errors");
@@ -162,7 +161,7 @@ fn instructions(case: &Case, counter: Option<&Counter>) -> Figure {
             condition: counter.toolchain().to_owned(),
             ..figure(case, measure, Ok(count))
         },
-        Err(e) => figure(case, measure, Err(e.into())),
+        Err(missing) => figure(case, measure, Err(missing)),
     }
 }
 

@@ -16,7 +16,7 @@ fn verdict(checks: &[Check], case: &str) -> Verdict {
 
 #[test]
 fn table_1_is_reproduced_on_both_sides_of_its_limits() {
-    let config = table1::Config::quick();
+    let config = table1::Config::new(true);
     let records = table1::run(&config, &ProgressBar::hidden()).expect("sound");
     assert_eq!(records.len(), 2 * config.rows.len());
     for record in &records {
@@ -104,7 +104,7 @@ fn the_bend_vector_is_the_angle_in_the_plane() {
 
 #[test]
 fn bending_stabilises_as_rows_and_not_as_a_force() {
-    let records = claims::run(&claims::Config::quick(), &ProgressBar::hidden()).expect("sound");
+    let records = claims::run(&claims::Config::new(true), &ProgressBar::hidden()).expect("sound");
     let checks = claims::bending_checks(&records);
     for case in [
         "bending as an explicit force",

@@ -22,7 +22,7 @@ fn assert_narrow(text: &str) {
 /// is lost where its gap is a segment; geometric stiffness holds every ratio.
 #[test]
 fn the_limits_of_table_2_are_those_of_theory() {
-    let config = table2::Config::quick();
+    let config = table2::Config::new(true);
     let records = table2::run(&config, &ProgressBar::hidden()).expect("sound");
     assert_narrow(&table2::text_tables(&records, &config));
     assert_no_failure(&table2::checks(&records, &config));
@@ -63,7 +63,7 @@ fn the_limits_of_table_2_are_those_of_theory() {
 /// room for what else the machine does.
 #[test]
 fn times_go_as_the_number_of_elements() {
-    let config = timing::Config::quick();
+    let config = timing::Config::new(true);
     let records = timing::run(&config, &ProgressBar::hidden()).expect("sound");
     assert_narrow(&timing::text_tables(&records, &config));
     for sweeps in [config.sweeps[0], 0] {
@@ -81,7 +81,7 @@ fn times_go_as_the_number_of_elements() {
 /// The modes at rest say what the paper's step takes from a swing; other steps take next to nothing.
 #[test]
 fn the_swing_loses_what_its_modes_say() {
-    let config = swing::Config::quick();
+    let config = swing::Config::new(true);
     let results = swing::run(&config, &ProgressBar::hidden()).expect("sound");
     assert_narrow(&swing::text_tables(&results, &config));
     assert_no_failure(&swing::checks(&results, &config));
@@ -95,7 +95,7 @@ fn the_energy_of_a_free_swing_is_kept_to_second_order() {
     let left = |dt: f64| {
         let config = swing::Config {
             dt,
-            ..swing::Config::quick()
+            ..swing::Config::new(true)
         };
         let results = swing::run(&config, &ProgressBar::hidden()).expect("sound");
         let free = results.others.last().expect("ball joints");

@@ -29,7 +29,7 @@ fn pull_is_exact_to_half_the_length_for_every_n() {
 
 #[test]
 fn twist_follows_37_turns_and_holds_them_under_tension() {
-    let results = twist::run(&twist::Config::quick(), &ProgressBar::hidden()).expect("runs");
+    let results = twist::run(&twist::Config::new(true), &ProgressBar::hidden()).expect("runs");
     for row in &results.rows {
         assert!(row.angle_error.max(row.total_error) <= BAR, "{row:?}");
     }

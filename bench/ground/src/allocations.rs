@@ -58,7 +58,6 @@ pub fn during<T>(work: impl FnOnce() -> T) -> (T, u64) {
 }
 
 /// True if this program's allocator is [`Counting`]; a count of 0 means nothing otherwise.
-#[must_use]
 pub fn are_counted() -> bool {
     during(|| drop(black_box(Box::new(1)))).1 > 0
 }

@@ -20,9 +20,6 @@ struct Entry<T> {
 
 /// The value kept under `key`, which has to name everything that defines it, a version of the computation included; else
 /// that of `compute`, which is then kept.
-///
-/// # Errors
-/// Errors of `compute`.
 pub fn cached<T: Serialize + DeserializeOwned, E>(
     key: &str,
     compute: impl FnOnce() -> Result<T, E>,

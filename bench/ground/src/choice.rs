@@ -17,7 +17,6 @@ pub struct Choice {
 
 impl Choice {
     /// `backend` on the Schur complement.
-    #[must_use]
     pub fn schur(backend: Backend) -> Self {
         Self {
             backend,
@@ -26,7 +25,6 @@ impl Choice {
     }
 
     /// `backend` on the KKT matrix.
-    #[must_use]
     pub fn kkt(backend: Backend) -> Self {
         Self {
             backend,
@@ -35,7 +33,6 @@ impl Choice {
     }
 
     /// Every solver that is worth a row of its own, whether compiled in or not, direct ones first: the rows of all entries.
-    #[must_use]
     pub fn all() -> Vec<Self> {
         let mut all: Vec<Self> = Backend::all().into_iter().flat_map(Self::rows).collect();
         all.sort_by_key(|choice| choice.backend.is_iterative());
@@ -55,7 +52,6 @@ impl Choice {
     }
 
     /// Name without iterations and tolerance: one family of rows of a table.
-    #[must_use]
     pub fn family(&self) -> String {
         let backend = self.backend.to_string();
         let kept: Vec<&str> = backend
@@ -71,7 +67,6 @@ impl Choice {
 
     /// Step options with this solver, and one refinement where it is direct, but for UMFPACK on the KKT matrix, which
     /// refines by itself against all that the pieces hold.
-    #[must_use]
     pub fn options(&self, dt: f64) -> StepOptions {
         let refines_itself = matches!(self.backend, Backend::Umfpack(o) if o.refinement_steps > 0);
         let enough = self.backend.is_iterative() || (refines_itself && self.form == Form::Kkt);
@@ -86,7 +81,6 @@ impl Choice {
 
     /// [`Choice::options`] without the guard: each step is one solve, whatever its error. For comparing solvers, since a
     /// solve that falls short would set the guard off and be paid for many times.
-    #[must_use]
     pub fn plain_options(&self, dt: f64) -> StepOptions {
         StepOptions {
             guard: None,
@@ -95,9 +89,6 @@ impl Choice {
     }
 
     /// Fails where the backend is not compiled in or an option is out of its range.
-    ///
-    /// # Errors
-    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`].
     pub fn check(&self) -> Result<(), SolveError> {
         self.backend.create().map(|_| ())
     }

@@ -7,14 +7,12 @@
 pub const ROUNDING: f64 = 1e-14;
 
 /// ‖r‖₂/‖b‖₂ over what a claim says of it, with what rounding excuses: at most 1 where the claim is true.
-#[must_use]
 pub fn over(residual: f64, backward_error: f64, tolerance: Option<f64>) -> f64 {
     let rounding = backward_error / ROUNDING;
     tolerance.map_or(rounding, |t| rounding.min(residual / t))
 }
 
 /// As [`over`], but without what rounding excuses of an iteration.
-#[must_use]
 pub fn over_letter(residual: f64, backward_error: f64, tolerance: Option<f64>) -> f64 {
     tolerance.map_or(backward_error / ROUNDING, |t| residual / t)
 }

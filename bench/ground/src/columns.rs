@@ -249,9 +249,6 @@ pub struct Columns {
 
 impl Columns {
     /// Finds the columns with `names` in the scene of `stepper`.
-    ///
-    /// # Errors
-    /// [`ColumnError`], the first.
     pub fn find(names: &[String], stepper: &Stepper) -> Result<Self, ColumnError> {
         let mut columns = Self::default();
         for (i, name) in names.iter().enumerate() {
@@ -269,7 +266,6 @@ impl Columns {
     }
 
     /// The headings, `NAME.QUANTITY [UNIT]`; controls and counts are without unit.
-    #[must_use]
     pub fn headings(&self) -> &[String] {
         &self.headings
     }
@@ -287,9 +283,6 @@ impl Columns {
     }
 
     /// Writes the headings as a line of CSV.
-    ///
-    /// # Errors
-    /// I/O errors of `out`.
     pub fn heading(&self, out: &mut dyn io::Write) -> io::Result<()> {
         for (k, heading) in self.headings.iter().enumerate() {
             let comma = if k == 0 { "" } else { "," };
@@ -303,9 +296,6 @@ impl Columns {
     }
 
     /// Writes the values after a step as a line of CSV; a cell is empty for what is not there.
-    ///
-    /// # Errors
-    /// I/O errors of `out`.
     pub fn line(
         &self,
         out: &mut dyn io::Write,
@@ -433,7 +423,6 @@ pub struct Series {
 
 impl Series {
     /// Without values.
-    #[must_use]
     pub fn new(columns: &Columns) -> Self {
         let headings = columns.headings().iter();
         Self {

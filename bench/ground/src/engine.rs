@@ -16,9 +16,7 @@ pub type Frame<P = Vector3<f64>> = Box<dyn FnMut() -> Result<P, String>>;
 /// How a motion is begun.
 pub type Start<M = Motion, P = Vector3<f64>> = Box<dyn Fn(&M) -> Result<Frame<P>, StepError>>;
 
-/// A setting of an engine.
 pub struct Setting<M = Motion, P = Vector3<f64>> {
-    /// In the tables.
     pub text: String,
     /// Steps a frame, of whatever kind the engine makes.
     pub substeps: usize,
@@ -42,7 +40,6 @@ pub fn doubling(least: usize, most: usize) -> impl Iterator<Item = usize> {
 }
 
 /// A number of sub-steps, as text.
-#[must_use]
 pub fn substeps(n: usize) -> String {
     match n {
         1 => "1 step".to_owned(),

@@ -18,12 +18,23 @@ use std::path::{Path, PathBuf};
 /// A file that could not be written or read.
 #[derive(Debug)]
 pub struct FileError {
-    /// The file.
     pub path: PathBuf,
     /// Verb of the message: `read`, `write`, `replace` or `secure`.
     pub doing: &'static str,
     /// Why it failed.
     pub source: std::io::Error,
+}
+
+impl FileError {
+    /// What a file's failure while `doing` something becomes.
+    pub fn at(path: &Path, doing: &'static str) -> impl FnOnce(io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |source| Self {
+            path,
+            doing,
+            source,
+        }
+    }
 }
 
 impl fmt::Display for FileError {
@@ -47,20 +58,14 @@ impl std::error::Error for FileError {
 /// Prints a text for people to standard output, with its colours and bold type where they are seen and wanted: on a
 /// terminal, unless `NO_COLOR` or `CLICOLOR=0` is set, or wherever `CLICOLOR_FORCE` is. A reader that has gone away is
 /// not an error: it has read what it wanted. Control characters are escaped but for line ends and tabs.
-///
-/// # Errors
-/// [`FileError`].
 pub fn print(text: &str) -> Result<(), FileError> {
     put(&mut anstream::stdout().lock(), &shown::text(text))
 }
 
 /// Writes a text as it is to a stream of the program's own.
 fn put(out: &mut impl Write, text: &str) -> Result<(), FileError> {
-    heard(out.write_all(text.as_bytes()).and_then(|()| out.flush())).map_err(|source| FileError {
-        path: "-".into(),
-        doing: "write",
-        source,
-    })
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    heard(written).map_err(FileError::at(Path::new("-"), "write"))
 }
 
 /// A reader that has gone away has read what it wanted.
@@ -82,28 +87,14 @@ pub fn note(text: impl std::fmt::Display) {
 }
 
 /// Makes a folder, with those above it.
-///
-/// # Errors
-/// [`FileError`].
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
-    std::fs::create_dir_all(path).map_err(|source| FileError {
-        path: path.to_owned(),
-        doing: "write",
-        source,
-    })
+    std::fs::create_dir_all(path).map_err(FileError::at(path, "write"))
 }
 
 /// Removes a file if there is one.
-///
-/// # Errors
-/// [`FileError`].
 pub fn remove(path: &Path) -> Result<(), FileError> {
     match std::fs::remove_file(path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError {
-            path: path.to_owned(),
-            doing: "replace",
-            source,
-        }),
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::at(path, "replace")(e)),
         _ => Ok(()),
     }
 }
@@ -111,16 +102,8 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
 /// Most bytes of a text that is read: more is no scene, table or run, but a device or a mistake.
 const MOST_TEXT: u64 = 1 << 30;
 
-/// The text of a file.
-///
-/// # Errors
-/// [`FileError`] with the path; also where the text is longer than a gigabyte.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    read_at_most(path, MOST_TEXT).map_err(|source| FileError {
-        path: path.into(),
-        doing: "read",
-        source,
-    })
+    read_at_most(path, MOST_TEXT).map_err(FileError::at(path, "read"))
 }
 
 fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
@@ -157,37 +140,23 @@ enum Place {
 impl Output {
     /// Finds out whether `path` can be written, `-` for standard output; makes its folder. A file stays as it is until
     /// [`write`](Self::write), and is not made here.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let place = Place::of(path).map_err(|source| FileError {
-            path: path.to_owned(),
-            doing: "write",
-            source,
-        })?;
         Ok(Self {
+            place: Place::of(path).map_err(FileError::at(path, "write"))?,
             path: path.to_owned(),
-            place,
         })
     }
 
     /// The path as it was given.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// True for standard output, given as `-` or as a path that leads there.
-    #[must_use]
     pub fn is_stdout(&self) -> bool {
         matches!(self.place, Place::Stdout)
     }
 
-    /// Writes all that is to be there.
-    ///
-    /// # Errors
-    /// [`FileError`]; a file is then what it was before.
     pub fn write(
         &self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -198,17 +167,11 @@ impl Output {
     }
 
     /// Writes a text.
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
     pub fn text(&self, text: &str) -> Result<(), FileError> {
         self.write(|out| out.write_all(text.as_bytes()))
     }
 
     /// Writes a value as JSON: see [`write_json`].
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
     pub fn json(&self, value: &impl Serialize) -> Result<(), FileError> {
         self.write(|out| {
             serde_json::to_writer_pretty(&mut *out, value)?;
@@ -217,9 +180,6 @@ impl Output {
     }
 
     /// Begins to write what comes bit by bit.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn begin(&self) -> Result<Writing, FileError> {
         let failed = |source| self.error(source);
         let (to, part): (Box<dyn Write>, _) = match &self.place {
@@ -239,11 +199,7 @@ impl Output {
     }
 
     fn error(&self, source: io::Error) -> FileError {
-        FileError {
-            path: self.path.clone(),
-            doing: "write",
-            source,
-        }
+        FileError::at(&self.path, "write")(source)
     }
 }
 
@@ -349,9 +305,6 @@ impl Writing {
     }
 
     /// Ends what is worth something without its end, too: what was written before a failure takes the place.
-    ///
-    /// # Errors
-    /// As [`finish`](Self::finish).
     pub fn keep(mut self) -> Result<(), FileError> {
         let written = self.flushed();
         let Some(part) = &mut self.part else {
@@ -377,11 +330,7 @@ impl Writing {
     }
 
     fn told(&self, done: io::Result<()>) -> Result<(), FileError> {
-        done.map_err(|source| FileError {
-            path: self.path.clone(),
-            doing: "write",
-            source,
-        })
+        done.map_err(FileError::at(&self.path, "write"))
     }
 }
 
@@ -390,17 +339,10 @@ fn not_secured(path: &Path, e: &io::Error) -> FileError {
     let message = format!(
         "it is written, but its folder could not be synced ({e}): a failure of the power may undo it"
     );
-    FileError {
-        path: path.to_owned(),
-        doing: "secure",
-        source: io::Error::new(e.kind(), message),
-    }
+    FileError::at(path, "secure")(io::Error::new(e.kind(), message))
 }
 
 /// Finds out whether the paths of these options can be written, before the work that their content comes from.
-///
-/// # Errors
-/// [`FileError`]: also where two of them are the same place, or one is what is read, whatever the spelling.
 pub fn open<const N: usize>(
     options: [(&'static str, Option<&Path>); N],
     read: &[&Path],
@@ -437,17 +379,11 @@ pub fn open<const N: usize>(
 }
 
 /// Writes text to `path`, making its folder, or to standard output for `-`.
-///
-/// # Errors
-/// [`FileError`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
     Output::open(path)?.text(text)
 }
 
 /// Writes bytes to `path`, making its folder.
-///
-/// # Errors
-/// [`FileError`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     Output::open(path)?.write(|out| out.write_all(bytes))
 }
@@ -455,9 +391,6 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 /// Writes a value as JSON; numbers that are not finite become null, as what is not there does. The rows say which it
 /// is: a check by its `reached`, a row of a solver by its `error` or `failure`, the reason why it has no numbers,
 /// without which null is what was not measured.
-///
-/// # Errors
-/// [`FileError`].
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
     Output::open(path)?.json(value)
 }

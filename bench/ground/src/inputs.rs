@@ -12,11 +12,11 @@
 //! 5,0,0
 //! ```
 
+use crate::errors::Cause;
 use std::fmt;
 use taut_integrator::{StepError, Stepper};
 use taut_model::Scene;
 
-/// Name of the column of times.
 const TIME: &str = "time";
 
 /// Values of some of a scene's controls over time.
@@ -30,40 +30,18 @@ pub struct Inputs {
     values: Vec<f64>,
 }
 
-/// A table of inputs that does not fit, with its line from 1 where it is known.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct InputError {
-    /// Line of the text.
-    pub line: Option<u64>,
-    /// Fault and remedy.
-    pub message: String,
-}
-
-impl fmt::Display for InputError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            Some(line) => write!(f, "line {line}: {}", self.message),
-            None => f.write_str(&self.message),
-        }
-    }
-}
-
-impl std::error::Error for InputError {}
-
-fn fault(line: Option<u64>, message: impl Into<String>) -> InputError {
-    InputError {
-        line,
-        message: message.into(),
+/// A table of inputs that does not fit, by fault and remedy, with its line from 1 where it is known.
+fn fault(line: Option<u64>, message: impl fmt::Display) -> Cause {
+    match line {
+        Some(line) => format!("line {line}: {message}").into(),
+        None => message.to_string().into(),
     }
 }
 
 impl Inputs {
-    /// Reads a CSV text for `scene`.
-    ///
-    /// # Errors
-    /// [`InputError`]: no `time`, a column that names no control of the scene, a cell without a
-    /// finite number, times that do not ascend.
-    pub fn parse(text: &str, scene: &Scene) -> Result<Self, InputError> {
+    /// Reads a CSV text for `scene`. Refused are tables without `time`, columns that name no control of the scene, cells
+    /// without a finite number, times that do not ascend.
+    pub fn parse(text: &str, scene: &Scene) -> Result<Self, Cause> {
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .comment(Some(b'#'))
@@ -129,7 +107,6 @@ impl Inputs {
     }
 
     /// Names of the controls that it sets.
-    #[must_use]
     pub fn names(&self) -> &[String] {
         &self.controls
     }
@@ -166,9 +143,6 @@ impl Inputs {
     }
 
     /// Sets the controls for the step that begins at the stepper's time, but for those that have gone with what they drove.
-    ///
-    /// # Errors
-    /// As [`Stepper::set_control`].
     pub fn apply(&self, stepper: &mut Stepper) -> Result<(), StepError> {
         let (from, dt) = (stepper.time(), stepper.options().dt);
         for (k, name) in self.controls.iter().enumerate() {
@@ -182,7 +156,7 @@ impl Inputs {
 }
 
 /// The name of the control that a column is for, none for that of the times.
-fn column(name: &str, scene: &Scene) -> Result<Option<String>, InputError> {
+fn column(name: &str, scene: &Scene) -> Result<Option<String>, Cause> {
     if name == TIME {
         return Ok(None);
     }
@@ -273,6 +247,6 @@ mod tests {
             "the table has no rows: give at least one",
         );
         let none = Inputs::parse("time,x\n0,1\n", &Scene::new("none")).expect_err("a fault");
-        assert!(none.message.ends_with("the scene has none"), "{none}");
+        assert!(none.to_string().ends_with("the scene has none"), "{none}");
     }
 }

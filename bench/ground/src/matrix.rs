@@ -45,7 +45,6 @@ pub enum Matrix {
 
 impl Matrix {
     /// Dimension.
-    #[must_use]
     pub fn dim(&self) -> usize {
         match self {
             Self::Symmetric(a) => a.dim(),
@@ -54,7 +53,6 @@ impl Matrix {
     }
 
     /// Number of block rows; of a general matrix that of its rows.
-    #[must_use]
     pub fn blocks(&self) -> usize {
         match self {
             Self::Symmetric(a) => a.pattern().blocks(),
@@ -76,7 +74,6 @@ impl Matrix {
     }
 
     /// Stored entries, of both triangles.
-    #[must_use]
     pub fn entries(&self) -> usize {
         let mut entries = 0;
         self.for_each(|_, _, _| entries += 1);
@@ -84,9 +81,6 @@ impl Matrix {
     }
 
     /// Backward errors of `x` as a solution of A x = b.
-    ///
-    /// # Errors
-    /// [`SolveError::Dimension`].
     pub fn backward_error(&self, b: &[f64], x: &[f64]) -> Result<BackwardError, SolveError> {
         match self {
             Self::Symmetric(a) => backward_error(a, b, x),
@@ -104,10 +98,8 @@ pub enum Triangle {
     Upper,
 }
 
-/// Where a right-hand side comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RightHandSide {
-    /// From a file.
     File(PathBuf),
     /// A·1, summed in extended precision and rounded.
     Ones {
@@ -130,11 +122,9 @@ pub struct Dropped {
 pub struct System {
     /// Name of the file without its ending.
     pub name: String,
-    /// A.
     pub matrix: Matrix,
     /// Entries of the file that are none of the matrix.
     pub dropped: Dropped,
-    /// b.
     pub b: Vec<f64>,
     /// Where b comes from.
     pub from: RightHandSide,
@@ -145,9 +135,6 @@ pub struct System {
 impl System {
     /// Reads a matrix, and b and x from the files given. Where none is given they are read from those beside the matrix,
     /// x only together with b; without them b is A·1.
-    ///
-    /// # Errors
-    /// [`MarketError`].
     pub fn read(path: &Path, b: Option<&Path>, x: Option<&Path>) -> Result<Self, MarketError> {
         let (matrix, dropped) = matrix_of(&market::read(path)?, path)?;
         let beside_b = b.is_none().then(|| beside(path, "b")).flatten();
@@ -216,9 +203,6 @@ fn beside(path: &Path, what: &str) -> Option<PathBuf> {
 }
 
 /// The matrix of a file without its zeros, and what was dropped.
-///
-/// # Errors
-/// [`MarketError`]: not square, singular as it stands, blocks that do not fit, sums that overflow.
 pub fn matrix_of(market: &Market, path: &Path) -> Result<(Matrix, Dropped), MarketError> {
     matrix_with(market, path, GeneralMatrix::drop_zeros)
 }
@@ -335,9 +319,6 @@ fn symmetric(lower: &GeneralMatrix, market: &Market) -> Result<SymBlockMatrix, S
 }
 
 /// The vector of a file: one column of `n` rows.
-///
-/// # Errors
-/// [`MarketError`].
 pub fn vector_of(market: &Market, path: &Path, n: usize) -> Result<Vec<f64>, MarketError> {
     if market.rows != n || market.columns != 1 {
         let message = format!(

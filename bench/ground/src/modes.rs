@@ -30,7 +30,6 @@ pub struct Natural {
 
 impl Natural {
     /// ω of mode `k` \[rad/s]; NaN beyond the last mode and for an unstable one.
-    #[must_use]
     pub fn frequency(&self, k: usize) -> f64 {
         self.squares.get(k).map_or(f64::NAN, |w| w.sqrt())
     }
@@ -52,7 +51,6 @@ impl Natural {
 const STEP: f64 = 1e-5;
 
 /// Modes of a scene in equilibrium without rigid rows, the one with most energy first.
-#[must_use]
 pub fn modes(scene: &Scene) -> Vec<Mode> {
     let dim = 6 * scene.bodies.len();
     let all: Vec<usize> = (0..dim).collect();
@@ -87,7 +85,6 @@ pub fn modes(scene: &Scene) -> Vec<Mode> {
 /// Natural oscillations of a scene in equilibrium in which of each body's six coordinates (displacements along x, y, z,
 /// rotations about them) only `coordinates` move: by its symmetry the others do not, and static bodies never do. `None` where rows or masses are
 /// degenerate, or nothing moves.
-#[must_use]
 pub fn natural(scene: &Scene, coordinates: &[usize]) -> Option<Natural> {
     let bodies = scene.bodies.len();
     let free = |i: &usize| scene.bodies.is_dynamic(*i);
@@ -271,7 +268,6 @@ fn forces(lin: &Linearized, lambda: &DVector<f64>, bodies: usize) -> DVector<f64
 }
 
 /// Σ_k E_k (1 + ω_ek²Δt²)^(−t/Δt) over Σ_k E_k at `time` (s).
-#[must_use]
 pub fn predicted(modes: &[Mode], dt: f64, time: f64) -> f64 {
     let all: f64 = modes.iter().map(|m| m.energy).sum();
     let kept = modes.iter().map(|m| {

@@ -23,13 +23,11 @@ pub struct Opening {
 
 impl Opening {
     /// The gap over the length.
-    #[must_use]
     pub fn strain(&self) -> f64 {
         self.gap_m / self.length_m
     }
 
     /// The opening, where there was one.
-    #[must_use]
     pub fn found(&self) -> Option<&Self> {
         (!self.joint.is_empty()).then_some(self)
     }

@@ -21,9 +21,6 @@ pub struct Made {
 }
 
 /// Steps, and counts the step; the count is the program's, not the stepper's.
-///
-/// # Errors
-/// As [`Stepper::step`]; a step that fails does not count.
 pub fn step(stepper: &mut Stepper) -> Result<StepReport, StepError> {
     let report = stepper.step()?;
     STEPS.fetch_add(1, Ordering::Relaxed);
@@ -32,7 +29,6 @@ pub fn step(stepper: &mut Stepper) -> Result<StepReport, StepError> {
 }
 
 /// Totals of all threads.
-#[must_use]
 pub fn made() -> Made {
     Made {
         steps: STEPS.load(Ordering::Relaxed),
@@ -74,7 +70,6 @@ impl Pace {
     }
 
     /// Steps and simulated seconds for each second of the clock; none where no step was made.
-    #[must_use]
     pub fn rates(&self) -> Option<(f64, f64)> {
         let ((start, before), (end, after)) = (self.seen.front()?, self.seen.back()?);
         let seconds = end.saturating_duration_since(*start).as_secs_f64();
@@ -85,7 +80,6 @@ impl Pace {
 
     /// Text of a bar: steps a second and the real-time factor, simulated time over wall-clock time.
     /// Without simulation it is the bar's own units a second.
-    #[must_use]
     pub fn text(&self, units_per_second: f64) -> String {
         match self.rates() {
             Some((steps, simulated)) => {

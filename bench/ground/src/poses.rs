@@ -27,13 +27,8 @@ impl fmt::Display for Pose {
     }
 }
 
-/// Seed of the bent pose's velocities.
 const BENT_SEED: u64 = 11;
 
-/// A hoist in the given pose.
-///
-/// # Errors
-/// As [`HoistParams::resolve`].
 pub fn hoist(params: &HoistParams, pose: Pose) -> Result<Scene, SceneError> {
     match pose {
         Pose::Straight => params.hanging_equilibrium(),

@@ -10,7 +10,6 @@ pub struct Random(Xoshiro256PlusPlus);
 
 impl Random {
     /// The generator of a seed.
-    #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
@@ -31,7 +30,6 @@ impl Random {
         (from.ln() + t * (to / from).ln()).exp()
     }
 
-    /// A number below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() >> 33) as usize % n
     }

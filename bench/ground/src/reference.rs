@@ -39,9 +39,6 @@ pub struct Motion {
 
 impl Motion {
     /// A hoist, with the paper's step.
-    ///
-    /// # Errors
-    /// As [`scene`].
     pub fn of_hoist(params: &HoistParams) -> Result<Self, SceneError> {
         Ok(Self {
             scene: scene(params)?,
@@ -56,7 +53,6 @@ impl Motion {
     }
 
     /// Any scene, with the default step.
-    #[must_use]
     pub fn of_scene(scene: Scene, inputs: Inputs) -> Self {
         Self {
             scene,
@@ -68,7 +64,6 @@ impl Motion {
 }
 
 /// The direct solver that makes references and common states: the fastest that is compiled in.
-#[must_use]
 pub fn reference_choice() -> Choice {
     Choice::schur(if Backend::Banded.is_compiled() {
         Backend::Banded
@@ -79,9 +74,6 @@ pub fn reference_choice() -> Choice {
 
 /// The moving body that comes furthest from where it starts in so many steps, or until the first event: what stands in for
 /// the load in a scene that names none.
-///
-/// # Errors
-/// As [`Stepper::step`], and [`SceneError::Conflict`] for a scene without moving bodies.
 pub fn moves_most(motion: &Motion, dt: f64, steps: usize) -> Result<usize, StepError> {
     crate::source::mass_ratio(&motion.scene)?;
     let options = StepOptions {
@@ -120,7 +112,6 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// The present state of a stepper, and the tension of its last solve.
-    #[must_use]
     pub fn of(stepper: &Stepper) -> Self {
         let options = stepper.options();
         let dt = options.dt / options.substeps as f64;
@@ -133,9 +124,6 @@ impl Snapshot {
     }
 
     /// Puts a stepper of the same scene there.
-    ///
-    /// # Errors
-    /// As [`Stepper::set_state`].
     pub fn put(&self, stepper: &mut Stepper) -> Result<(), StepError> {
         stepper.lay_cables(&self.scene)?;
         stepper.set_state(&self.scene.bodies, self.time)?;
@@ -146,9 +134,6 @@ impl Snapshot {
 
 /// Sub-steps a frame for which the paper's step is stable on this scene: segments that rotate against the tension
 /// T = g (M + m N) have the frequency ω = 2 √(12 T/(m l)), and Δt ω < 2 is needed; 1.3 is kept here.
-///
-/// # Errors
-/// Parameters that are not sound, and a reference motion of more than [`MAX_STEPS`] a second.
 pub fn stable_substeps(params: &HoistParams, frame: f64) -> Result<usize, StepError> {
     let hoist = params.resolve()?;
     let (mass, segments) = (hoist.segment_mass, hoist.segments as f64);
@@ -170,9 +155,6 @@ pub const MAX_STEPS: f64 = 1e6;
 
 /// The scene that is run: hanging in its static equilibrium, so that what moves is the swing and not the bounce of a
 /// dropped load; turned aside and unstretched where an initial angle is asked for.
-///
-/// # Errors
-/// As [`HoistParams::build`].
 pub fn scene(params: &HoistParams) -> Result<Scene, SceneError> {
     if params.initial_angle == 0.0 {
         params.hanging_equilibrium()
@@ -183,9 +165,6 @@ pub fn scene(params: &HoistParams) -> Result<Scene, SceneError> {
 
 /// Largest gap of a joint of the hanging cable, and a segment's length: beyond their sum a run is not that of a cable
 /// any more \[m].
-///
-/// # Errors
-/// Parameters that are not sound.
 pub fn most_gap(params: &HoistParams) -> Result<f64, SceneError> {
     let hoist = params.resolve()?;
     let hanging = hoist.gaps(params.gravity).fold(0.0, f64::max);
@@ -211,9 +190,6 @@ const FINEST: f64 = 24_000.0;
 
 /// The paper's step at Δt ≤ 1/24000 s and at twice that, extrapolated to Δt = 0 (it is of first order). Kept in a file
 /// under `target/taut/reference`, since it takes up to minutes.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn converged(params: &HoistParams, frame: f64, frames: usize) -> Result<Converged, StepError> {
     let stable = stable_substeps(params, frame)?;
     let coarse = stable.max((0.5 * FINEST * frame).ceil() as usize);
@@ -232,9 +208,6 @@ pub fn converged(params: &HoistParams, frame: f64, frames: usize) -> Result<Conv
 
 /// The motion with `2 substeps` a frame, its load positions extrapolated to Δt = 0 from those and the ones with
 /// `substeps`; and the largest distance that this moves them \[m].
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn extrapolated(
     motion: &Motion,
     frame: f64,
@@ -259,9 +232,6 @@ pub fn extrapolated(
 
 /// Steps the scene for `frames` frames of length `frame` (s) with `substeps` each; keeps the states before the frames
 /// in `keep`.
-///
-/// # Errors
-/// As [`Stepper::step`].
 fn compute(
     motion: &Motion,
     frame: f64,

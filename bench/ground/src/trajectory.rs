@@ -54,7 +54,6 @@ pub struct Sample {
 
 impl Sample {
     /// The state after the step that ended in `report`.
-    #[must_use]
     pub fn after(stepper: &Stepper, report: &StepReport) -> Self {
         Self {
             time: report.time,
@@ -115,13 +114,11 @@ impl fmt::Display for Failure {
 
 impl Trajectory {
     /// Largest gap of a joint over the run \[m].
-    #[must_use]
     pub fn max_violation(&self) -> f64 {
         self.samples.iter().map(|s| s.violation).fold(0.0, f64::max)
     }
 
     /// Largest distance of the load from `reference` (one position a step; the shorter run counts) \[m].
-    #[must_use]
     pub fn max_load_error(&self, reference: &[Vector3<f64>]) -> f64 {
         self.samples
             .iter()
@@ -131,7 +128,6 @@ impl Trajectory {
     }
 
     /// Change of the total energy from time `from` to the end, over the largest kinetic energy in between.
-    #[must_use]
     pub fn energy_drift(&self, from: f64) -> Option<f64> {
         let window: Vec<_> = self.samples.iter().filter(|s| s.time >= from).collect();
         let (first, last) = (window.first()?, window.last()?);
@@ -141,7 +137,6 @@ impl Trajectory {
     }
 
     /// Median and minimum of a time over the steps \[ns]; the first step, which may allocate, is left out.
-    #[must_use]
     pub fn nanoseconds(&self, of: impl Fn(&PhaseTimes) -> Duration) -> Timing {
         Timing::of(self.samples.iter().skip(1).map(|s| of(&s.phases)))
     }
@@ -159,7 +154,6 @@ pub struct Timing {
 
 impl Timing {
     /// Median and extremes of durations, in nanoseconds; NaN if there are none.
-    #[must_use]
     pub fn of(durations: impl Iterator<Item = Duration>) -> Self {
         let mut ns: Vec<u128> = durations.map(|d| d.as_nanos()).collect();
         ns.sort_unstable();
@@ -196,7 +190,6 @@ impl Durations {
     }
 
     /// The median, to 1/512 from below, and the ends exactly; NaN of none.
-    #[must_use]
     pub fn timing(&self) -> Timing {
         let Some((least, most)) = self.ends else {
             return Timing::of(std::iter::empty());
@@ -219,7 +212,6 @@ impl Durations {
 }
 
 /// Gap of constraint `c`, where it has one \[m]: see [`Constraint::gap`](taut_model::Constraint::gap).
-#[must_use]
 pub fn gap(stepper: &Stepper, c: usize) -> Option<f64> {
     let rows = stepper.linearized();
     let constraint = stepper.scene().constraints.get(c)?;
@@ -238,7 +230,6 @@ pub fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
 }
 
 /// Largest tension of the joints, links and cables that hold on to the load \[N], where one of them has a tension.
-#[must_use]
 pub fn load_tension(stepper: &Stepper) -> Option<f64> {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
     let load = load_body(scene)?;
@@ -252,7 +243,6 @@ fn load_body(scene: &Scene) -> Option<usize> {
 }
 
 /// Position of the load (or of the last body).
-#[must_use]
 pub fn load_position(scene: &Scene) -> Vector3<f64> {
     load_body(scene).map_or_else(Vector3::zeros, |i| scene.bodies.position[i])
 }
@@ -312,7 +302,6 @@ pub struct Simulation {
 
 impl Simulation {
     /// A run of so many steps.
-    #[must_use]
     pub fn new(steps: usize, limits: Limits) -> Self {
         Self {
             left: steps,
@@ -327,7 +316,6 @@ impl Simulation {
     }
 
     /// True while steps are still to be made.
-    #[must_use]
     pub fn goes_on(&self) -> bool {
         self.left > 0
     }
@@ -430,7 +418,6 @@ pub fn simulate_driven(
 }
 
 /// Number of steps of length `dt` in `time`, to rounding.
-#[must_use]
 pub fn steps_in(time: f64, dt: f64) -> usize {
     let steps = (time / dt).round();
     // A count beyond any run's length saturates.

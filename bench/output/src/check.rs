@@ -4,8 +4,8 @@
 use crate::plot::{self, Chart, PlotError};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
-use std::error::Error;
 use std::fmt;
+use taut_ground::errors::Cause;
 use taut_solver::{SolveReport, Status};
 
 /// A reference beside ours.
@@ -201,29 +201,23 @@ impl Verdict {
     ];
 
     /// As it is written in JSON.
-    #[must_use]
     pub fn key(self) -> String {
         self.to_string().to_lowercase().replace(' ', "-")
     }
 
     /// Judges a statement of the paper.
-    #[must_use]
     pub fn of(holds: bool) -> Self {
-        if holds {
-            Self::Holds
-        } else {
-            Self::DoesNotHold
-        }
+        Self::either(holds, [Self::Holds, Self::DoesNotHold])
+    }
+
+    /// The first where something is so, else the second.
+    pub fn either(is_so: bool, [first, second]: [Self; 2]) -> Self {
+        if is_so { first } else { second }
     }
 
     /// Judges a statement of the paper that holds at least under the condition in the note.
-    #[must_use]
     pub fn or_only_if(holds: bool) -> Self {
-        if holds {
-            Self::Holds
-        } else {
-            Self::HoldsOnlyIf
-        }
+        Self::either(holds, [Self::Holds, Self::HoldsOnlyIf])
     }
 }
 
@@ -243,7 +237,6 @@ impl fmt::Display for Verdict {
 
 impl Check {
     /// A row whose error must be within our own bar: [`Verdict::Pass`] or [`Verdict::Fail`].
-    #[must_use]
     pub fn within(
         case: impl Into<String>,
         reference: impl Into<String>,
@@ -260,7 +253,6 @@ impl Check {
     }
 
     /// A number beside its reference, both in `unit`.
-    #[must_use]
     pub fn number(
         case: impl Into<String>,
         [reference, ours]: [f64; 2],
@@ -284,7 +276,6 @@ impl Check {
     }
 
     /// A number whose error is relative to its reference.
-    #[must_use]
     pub fn relative(
         case: impl Into<String>,
         [reference, ours]: [f64; 2],
@@ -295,14 +286,12 @@ impl Check {
     }
 
     /// An order of convergence that has to be 2.
-    #[must_use]
     pub fn second_order(case: impl Into<String>, order: f64, bar: f64) -> Self {
         Self::number(case, [2.0, order], "", Measure::Absolute, bar)
             .by("difference of the order from 2")
     }
 
     /// A vector beside its reference, both in `unit`; the error is what the caller measures.
-    #[must_use]
     pub fn vector(
         case: impl Into<String>,
         [reference, ours]: [&[f64]; 2],
@@ -315,7 +304,6 @@ impl Check {
     }
 
     /// Row for a quantity known only by its distance from the reference, in `unit`.
-    #[must_use]
     pub fn off(
         case: impl Into<String>,
         reference: impl Into<String>,
@@ -328,7 +316,6 @@ impl Check {
     }
 
     /// A statement in words of ours that is so, or is not.
-    #[must_use]
     pub fn stated(
         case: impl Into<String>,
         reference: impl Into<String>,
@@ -340,7 +327,6 @@ impl Check {
     }
 
     /// Failed row for an error in place of a result.
-    #[must_use]
     pub fn failed(
         case: impl Into<String>,
         reference: impl Into<String>,
@@ -350,7 +336,6 @@ impl Check {
     }
 
     /// A claim in words, with its verdict and the condition or the cause.
-    #[must_use]
     pub fn claim(
         case: impl Into<String>,
         reference: impl Into<String>,
@@ -373,14 +358,12 @@ impl Check {
     }
 
     /// Judges the paper's value instead of ours: [`Verdict::Holds`] where ours would pass.
-    #[must_use]
     pub fn published(mut self) -> Self {
         self.verdict = Verdict::of(self.verdict == Verdict::Pass);
         self
     }
 
     /// Turns a failure into [`Verdict::Limit`] with `cause` as its note, if `known`.
-    #[must_use]
     pub fn limited(mut self, known: bool, cause: impl Into<String>) -> Self {
         if known && self.verdict == Verdict::Fail {
             self.verdict = Verdict::Limit;
@@ -389,52 +372,44 @@ impl Check {
         self
     }
 
-    #[must_use]
     pub fn by(mut self, criterion: impl Into<String>) -> Self {
         self.criterion = criterion.into();
         self
     }
 
     /// Attributes the whole error to [`Parts::algebraic`].
-    #[must_use]
     pub fn algebraic(self) -> Self {
         let error = self.error.unwrap_or(f64::NAN);
         self.algebraic_part(error)
     }
 
-    #[must_use]
     pub fn algebraic_part(mut self, part: f64) -> Self {
         self.parts.algebraic = Some(part);
         self
     }
 
-    #[must_use]
     pub fn time_part(mut self, part: f64) -> Self {
         self.parts.time = Some(part);
         self
     }
 
-    #[must_use]
     pub fn space_part(mut self, part: f64) -> Self {
         self.parts.space = Some(part);
         self
     }
 
     /// True if any part of the error is known.
-    #[must_use]
     pub fn is_split(&self) -> bool {
         self.parts != Parts::default()
     }
 
     /// True if the error exceeds the bar or is NaN, whatever the verdict.
-    #[must_use]
     pub fn is_beyond(&self) -> bool {
         matches!((self.error, self.bar), (Some(error), Some(bar)) if error > bar || error.is_nan())
     }
 
     /// Turns a failure into a limit if the solver does not claim convergence and the error is at
     /// most [`UNCONVERGED`]. The note repeats what the solver `said`.
-    #[must_use]
     pub fn unless_claimed(mut self, said: &SolveReport) -> Self {
         let near = self.error.is_some_and(|e| e <= UNCONVERGED);
         if self.verdict != Verdict::Fail || said.is_claim() || !near {
@@ -457,12 +432,10 @@ impl Check {
     }
 
     /// Value of `reached` in JSON.
-    #[must_use]
     pub fn reached(&self) -> Reached {
         Reached::of(self.error)
     }
 
-    #[must_use]
     pub fn noting(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
         self
@@ -495,12 +468,9 @@ impl From<Vec<Check>> for Outcome {
 }
 
 /// Why an experiment could not be done: a scene, a step or its set-up, rows or charts that could not be written.
-pub type ExperimentError = Box<dyn Error + Send + Sync>;
+pub type ExperimentError = Cause;
 
 /// Records as CSV with a header.
-///
-/// # Errors
-/// Records that are not flat rows.
 pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -513,9 +483,6 @@ pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
 }
 
 /// The charts of an outcome as one picture; `None` without charts.
-///
-/// # Errors
-/// A chart that cannot be drawn.
 pub fn picture(outcome: &Outcome) -> Result<Option<String>, PlotError> {
     if outcome.charts.is_empty() {
         return Ok(None);

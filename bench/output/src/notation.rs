@@ -2,7 +2,6 @@
 
 /// Three digits; powers of ten from 10³ on and below 10⁻² are written as such, what is larger than 10⁵ or smaller than
 /// 10⁻³ with one.
-#[must_use]
 pub fn number(value: f64) -> String {
     let size = value.abs();
     if size < 1e-300 {

@@ -64,7 +64,6 @@ pub struct Quantity {
 }
 
 /// Errors on a logarithmic axis.
-#[must_use]
 pub const fn error(column: &'static [&'static str], label: &'static str) -> Quantity {
     Quantity {
         columns: column,
@@ -76,7 +75,6 @@ pub const fn error(column: &'static [&'static str], label: &'static str) -> Quan
 }
 
 /// Positive numbers on a logarithmic axis.
-#[must_use]
 pub const fn positive(
     columns: &'static [&'static str],
     label: &'static str,
@@ -92,7 +90,6 @@ pub const fn positive(
 }
 
 /// Numbers on a linear axis.
-#[must_use]
 pub const fn linear(
     columns: &'static [&'static str],
     label: &'static str,
@@ -105,7 +102,6 @@ pub const fn linear(
 }
 
 /// Texts, each with a place on the axis.
-#[must_use]
 pub const fn texts(columns: &'static [&'static str], label: &'static str) -> Quantity {
     Quantity {
         is_text: true,
@@ -161,7 +157,6 @@ fn labelled(row: &Row, column: &str) -> Option<String> {
 
 impl Plan {
     /// The plot of a benchmark's data.
-    #[must_use]
     pub fn plot(&self, data: &Value) -> Plot {
         let takes_part = |row: &Row| {
             let fits = |(column, values): &(&str, &[&str])| {

@@ -34,7 +34,6 @@ pub struct Axis {
 
 impl Axis {
     /// A linear axis.
-    #[must_use]
     pub fn linear(label: &str) -> Self {
         Self {
             label: label.to_owned(),
@@ -43,7 +42,6 @@ impl Axis {
     }
 
     /// A logarithmic axis.
-    #[must_use]
     pub fn log(label: &str) -> Self {
         Self {
             log: true,
@@ -52,7 +50,6 @@ impl Axis {
     }
 
     /// An axis of names at the places 0, 1 …
-    #[must_use]
     pub fn of_names(label: &str, names: Vec<String>) -> Self {
         Self {
             names,
@@ -141,7 +138,6 @@ pub struct Series {
 
 impl Series {
     /// A series of points drawn with `mark`.
-    #[must_use]
     pub fn new(name: impl Into<String>, points: Vec<[f64; 2]>, mark: Mark) -> Self {
         Self {
             name: name.into(),
@@ -174,7 +170,6 @@ pub struct Chart {
 impl Chart {
     /// The chart with lines of slope 1 and 2 on its logarithmic axes, above its points: what errors of first and of
     /// second order are parallel to. Without points to the right of others it stays as it is.
-    #[must_use]
     pub fn with_orders(mut self) -> Self {
         let points = self.series.iter().flat_map(|s| &s.points);
         let points = points.filter(|[x, y]| *x > 0.0 && *y > 0.0 && y.is_finite());
@@ -227,7 +222,6 @@ impl Chart {
     }
 
     /// True if guide lines show slopes; they mean something on two logarithmic axes only.
-    #[must_use]
     pub fn has_orders(&self) -> bool {
         self.x.log && self.y.log && self.series.iter().any(|s| s.mark == Mark::Guide)
     }

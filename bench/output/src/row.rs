@@ -10,19 +10,16 @@ use serde_json::{Map, Value};
 /// A row: columns in order.
 pub type Row = Map<String, Value>;
 
-#[must_use]
 pub fn number_of(row: &Row, key: &str) -> Option<f64> {
     row.get(key).and_then(Value::as_f64)
 }
 
 /// A text of a row; an empty one where it has none.
-#[must_use]
 pub fn text_of<'a>(row: &'a Row, key: &str) -> &'a str {
     row.get(key).and_then(Value::as_str).unwrap_or_default()
 }
 
 /// The limit of iterations of a row, after those that it took where these are fewer; nothing of direct solvers.
-#[must_use]
 pub fn iterations(row: &Row) -> String {
     let [limit, used] = ["iterations", "iterations_used"].map(|key| number_of(row, key));
     match (limit, used) {
@@ -33,26 +30,22 @@ pub fn iterations(row: &Row) -> String {
 }
 
 /// True for a direct solver and for an iteration that stopped before its limit.
-#[must_use]
 pub fn has_ended(row: &Row) -> bool {
     let [limit, used] = ["iterations", "iterations_used"].map(|key| number_of(row, key));
     limit == Some(0.0) || used < limit
 }
 
 /// True if the key holds `true`.
-#[must_use]
 pub fn is(row: &Row, key: &str) -> bool {
     row.get(key) == Some(&Value::Bool(true))
 }
 
 /// True if `error` is null or absent.
-#[must_use]
 pub fn has_no_error(row: &Row) -> bool {
     row.get("error").is_none_or(Value::is_null)
 }
 
 /// The rows of the list with that name, wherever it is; an empty name means the data itself.
-#[must_use]
 pub fn rows_of(data: &Value, list: &str) -> Vec<Row> {
     match data {
         Value::Array(items) if list.is_empty() => items.iter().filter_map(flat).collect(),
@@ -87,14 +80,11 @@ pub fn flatten(before: &str, object: &Row, row: &mut Row) {
 }
 
 /// True for an array with an object in it and for the empty array.
-#[must_use]
 pub fn is_list(value: &Value) -> bool {
     let items = value.as_array();
     items.is_some_and(|items| items.is_empty() || items.iter().any(Value::is_object))
 }
 
-/// A key as words.
-#[must_use]
 pub fn words(key: &str) -> String {
     key.replace('_', " ")
 }
@@ -105,9 +95,6 @@ fn is_time(key: &str) -> bool {
 }
 
 /// Writes rows as CSV: a column for each key, nothing where a row has no value.
-///
-/// # Errors
-/// I/O errors of `out`.
 pub fn csv(rows: &[Row], out: &mut dyn std::io::Write) -> std::io::Result<()> {
     let keys = distinct(rows.iter().flat_map(Map::keys));
     let mut writer = csv::Writer::from_writer(out);
@@ -127,7 +114,6 @@ pub fn csv(rows: &[Row], out: &mut dyn std::io::Write) -> std::io::Result<()> {
 }
 
 /// Column heading with its unit. Nanoseconds carry theirs in each cell.
-#[must_use]
 pub fn heading(key: &str) -> String {
     let unit =
         |suffix: &str, unit: &str| Some(format!("{} ({unit})", words(key.strip_suffix(suffix)?)));
@@ -145,7 +131,6 @@ pub fn heading(key: &str) -> String {
 }
 
 /// A value in prose, where powers of ten are written as such.
-#[must_use]
 pub fn shown(key: &str, value: &Value) -> String {
     match value.as_f64() {
         Some(n) if !is_time(key) => number(n),
@@ -157,7 +142,6 @@ pub fn shown(key: &str, value: &Value) -> String {
 const MOST_VALUES: usize = 4;
 
 /// A value below its heading.
-#[must_use]
 pub fn text(key: &str, value: &Value) -> String {
     match value {
         Value::Null => "–".to_owned(),

@@ -19,13 +19,11 @@ pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
 pub type Setting = (String, String);
 
 /// Settings from names and values.
-#[must_use]
 pub fn set<const N: usize>(pairs: [(&str, String); N]) -> Vec<Setting> {
     pairs.map(|(name, value)| (name.to_owned(), value)).to_vec()
 }
 
 /// Values beside each other; a name may hold a comma.
-#[must_use]
 pub fn list<T>(values: &[T], shown: impl Fn(&T) -> String) -> String {
     let shown: Vec<String> = values.iter().map(shown).collect();
     let has_comma = shown.iter().any(|text| text.contains(','));
@@ -36,7 +34,6 @@ pub fn list<T>(values: &[T], shown: impl Fn(&T) -> String) -> String {
 const MOST: usize = 14;
 
 /// Numbers in order; of many the first and the last.
-#[must_use]
 pub fn numbers(values: &[f64]) -> String {
     match values {
         [first, .., last] if values.len() > MOST => {
@@ -52,18 +49,15 @@ pub fn numbers(values: &[f64]) -> String {
 }
 
 /// Counts beside each other.
-#[must_use]
 pub fn counts(values: &[usize]) -> String {
     list(values, ToString::to_string)
 }
 
-#[must_use]
 pub fn seconds(time: f64) -> String {
     format!("{} s", number(time))
 }
 
 /// A time step, as a fraction of a second where it is one.
-#[must_use]
 pub fn step(dt: f64) -> String {
     let rate = 1.0 / dt;
     if rate > 1.0 && (rate - rate.round()).abs() < 1e-6 * rate {
@@ -74,7 +68,6 @@ pub fn step(dt: f64) -> String {
 }
 
 /// Solvers beside each other, without iterations and tolerances.
-#[must_use]
 pub fn solvers(choices: &[Choice]) -> String {
     list(choices, Choice::family)
 }

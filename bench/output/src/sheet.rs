@@ -10,7 +10,6 @@ use serde::Serialize;
 use serde_json::Value;
 use std::fmt::Write;
 
-/// A column of a table.
 #[derive(Debug, Clone, Copy)]
 pub struct Column {
     /// The key of its values in the rows.
@@ -56,7 +55,6 @@ pub enum Show {
 }
 
 /// A column of plain values.
-#[must_use]
 pub const fn column(key: &'static str, heading: &'static str) -> Column {
     Column {
         key,
@@ -68,30 +66,25 @@ pub const fn column(key: &'static str, heading: &'static str) -> Column {
 }
 
 /// A column of errors, the least of which is the best.
-#[must_use]
 pub const fn error(key: &'static str, heading: &'static str) -> Column {
     column(key, heading).shown(Show::Error(1)).least()
 }
 
 /// A column of times in nanoseconds, the least of which is the best.
-#[must_use]
 pub const fn time(key: &'static str, heading: &'static str) -> Column {
     column(key, heading).shown(Show::Time).least()
 }
 
 impl Column {
-    #[must_use]
     pub const fn shown(self, show: Show) -> Self {
         Self { show, ..self }
     }
 
-    #[must_use]
     pub const fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
 
     /// Marks the least value as the best.
-    #[must_use]
     pub const fn least(self) -> Self {
         Self {
             best: Best::Least,
@@ -100,7 +93,6 @@ impl Column {
     }
 
     /// The best row has the least of something else than the value.
-    #[must_use]
     pub const fn least_of(self, worth: fn(&Row) -> Option<f64>) -> Self {
         Self {
             best: Best::LeastOf(worth),
@@ -118,7 +110,6 @@ impl Column {
     }
 
     /// Heading with the whole key, for a page.
-    #[must_use]
     pub fn named(&self) -> String {
         if self.unit.is_empty() {
             return heading(self.key);
@@ -128,7 +119,6 @@ impl Column {
     }
 
     /// The heading with the unit after it.
-    #[must_use]
     pub fn titled(&self) -> String {
         format!("{} {}", self.heading, self.unit)
             .trim_end()
@@ -136,7 +126,6 @@ impl Column {
     }
 
     /// The value of a row; nothing where it has none.
-    #[must_use]
     pub fn text(&self, row: &Row) -> String {
         let value = row.get(self.key).unwrap_or(&Value::Null);
         match (self.show, value.as_f64()) {
@@ -153,7 +142,6 @@ impl Column {
 }
 
 /// Three digits.
-#[must_use]
 pub fn digits(x: f64) -> String {
     match x.abs() {
         size if size >= 1e5 || (size < 1e-3 && size > 0.0) => format!("{x:.0e}"),
@@ -229,7 +217,6 @@ type Worth = (Vec<Value>, Option<f64>);
 
 impl Sheet {
     /// The column whose values are those of that key.
-    #[must_use]
     pub fn column(&self, key: &str) -> Option<&Column> {
         let cells = self.across.iter().flat_map(|across| across.cells);
         let is_its = |c: &&Column| c.key == key && !matches!(c.show, Show::Row(_));
@@ -237,7 +224,6 @@ impl Sheet {
     }
 
     /// Which of the rows are the best of their tables in a column.
-    #[must_use]
     pub fn best(&self, column: &Column, rows: &[Row]) -> Vec<bool> {
         let table = |row: &Row| -> Vec<Option<Value>> {
             self.shared
@@ -253,13 +239,11 @@ impl Sheet {
     }
 
     /// The tables of the data; nothing where no row is shown.
-    #[must_use]
     pub fn text(&self, data: &Value) -> String {
         self.of_rows(rows_of(data, self.list))
     }
 
     /// The rows of the data as one Markdown table, numbers to the right.
-    #[must_use]
     pub fn markdown(&self, data: &Value) -> String {
         let rows = rows_of(data, self.list);
         let rows: Vec<&Row> = rows.iter().collect();
@@ -275,14 +259,11 @@ impl Sheet {
         heads.into_iter().chain(rows).collect()
     }
 
-    /// The tables of records that serialise.
-    #[must_use]
     pub fn of(&self, records: &impl Serialize) -> String {
         // Records that do not serialise give no rows.
         self.text(&serde_json::to_value(records).unwrap_or_default())
     }
 
-    /// The tables of rows.
     pub(crate) fn of_rows(&self, mut rows: Vec<Row>) -> String {
         rows.retain(self.takes);
         let mut out = String::new();
@@ -304,7 +285,6 @@ impl Sheet {
         out
     }
 
-    /// The rows of each table.
     fn groups<'a>(&self, rows: &'a [Row]) -> Vec<Vec<&'a Row>> {
         let value = |row: &'a Row, c: &Column| row.get(c.key).filter(|v| !v.is_null());
         let key = |row: &'a Row| -> Vec<Option<&Value>> {

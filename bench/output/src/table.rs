@@ -15,7 +15,6 @@ use taut_ground::choice::Omission;
 use taut_solver::Backend;
 
 /// An empty table with right-aligned columns but the first.
-#[must_use]
 pub fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table
@@ -33,7 +32,6 @@ pub fn table(header: &[&str]) -> Table {
 const WIDTH: u16 = 118;
 
 /// Table that wraps its cells to the width of a line.
-#[must_use]
 pub fn wrapped(header: &[&str]) -> Table {
     let mut table = table(header);
     table
@@ -43,7 +41,6 @@ pub fn wrapped(header: &[&str]) -> Table {
 }
 
 /// The table's lines without the blanks at their ends.
-#[must_use]
 pub fn text(table: &Table) -> String {
     let mut out = String::new();
     for line in table.lines() {
@@ -57,7 +54,6 @@ pub fn text(table: &Table) -> String {
 type CellOf<'a, R> = &'a dyn Fn(&R) -> String;
 
 /// A table with a row for each record: what stands above each column, and how its cells are written.
-#[must_use]
 pub fn of_records<'a, R: 'a>(
     records: impl IntoIterator<Item = &'a R>,
     columns: &[(&str, CellOf<'_, R>)],
@@ -71,13 +67,11 @@ pub fn of_records<'a, R: 'a>(
 }
 
 /// A text without ANSI sequences.
-#[must_use]
 pub fn plain(text: &str) -> String {
     anstream::adapter::strip_str(text).to_string()
 }
 
 /// A number of nanoseconds with a unit, three digits.
-#[must_use]
 pub fn nanoseconds(ns: f64) -> String {
     let (value, unit) = match ns {
         n if n.is_nan() => return "-".to_owned(),
@@ -95,7 +89,6 @@ pub fn nanoseconds(ns: f64) -> String {
 }
 
 /// An error in two digits, `-` for `None`.
-#[must_use]
 pub fn error(e: Option<f64>) -> String {
     match e {
         None => "-".to_owned(),
@@ -105,7 +98,6 @@ pub fn error(e: Option<f64>) -> String {
 }
 
 /// A mass ratio: with an exponent from 10⁴ on.
-#[must_use]
 pub fn ratio(r: f64) -> String {
     if r >= 1e4 {
         format!("{r:.0e}")
@@ -115,7 +107,6 @@ pub fn ratio(r: f64) -> String {
 }
 
 /// Backends left out, together by reason; empty if there are none.
-#[must_use]
 pub fn omissions(omissions: &[Omission]) -> String {
     if omissions.is_empty() {
         return String::new();
@@ -134,7 +125,6 @@ pub fn omissions(omissions: &[Omission]) -> String {
 }
 
 /// Table of all backends with licences; shows which are compiled in.
-#[must_use]
 pub fn backends() -> String {
     let mut t = table(&["backend", "compiled in", "feature", "systems", "licence"]);
     for column in t.column_iter_mut() {

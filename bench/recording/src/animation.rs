@@ -68,9 +68,6 @@ struct Asset {
 }
 
 /// The recording as glTF: binary, or as JSON with its numbers in base64.
-///
-/// # Errors
-/// [`NoFrames`].
 pub fn animation(recording: &Recording, binary: bool) -> Result<Vec<u8>, NoFrames> {
     let [start, _] = recording.span().ok_or(NoFrames)?;
     let (mut places, mut times): (Vec<Place<'_>>, Vec<f32>) = (Vec::new(), Vec::new());

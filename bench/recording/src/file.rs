@@ -145,7 +145,6 @@ pub(crate) fn write(out: &mut dyn Write, chunk: &Chunk, rest: &[u8]) -> io::Resu
     Ok(bytes.len())
 }
 
-/// Writes the bytes of a chunk.
 pub(crate) fn put(out: &mut dyn Write, bytes: &[u8]) -> io::Result<()> {
     let packed = deflated(bytes)?;
     let length = u32::try_from(packed.len()).map_err(io::Error::other)?;

@@ -159,8 +159,6 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Number of a channel.
-    #[must_use]
     pub fn channel(&self, name: &str) -> Option<usize> {
         self.channels.iter().position(|c| c.name == name)
     }

@@ -88,4 +88,4 @@ pub use page::{LOOK, PICTURE, STYLE, page};
 pub use read::{Contact, Ending, Part, Recording};
 pub use record::{BUDGET, MOST_A_SECOND, Recorder};
 pub use still::{Still, still};
-pub use table::{ColumnError, table};
+pub use table::table;

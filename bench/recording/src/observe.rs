@@ -54,7 +54,6 @@ pub struct Observer {
 
 impl Observer {
     /// Layout of the stepper's scene in its current state.
-    #[must_use]
     pub fn new(stepper: &Stepper) -> Self {
         let scene = stepper.scene();
         let mut new = Self {
@@ -84,7 +83,6 @@ impl Observer {
     }
 
     /// True if bodies, constraints, colliders and load are still those of the layout.
-    #[must_use]
     pub fn fits(&self, scene: &Scene) -> bool {
         let load = scene.load.or_else(|| scene.bodies.len().checked_sub(1));
         let [bodies, constraints] = &self.names;

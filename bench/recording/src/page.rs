@@ -25,9 +25,6 @@ const SCRIPTS: [&str; 3] = [PICTURE, LOOK, include_str!("page.js")];
 const MOST: usize = 1 << 23;
 
 /// The page of recordings, each with the title that stands over it.
-///
-/// # Errors
-/// Errors of compression.
 pub fn page(recordings: &[(&str, &Recording)]) -> io::Result<String> {
     let runs = recordings
         .iter()

@@ -29,7 +29,6 @@ impl Part {
         Isometry3::from_parts(at, turn(components))
     }
 
-    /// Where a point is.
     pub(crate) fn point(&self, frame: usize, point: &Point) -> At {
         match point.moved {
             Some(first) => [0, 1, 2].map(|k| self.value(frame, first + k)).into(),

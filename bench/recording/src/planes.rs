@@ -23,7 +23,6 @@ fn expected(order: u8, last: i32, before: i32) -> i32 {
     }
 }
 
-/// The differences of a channel.
 fn differences(
     values: &[i32],
     width: usize,

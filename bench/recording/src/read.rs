@@ -36,7 +36,6 @@ impl Contact {
     }
 
     /// The part of the force that a body has, world \[N].
-    #[must_use]
     pub fn on(&self, body: usize) -> [f64; 3] {
         let of_side = |side: usize| {
             let both = [self.bodies[side], self.partners[side]];
@@ -66,7 +65,6 @@ pub struct Part {
 
 impl Part {
     /// The number of a channel in a frame, both from 0; NaN where it is not there.
-    #[must_use]
     pub fn value(&self, frame: usize, channel: usize) -> f64 {
         let width = self.layout.channels.len();
         match (
@@ -82,7 +80,6 @@ impl Part {
     }
 
     /// Position of a body in a frame \[m].
-    #[must_use]
     pub fn position(&self, frame: usize, body: usize) -> [f64; 3] {
         let pose = self.layout.bodies[body].pose;
         [0, 1, 2].map(|k| self.value(frame, pose + k))
@@ -125,7 +122,6 @@ pub enum Ending {
     NotFinite(f64),
 }
 
-/// A recording that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     pub header: Header,
@@ -139,18 +135,12 @@ pub struct Recording {
 
 impl Recording {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// [`RecordingError`].
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let file = std::fs::File::open(path).map_err(RecordingError::Io)?;
         Self::read(&mut BufReader::new(file))
     }
 
     /// Reads a recording up to its end, or to where it is cut or damaged.
-    ///
-    /// # Errors
-    /// [`RecordingError`]: also for chunks that are whole and mean nothing.
     pub fn read(from: &mut dyn Read) -> Result<Self, RecordingError> {
         file::check_begin(from)?;
         let mut recording: Option<Self> = None;
@@ -235,14 +225,11 @@ impl Recording {
         self.parts.truncate(part + usize::from(frame > 0));
     }
 
-    /// Number of frames.
-    #[must_use]
     pub fn frames(&self) -> usize {
         self.parts.iter().map(|p| p.times.len()).sum()
     }
 
     /// Times of the first and of the last frame \[s]; `None` without frames.
-    #[must_use]
     pub fn span(&self) -> Option<[f64; 2]> {
         let first = self.parts.first()?.times.first()?;
         let last = self.parts.last()?.times.last()?;
@@ -250,7 +237,6 @@ impl Recording {
     }
 
     /// How it ends, in words; nothing where the run reached its end.
-    #[must_use]
     pub fn early(&self) -> Option<String> {
         match &self.ending {
             Ending::Whole(end) => {

@@ -44,9 +44,6 @@ pub struct Recorder {
 
 impl Recorder {
     /// Begins a recording of a run of so many steps, with a stepper as it is before the first.
-    ///
-    /// # Errors
-    /// I/O errors of `out`.
     pub fn begin(out: &mut dyn Write, stepper: &Stepper, steps: usize) -> io::Result<Self> {
         Self::within(BUDGET, out, stepper, steps)
     }
@@ -98,9 +95,6 @@ impl Recorder {
     }
 
     /// Sees a step; writes where a chunk is full.
-    ///
-    /// # Errors
-    /// I/O errors of `out`.
     pub fn step(
         &mut self,
         out: &mut dyn Write,
@@ -178,9 +172,6 @@ impl Recorder {
     }
 
     /// Ends the recording, with the reason where the run ended early.
-    ///
-    /// # Errors
-    /// I/O errors of `out`.
     pub fn end(mut self, out: &mut dyn Write, time: f64, reason: Option<String>) -> io::Result<()> {
         self.flush(out)?;
         let steps = self.steps;

@@ -57,9 +57,6 @@ pub struct Still {
 }
 
 /// The last frame at a time (s) or before it, or else the first.
-///
-/// # Errors
-/// [`NoFrames`], or those of the encoder.
 pub fn still(recording: &Recording, time: f64) -> io::Result<Still> {
     let places = recording
         .parts
@@ -105,7 +102,6 @@ fn tensions(recording: &Recording) -> Option<[f64; 2]> {
     range.filter(|[low, high]| low.abs().max(high.abs()) > ROUNDING)
 }
 
-/// The colour of a tension in a range.
 fn hue(x: f64, range: Option<[f64; 2]>) -> Colour {
     let (Some([low, high]), true) = (range, x.is_finite()) else {
         return SOLID;

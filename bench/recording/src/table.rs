@@ -3,7 +3,6 @@
 use crate::layout::Layout;
 use crate::read::{Part, Recording};
 use std::collections::HashSet;
-use std::fmt;
 use std::io::{self, Write};
 
 /// Columns that are made of others: of the load, and of the contacts of a body.
@@ -12,36 +11,6 @@ const OF_CONTACTS: [&str; 4] = ["contact_x", "contact_y", "contact_z", "contact"
 
 /// Names that an error lists at most.
 const LISTED: usize = 12;
-
-/// A column that the recording does not have.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ColumnError {
-    /// No column has that name.
-    Unknown {
-        name: String,
-        /// Columns of the named thing, or else some of all.
-        known: Vec<String>,
-    },
-    Twice {
-        name: String,
-    },
-}
-
-impl fmt::Display for ColumnError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown { name, known } => write!(
-                f,
-                "the recording has no column `{name}`: choose one of {}; `taut run --columns` has all quantities",
-                known.join(", ")
-            ),
-            Self::Twice { name } => write!(f, "column `{name}` is there twice: drop one"),
-        }
-    }
-}
-
-impl std::error::Error for ColumnError {}
 
 /// Where the values of a column come from, in one part.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,17 +77,14 @@ fn find(name: &str, layout: &Layout) -> Option<(Source, String)> {
 
 /// Writes columns as CSV, a line a frame; a cell is empty for what is not there. The headings are `NAME [UNIT]`. Of a recording
 /// without frames they are the names alone.
-///
-/// # Errors
-/// [`ColumnError`], the first, or those of the returned writer.
 pub fn table<'a>(
     recording: &'a Recording,
     names: &'a [String],
-) -> Result<impl Fn(&mut dyn Write) -> io::Result<()> + 'a, ColumnError> {
+) -> Result<impl Fn(&mut dyn Write) -> io::Result<()> + 'a, String> {
     let mut headings = Vec::new();
     for (i, name) in names.iter().enumerate() {
         if names[..i].contains(name) {
-            return Err(ColumnError::Twice { name: name.clone() });
+            return Err(format!("column `{name}` is there twice: drop one"));
         }
         let found = recording
             .parts
@@ -165,7 +131,7 @@ fn lines(out: &mut dyn Write, part: &Part, names: &[String]) -> io::Result<()> {
 }
 
 /// The error of a name, with those that it may have meant.
-fn unknown(name: &str, recording: &Recording) -> ColumnError {
+fn unknown(name: &str, recording: &Recording) -> String {
     let layouts = || recording.parts.iter().map(|part| &part.layout);
     let owner = name.rsplit_once('.').map(|(owner, _)| format!("{owner}."));
     let contacts = layouts()
@@ -198,8 +164,8 @@ fn unknown(name: &str, recording: &Recording) -> ColumnError {
     } else {
         of_owner.into_iter().cloned().collect()
     };
-    ColumnError::Unknown {
-        name: name.to_owned(),
-        known,
-    }
+    format!(
+        "the recording has no column `{name}`: choose one of {}; `taut run --columns` has all quantities",
+        known.join(", ")
+    )
 }

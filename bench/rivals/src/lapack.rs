@@ -48,7 +48,6 @@ pub struct Band {
     values: Vec<f64>,
     /// The matrix, then its factor.
     factor: Vec<f64>,
-    /// Which of them it is.
     factorized: bool,
 }
 
@@ -98,9 +97,6 @@ impl Band {
     }
 
     /// Factorises the matrix in its place.
-    ///
-    /// # Errors
-    /// [`SolveError::OutOfOrder`] where it is factorised already, [`SolveError::NotPositiveDefinite`].
     pub fn factorize(&mut self) -> Result<(), SolveError> {
         if self.factorized {
             let (called, needs) = ("factorize", "refill");
@@ -132,9 +128,6 @@ impl Band {
     }
 
     /// Solves A x = b with the factor.
-    ///
-    /// # Errors
-    /// [`SolveError::OutOfOrder`], [`SolveError::Dimension`], [`SolveError::NonFinite`].
     pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
         if !self.factorized {
             let (called, needs) = ("solve", "factorize");

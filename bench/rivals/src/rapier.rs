@@ -57,7 +57,6 @@ type Begin<M = Motion, P = Vector3<f64>> = fn(&M, Effort) -> Result<Frame<P>, St
 const SUBSTEPS: usize = 1024;
 
 /// All five.
-#[must_use]
 pub fn engines() -> Vec<Engine> {
     // Direct solves need no sweeps.
     let direct = |name, start: Begin| Engine {
@@ -92,7 +91,6 @@ pub fn engines() -> Vec<Engine> {
 }
 
 /// On the ground: rigid bodies, with impulse joints where there is a cable.
-#[must_use]
 pub fn on_ground() -> Engine<Known, Places> {
     let mut ladders = Vec::new();
     for hard in [false, true] {

@@ -21,9 +21,11 @@ pub(crate) fn run(
     console: Console,
 ) -> Result<(), Failure> {
     let outputs = Outputs::open(args)?;
-    let counter = args.instructions.then(track::Counter::new).transpose()?;
+    let counter = args.instructions.then(track::Counter::new).transpose();
+    let counter = counter.map_err(|missing| Failure::Input(missing.reason()))?;
     let bar = console.progress(0);
-    let base = track::base(name, |doing| bar.set_message(doing.to_owned()))?;
+    let base = track::base(name, |doing| bar.set_message(doing.to_owned()));
+    let base = base.map_err(Failure::Input)?;
     let versus = Versus {
         counter,
         ..versus(args, base)?
@@ -31,7 +33,7 @@ pub(crate) fn run(
     bar.set_message("in turns");
     let compared = track::against(&versus, cases, &bar);
     bar.finish_and_clear();
-    let compared = compared?;
+    let compared = compared.map_err(Failure::Input)?;
     let base = &versus.base;
     let table = format!(
         "{}\n\nbase {} ({}), head {}\n{}",
@@ -91,7 +93,7 @@ pub(crate) fn self_test(
     let bar = console.progress(0);
     let test = track::self_test(&versus, cases, trials, &bar);
     bar.finish_and_clear();
-    let test = test?;
+    let test = test.map_err(Failure::Input)?;
     files::print(&format!(
         "{}\n{}",
         Machine::current(),

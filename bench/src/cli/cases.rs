@@ -9,8 +9,8 @@ use clap::{Arg, ArgAction, Args, Command, FromArgMatches};
 use std::fs::File;
 use std::io;
 use std::path::PathBuf;
-use taut_ground::files;
-use taut_studies::cases::{Cases, CasesError, Header, Journal, Known, Shard};
+use taut_ground::files::{self, FileError};
+use taut_studies::cases::{Cases, Header, Journal, Known, Shard};
 
 /// Which cases are run, and where they are kept.
 #[derive(Debug, Args)]
@@ -56,23 +56,21 @@ pub(crate) fn open(call: &Call<'_>) -> Result<Opened, Failure> {
     let is_asked_for = args.resume || args.shard.is_some() || args.kept.is_some();
     let header = header(call)?;
     let machine = header.machine.clone();
-    let opened = Journal::open(&path, header, args.resume, is_asked_for);
-    Ok(match opened {
-        Ok((journal, written)) => Opened {
-            machine: written.machines.join("; "),
-            cases: Cases::new(shard, written.known, Some(journal)),
-            path,
-        },
-        Err(e) if is_asked_for => return Err(e.into()),
+    let (cases, machine) = match Journal::open(&path, header, args.resume, is_asked_for) {
+        Ok((journal, written)) => (
+            Cases::new(shard, written.known, Some(journal)),
+            written.machines.join("; "),
+        ),
+        Err(e) if is_asked_for => return Err(Failure::Input(e)),
         Err(e) => {
             files::complain(&format!("{e}: this run cannot be resumed"));
-            let cases = Cases::new(shard, Known::new(), None);
-            Opened {
-                cases,
-                machine,
-                path,
-            }
+            (Cases::new(shard, Known::new(), None), machine)
         }
+    };
+    Ok(Opened {
+        cases,
+        machine,
+        path,
     })
 }
 
@@ -84,7 +82,7 @@ pub(crate) fn version() -> String {
 }
 
 /// Identity of a call's cases: program, command, input files.
-pub(crate) fn header(call: &Call<'_>) -> Result<Header, CasesError> {
+pub(crate) fn header(call: &Call<'_>) -> Result<Header, FileError> {
     Ok(Header {
         version: version(),
         command: command(call),
@@ -96,7 +94,7 @@ pub(crate) fn header(call: &Call<'_>) -> Result<Header, CasesError> {
 /// The words of a call with the options that were given, in the order of the help.
 fn command(call: &Call<'_>) -> Vec<String> {
     let mut words: Vec<String> = call.words.iter().map(ToString::to_string).collect();
-    let options = (call.options.options)(Command::new(call.options.name));
+    let options = call.options.command(Command::new(call.options.name));
     for option in options.get_arguments() {
         let id = option.get_id().as_str();
         if call.matches.value_source(id) != Some(ValueSource::CommandLine) {
@@ -119,19 +117,13 @@ fn is_flag(option: &Arg) -> bool {
 
 /// The files that a call reads, each with a sum. What is missing the study tells; what is a pipe can be read once, by the
 /// study.
-fn inputs(call: &Call<'_>) -> Result<Vec<String>, CasesError> {
+fn inputs(call: &Call<'_>) -> Result<Vec<String>, FileError> {
     let paths = (call.study.reads)(call.matches).into_iter();
     let input = |path: PathBuf| {
         let mut sum = Sum::default();
         let read = File::open(&path).and_then(|mut file| io::copy(&mut file, &mut sum));
-        match read {
-            Ok(_) => Ok(format!("{} {:08x}", path.display(), sum.finalize())),
-            Err(source) => Err(CasesError::File(files::FileError {
-                path,
-                doing: "read",
-                source,
-            })),
-        }
+        read.map_err(FileError::at(&path, "read"))?;
+        Ok(format!("{} {:08x}", path.display(), sum.finalize()))
     };
     paths.filter(|path| path.is_file()).map(input).collect()
 }

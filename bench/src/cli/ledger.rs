@@ -59,8 +59,9 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
         ],
         &read,
     )?;
-    let (whole, scene) = source::built(&args.scene, &overrides(&args.overrides)?)?;
-    source::inputs(args.controls.as_deref(), &scene)?;
+    let built = source::built(&args.scene, &overrides(&args.overrides)?);
+    let (whole, scene) = built.map_err(Failure::of)?;
+    source::inputs(args.controls.as_deref(), &scene).map_err(Failure::of)?;
     let question = Question {
         whole: Setup {
             source: whole,

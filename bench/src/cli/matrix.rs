@@ -121,8 +121,9 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 
 /// Writes the system of a step, or those of a sequence.
 pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
-    let (_, scene) = source::built(&args.scene, &overrides(&args.overrides)?)?;
-    let inputs = source::inputs(args.controls.as_deref(), &scene)?;
+    let built = source::built(&args.scene, &overrides(&args.overrides)?);
+    let (_, scene) = built.map_err(Failure::of)?;
+    let inputs = source::inputs(args.controls.as_deref(), &scene).map_err(Failure::of)?;
     let at = args.at.unwrap_or_default();
     let steps = args.steps.clone().unwrap_or(at..at + 1);
     if steps.end > MOST_STEPS {
@@ -151,10 +152,11 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
             comments,
             exact: args.exact,
             gzip: args.gzip,
-        })?;
+        })
+        .map_err(Failure::of)?;
         record(&mut recorder, &mut stepper, &inputs, steps, &bar)?;
         bar.finish_and_clear();
-        return tell(recorder.finish()?, console);
+        return tell(recorder.finish().map_err(Failure::of)?, console);
     }
     bar.finish_and_clear();
     inputs.apply(&mut stepper)?;
@@ -206,7 +208,7 @@ fn record(
 ) -> Result<(), Failure> {
     for step in steps {
         inputs.apply(stepper)?;
-        recorder.take(step, stepper)?;
+        recorder.take(step, stepper).map_err(Failure::of)?;
         advance(stepper, inputs)?;
         bar.inc(1);
     }
@@ -239,7 +241,6 @@ fn scene_of(args: &DumpArgs) -> String {
     format!("{} {set}", args.scene).trim_end().to_owned()
 }
 
-/// Scene, step, masses and options, as comments.
 fn comments(args: &DumpArgs, mass_ratio: f64) -> Vec<String> {
     vec![
         format!("scene {}", scene_of(args)),

@@ -6,7 +6,7 @@ use super::{Failure, cases, parse};
 use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
-use taut_studies::cases::{Cases, CasesError, Header, Written};
+use taut_studies::cases::{Cases, Header, Written, not_cases};
 
 pub(crate) const AFTER_HELP: &str = "\
 Example: taut merge target/taut/stability.1-of-2.cases target/taut/stability.2-of-2.cases --json stability.json";
@@ -26,20 +26,21 @@ pub(crate) struct MergeArgs {
 
 /// Tells and writes what the study of these files comes to.
 pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
-    let written = Written::read(&args.files)?;
+    let written = Written::read(&args.files).map_err(Failure::Input)?;
     let first = &args.files[0];
     // Before its options are read, which may be others in another version.
     let same = Header {
         version: cases::version(),
         ..written.header.clone()
     };
-    written.header.check(first, &same, "this program")?;
+    let refused = |other| written.header.check(first, other, "this program");
+    refused(&same).map_err(Failure::Input)?;
     let words = std::iter::once("taut").chain(written.header.command.iter().map(String::as_str));
-    let unknown = || CasesError::not_cases(first);
+    let unknown = || Failure::Input(not_cases(first));
     let cli = parse::parse(words.map(OsString::from)).map_err(|_| unknown())?;
     let call = study::call(&cli)?.ok_or_else(unknown)?;
     let own = cases::header(&call)?;
-    written.header.check(first, &own, "this program")?;
+    refused(&own).map_err(Failure::Input)?;
     if args.csv.is_some() && call.study.sheets.is_empty() {
         let words = call.words.join(" ");
         let message = format!("`taut {words}` has no table of rows for `--csv`: use `--json`");

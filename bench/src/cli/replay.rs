@@ -84,7 +84,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let against = args.against.as_deref().map(open).transpose()?;
     let is_asked = csv.is_some() || html.is_some() || gltf.is_some() || png.is_some();
     if let Some(csv) = csv {
-        csv.write(table(&recording, &args.csv)?)?;
+        csv.write(table(&recording, &args.csv).map_err(Failure::Input)?)?;
     }
     if let Some(html) = html {
         let mut shown = vec![(title(&args.file), &recording)];

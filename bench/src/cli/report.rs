@@ -3,10 +3,12 @@
 
 use super::Failure;
 use super::console::Console;
-use crate::report::{self, Report, ReportError};
+use super::study::failed;
+use crate::report::{self, Report};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, Output};
+use taut_output::check::ExperimentError;
 use taut_studies::study::{Found, Study};
 
 pub(crate) const AFTER_HELP: &str = "\
@@ -56,7 +58,9 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
     ];
     let [page, picture, markdown] = files::open(options, &read)?;
     let reports = read.iter().map(|path| report::read(path));
-    let reports = reports.collect::<Result<Vec<_>, _>>()?;
+    let reports = reports
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|e| failed(&e))?;
     let written = |what: &str, to: &Output| {
         if to.is_stdout() {
             return Ok(());
@@ -64,11 +68,11 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
         console.note(&format!("{what} written to {}", to.path().display()))
     };
     if let Some(to) = &page {
-        report::write(&reports[0], to)?;
+        report::write(&reports[0], to).map_err(|e| failed(&e))?;
         written("report", to)?;
     }
     if let Some(to) = &picture {
-        report::write_picture(&reports[0], to)?;
+        report::write_picture(&reports[0], to).map_err(|e| failed(&e))?;
         written("picture", to)?;
     }
     if let Some(to) = &markdown {
@@ -99,7 +103,7 @@ pub(crate) fn write(
         let report = Report::new(study, found, machine, arguments)?;
         report::write(&report, &Output::open(Path::new(PAGE))?)?;
         let data = format!("target/taut/{}.report.json", study.name);
-        Ok::<(), ReportError>(files::write_json(Path::new(&data), &report)?)
+        Ok::<(), ExperimentError>(files::write_json(Path::new(&data), &report)?)
     };
     match write() {
         Err(e) => files::complain(&e.to_string()),

@@ -117,9 +117,9 @@ fn estimate(args: &RunArgs) -> Result<Option<usize>, Failure> {
 }
 
 fn prepared(args: &RunArgs, console: Console) -> Result<Prepared, Failure> {
-    let inputs = |scene| source::inputs(args.controls.as_deref(), scene);
+    let inputs = |scene| source::inputs(args.controls.as_deref(), scene).map_err(Failure::of);
     if let Some(path) = &args.resume {
-        let (stepper, yardstick, mut driven) = RunFile::resume(path)?;
+        let (stepper, yardstick, mut driven) = RunFile::resume(path).map_err(Failure::Input)?;
         if args.controls.is_none() && !args.hold_controls && !driven.is_empty() {
             return Err(Failure::Input(format!(
                 "`{}` was driven by a table of {}: give one with `--controls`, or `--hold-controls` to go on at the last \
@@ -140,7 +140,7 @@ fn prepared(args: &RunArgs, console: Console) -> Result<Prepared, Failure> {
         });
     }
     let name = args.scene.as_deref().unwrap_or_default();
-    let prepared = run::prepare(name, &overrides(&args.overrides)?)?;
+    let prepared = run::prepare(name, &overrides(&args.overrides)?).map_err(Failure::of)?;
     let inputs = inputs(&prepared.scene)?;
     let driven = inputs.names().to_vec();
     let options = StepOptions {

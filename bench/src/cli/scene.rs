@@ -22,7 +22,8 @@ pub(crate) struct SceneArgs {
 
 /// Writes the scene to standard output. One that cannot be built is refused, whatever is to be written.
 pub(crate) fn run(args: &SceneArgs) -> Result<(), Failure> {
-    let (mut source, scene) = source::built(&args.scene, &overrides(&args.overrides)?)?;
+    let built = source::built(&args.scene, &overrides(&args.overrides)?);
+    let (mut source, scene) = built.map_err(Failure::of)?;
     if args.explicit {
         source = SceneSource::Explicit(Box::new(SceneText::from_scene(&scene)?));
     }

@@ -66,7 +66,6 @@ fn study_command(study: &'static Study) -> Command {
     ))
 }
 
-/// The command of a study, called in that way.
 pub(crate) fn described(command: Command, study: &Study, call: &str) -> Command {
     let calls = study
         .examples
@@ -93,7 +92,7 @@ pub(crate) fn with_options(command: Command, study: &Study) -> Command {
         "Writes {} to a file as well (`-` for standard output, which then holds nothing else)",
         study.writes
     );
-    CasesArgs::augment_args((study.options)(command)).arg(file("json", json))
+    CasesArgs::augment_args(study.command(command)).arg(file("json", json))
 }
 
 /// An option for a file of rows, of which a shard has not all.
@@ -119,7 +118,6 @@ fn list() -> String {
 pub(crate) struct Call<'a> {
     /// The command, without its options.
     pub(crate) words: Vec<&'static str>,
-    /// Whose options it has.
     pub(crate) options: &'static Study,
     pub(crate) study: &'static Study,
     /// Its options.
@@ -220,14 +218,14 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     let done = Cases::unless_elsewhere((call.study.run)(call.matches, &mut reporter));
     cases.bar().finish_and_clear();
     done.map_err(|e| failed(&e))?;
-    cases.finish()?;
+    cases.finish().map_err(Failure::Input)?;
     if !console.quiet {
         files::print(&format!("{}: {}\n", cases.told(), path.display()))?;
     }
     Ok(())
 }
 
-fn failed(e: &ExperimentError) -> Failure {
+pub(crate) fn failed(e: &ExperimentError) -> Failure {
     if is_lost(e) {
         return Failure::Unstable(e.to_string());
     }
@@ -264,7 +262,7 @@ pub(crate) fn tell(
     let found = (call.study.run)(call.matches, &mut reporter);
     cases.bar().finish_and_clear();
     let mut found = found.map_err(|e| failed(&e))?;
-    cases.finish()?;
+    cases.finish().map_err(Failure::Input)?;
     say(&found.text).map_err(|e| failed(&e))?;
     found.text = text;
     if let Some(csv) = &outputs.csv {

@@ -121,10 +121,10 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     }
     let mut outputs = Outputs::open(args)?;
     let baseline = baseline(args)?;
-    let counter = args.instructions.then(Counter::new);
+    let counter = args.instructions.then(Counter::new).transpose();
     let config = Config {
         cases: cases(args, args.quick),
-        counter: counter.transpose()?,
+        counter: counter.map_err(|missing| Failure::Input(missing.reason()))?,
         budget: if args.quick { QUICK_BUDGET } else { BUDGET },
     };
     // Every start and reference needs this backend; another one would take hours over the largest
@@ -203,7 +203,8 @@ impl Outputs {
             let why = "`--history` adds to a file, and standard output is none: name one";
             return Err(Failure::Input(why.to_owned()));
         }
-        let runs = args.history.as_deref().map(track::read).transpose()?;
+        let runs = args.history.as_deref().map(track::read).transpose();
+        let runs = runs.map_err(Failure::Input)?;
         Ok(Self {
             json,
             bencher,

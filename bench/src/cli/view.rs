@@ -41,7 +41,7 @@ pub(crate) struct ViewArgs {
 
 /// Serves until a signal comes.
 pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
-    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?).map_err(Failure::of)?;
     let options = StepOptions {
         energy_tolerance: Some(trajectory::ENERGY_TOLERANCE),
         estimate: every(&args.estimate)?,

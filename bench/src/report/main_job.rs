@@ -1,14 +1,15 @@
 //! The page of the main job: its plots, what ranks its solvers, its claims, its rows.
 
+use super::Report;
 use super::cells::{Cell, sortable};
 use super::charts;
 use super::page::{Section, figures};
 use super::score::{Scores, scores};
 use super::sheets::table;
-use super::{Report, ReportError};
 use maud::html;
 use serde_json::{Value, json};
 use taut_ground::choice::Omission;
+use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 use taut_output::plot::Chart;
 use taut_output::table::nanoseconds;
@@ -20,7 +21,7 @@ pub(super) fn work_precision(report: &Report) -> Vec<Chart> {
 }
 
 /// The sections that have something to show.
-pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
+pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ExperimentError> {
     let scores = scores(&report.records);
     let extras = &report.extras;
     Ok([
@@ -69,7 +70,7 @@ fn answer(records: &[Record]) -> Option<Section> {
 }
 
 /// The times of single steps, and what most of them keep.
-fn trace(trace: &Trace) -> Result<Option<Section>, ReportError> {
+fn trace(trace: &Trace) -> Result<Option<Section>, ExperimentError> {
     let text = format!(
         "{}. The first step allocates; what else stands out may be a step that the guard redid, or the system taking the \
          processor away.",
@@ -96,7 +97,7 @@ fn trace(trace: &Trace) -> Result<Option<Section>, ReportError> {
 }
 
 /// The performance profiles, with the solvers that never reach a level, and those that were left out.
-fn profiles(scores: &[Scores], omissions: &[Omission]) -> Result<Option<Section>, ReportError> {
+fn profiles(scores: &[Scores], omissions: &[Omission]) -> Result<Option<Section>, ExperimentError> {
     let section = figures(
         "profiles",
         "Performance profiles",

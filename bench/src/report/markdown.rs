@@ -11,8 +11,6 @@ use taut_output::row::{self, Row, number_of, text_of};
 use taut_output::sheet::{Across, PLAIN, Sheet, Show, column};
 use taut_studies::ladder::Answer;
 
-/// The text.
-#[must_use]
 pub fn markdown(reports: &[Report]) -> String {
     let mut out = "# Results\n\n\
          Written by `taut report --markdown` from the data of the runs named below each heading. Times are of one machine in \
@@ -74,7 +72,6 @@ const COUNTS: Sheet = Sheet {
     ..PLAIN
 };
 
-/// Checks one by one.
 const CHECKS: Sheet = Sheet {
     columns: &[
         column("case", "check").shown(Show::Row(named)),

@@ -1,7 +1,8 @@
 //! The page: one file without network, light and dark, its tables sorted by a click on a heading.
 
-use super::{Other, Report, ReportError, limits, main_job, sheets, study};
+use super::{Other, Report, limits, main_job, sheets, study};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PRECISION, Plot};
 use taut_output::plot::{self, Chart};
 use taut_output::settings::Setting;
@@ -10,10 +11,7 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The report as HTML.
-///
-/// # Errors
-/// [`ReportError::Plot`].
-pub fn page(report: &Report) -> Result<String, ReportError> {
+pub fn page(report: &Report) -> Result<String, ExperimentError> {
     let title = title(report.name());
     let mut sections = match &report.other {
         None => main_job::sections(report)?,
@@ -98,7 +96,7 @@ pub(super) fn settings(pairs: &[Setting]) -> Markup {
 }
 
 /// The sections of another benchmark than the main job: plots, tables, what is printed.
-fn other_sections(other: &Other) -> Result<Vec<Section>, ReportError> {
+fn other_sections(other: &Other) -> Result<Vec<Section>, ExperimentError> {
     let mut sections = Vec::new();
     for plot in plots(other) {
         sections.extend(figures(plot.id, plot.title, &plot.text, &plot.charts)?);
@@ -115,10 +113,7 @@ fn other_sections(other: &Other) -> Result<Vec<Section>, ReportError> {
 }
 
 /// The plot of work against precision alone, as an SVG file on paper of its own.
-///
-/// # Errors
-/// [`ReportError::NoPicture`] where the benchmark has none, [`ReportError::Plot`].
-pub fn picture(report: &Report) -> Result<String, ReportError> {
+pub fn picture(report: &Report) -> Result<String, ExperimentError> {
     let charts = match &report.other {
         None => main_job::work_precision(report),
         Some(other) => {
@@ -128,7 +123,11 @@ pub fn picture(report: &Report) -> Result<String, ReportError> {
         }
     };
     if charts.is_empty() {
-        return Err(ReportError::NoPicture(report.name().to_owned()));
+        let name = report.name();
+        return Err(format!(
+            "the rows of `{name}` hold no plot of work against precision: give a report of `taut bench`"
+        )
+        .into());
     }
     Ok(plot::picture(&charts)?)
 }
@@ -150,7 +149,7 @@ pub(super) fn figures(
     title: &str,
     text: &str,
     charts: &[Chart],
-) -> Result<Option<Section>, ReportError> {
+) -> Result<Option<Section>, ExperimentError> {
     if charts.is_empty() {
         return Ok(None);
     }

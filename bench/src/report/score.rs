@@ -62,7 +62,6 @@ impl Scores {
         self.costs.iter().filter_map(move |(_, c)| c[problem])
     }
 
-    /// Number of problems.
     pub(super) fn problems(&self) -> usize {
         self.costs.first().map_or(0, |(_, c)| c.len())
     }

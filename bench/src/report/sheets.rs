@@ -10,10 +10,8 @@ use taut_output::row::{self, Row, flatten, heading, is_list, rows_of, shown, wor
 use taut_output::settings::Setting;
 use taut_output::sheet::{self, Column};
 
-/// Rows with the name of their list.
 type List = (String, Vec<Row>);
 
-/// A table.
 pub(super) struct Sheet {
     name: String,
     /// Values common to all rows, with their headings.

@@ -140,7 +140,6 @@ fn times(s: &Summary) -> [String; 2] {
 }
 
 /// The summary for people.
-#[must_use]
 pub fn text(s: &Summary) -> String {
     let mut out = String::new();
     let (_, last) = s.load_at_end.unwrap_or_default();
@@ -248,9 +247,6 @@ pub fn text(s: &Summary) -> String {
 pub const CSV_HEADING: &str = "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns,load_tension_N\n";
 
 /// The line of a step, for spreadsheets and plots.
-///
-/// # Errors
-/// I/O errors of `out`.
 pub fn csv_line(out: &mut dyn io::Write, s: &Sample) -> io::Result<()> {
     let (x, e) = (s.load, s.energy);
     let ns = s.phases.total().as_nanos();

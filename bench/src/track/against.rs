@@ -17,7 +17,7 @@ use super::cases::{CASES, Case};
 use super::compare::{TOLERANCE, Verdict};
 use super::formats::{Entry, Metric};
 use super::measures::{Measure, Missing};
-use super::peer::{Peer, PeerError};
+use super::peer::Peer;
 use super::ratio::{Ratio, median};
 use super::start::PASS;
 use indicatif::ProgressBar;
@@ -106,14 +106,11 @@ pub struct Compared {
 
 /// Compares the times of all cases, and their instructions where there is a counter. `progress` advances once for each
 /// figure and round.
-///
-/// # Errors
-/// [`PeerError`] of either program.
 pub fn against(
     versus: &Versus,
     cases: &[Case],
     progress: &ProgressBar,
-) -> Result<Vec<Compared>, PeerError> {
+) -> Result<Vec<Compared>, String> {
     let mut samples: Vec<Sample<'_>> = cases.iter().flat_map(Sample::of).collect();
     progress.set_length((versus.effort.rounds * samples.len()) as u64);
     let (mut note, mut lost) = (String::new(), Vec::new());
@@ -169,7 +166,7 @@ fn gone(name: &str) -> Option<Compared> {
 }
 
 /// Base and head, of which neither is always the one that was started first.
-fn started(versus: &Versus, round: usize) -> Result<[Peer; 2], PeerError> {
+fn started(versus: &Versus, round: usize) -> Result<[Peer; 2], String> {
     let start = |program| Peer::start(program, versus.limit);
     if round.is_multiple_of(2) {
         return Ok([start(&versus.base)?, start(&versus.head)?]);
@@ -214,7 +211,7 @@ impl<'a> Sample<'a> {
     }
 
     /// A round with a pair that was just started.
-    fn round(&mut self, pair: &mut [Peer; 2], effort: &Effort) -> Result<(), PeerError> {
+    fn round(&mut self, pair: &mut [Peer; 2], effort: &Effort) -> Result<(), String> {
         if self.missing.is_some() {
             return Ok(());
         }
@@ -340,20 +337,14 @@ fn instructions(versus: &Versus, counter: &Counter, case: &Case) -> Compared {
         };
         (base, head, ratio, judge(ratio, bar))
     });
-    Compared::new(
-        case.name(),
-        Measure::Instructions,
-        found.map_err(Missing::from),
-    )
+    Compared::new(case.name(), Measure::Instructions, found)
 }
 
-/// Name of a measure's ratio in files.
 fn ratio_name(measure: Measure) -> String {
     format!("{}-against-base", measure.name())
 }
 
 /// The ratios as github-action-benchmark reads them, and as Bencher does.
-#[must_use]
 pub fn ratios(
     compared: &[Compared],
     base: &str,

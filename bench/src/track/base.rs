@@ -5,7 +5,6 @@
 
 use super::child;
 use crate::machine;
-use std::fmt;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,7 +23,6 @@ const LAST: usize = 12;
 /// A program that is compared.
 #[derive(Debug, Clone)]
 pub struct Program {
-    /// Its file.
     pub path: PathBuf,
     /// Name in tables.
     pub name: String,
@@ -34,9 +32,6 @@ pub struct Program {
 
 impl Program {
     /// This program, whose steps are made longer by a part of their time.
-    ///
-    /// # Errors
-    /// The system does not tell where this program is.
     pub fn this(slowed: f64) -> io::Result<Self> {
         Ok(Self {
             path: std::env::current_exe()?,
@@ -46,67 +41,8 @@ impl Program {
     }
 }
 
-/// Reason why the base cannot be found or built.
-#[derive(Debug)]
-pub enum BaseError {
-    /// A name of nothing.
-    Unknown {
-        /// As it was given.
-        name: String,
-        /// Last line of git's error.
-        said: String,
-    },
-    /// A command that cannot be started or does not end.
-    Command {
-        command: &'static str,
-        /// Why.
-        source: io::Error,
-    },
-    /// A revision that cannot be checked out or built.
-    Build {
-        /// The revision.
-        name: String,
-        /// The last lines of what git or the build said.
-        last: Vec<String>,
-    },
-    /// A folder or a file on the way.
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-}
-
-impl fmt::Display for BaseError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown { name, said } => write!(
-                f,
-                "`{name}` is neither a program nor a revision of the repository here: give the path of a program `taut`, \
-                 or a commit, branch or tag ({said})"
-            ),
-            Self::Command { command, source } => {
-                write!(f, "cannot run `{command}` to build a revision: {source}")
-            }
-            Self::Build { name, last } => write!(
-                f,
-                "`{name}` cannot be built as this program was ({}): it ended with\n  {}",
-                machine::build_options().collect::<Vec<_>>().join(" "),
-                last.join("\n  ")
-            ),
-            Self::File { path, source } => write!(f, "`{}`: {source}", path.display()),
-        }
-    }
-}
-
-impl std::error::Error for BaseError {}
-
 /// The program of that path, or else of that revision. `progress` is told what takes long.
-///
-/// # Errors
-/// [`BaseError`].
-pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
+pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, String> {
     let program = |path, name: &str| Program {
         path,
         name: name.to_owned(),
@@ -119,9 +55,11 @@ pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
     }
     let commit = format!("{name}^{{commit}}");
     let found = git(&["rev-parse", "--verify", "--end-of-options", &commit])?;
-    let commit = found.map_err(|said| BaseError::Unknown {
-        name: name.to_owned(),
-        said,
+    let commit = found.map_err(|said| {
+        format!(
+            "`{name}` is neither a program nor a revision of the repository here: give the path of a program `taut`, \
+             or a commit, branch or tag ({said})"
+        )
     })?;
     let short: String = commit.chars().take(12).collect();
     let folder = std::path::absolute(FOLDER).map_err(at(Path::new(FOLDER)))?;
@@ -138,7 +76,7 @@ pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
 }
 
 /// Waits until no other process builds below `folder`; none does until what this returns is gone.
-fn turn(folder: &Path, progress: &impl Fn(&str)) -> Result<File, BaseError> {
+fn turn(folder: &Path, progress: &impl Fn(&str)) -> Result<File, String> {
     fs::create_dir_all(folder).map_err(at(folder))?;
     let path = folder.join("lock");
     let file = File::create(&path).map_err(at(&path))?;
@@ -156,25 +94,31 @@ fn options() -> u32 {
     crc32fast::hash(all.join(" ").as_bytes())
 }
 
-/// An error with its file.
-fn at(path: &Path) -> impl Fn(io::Error) -> BaseError {
+fn unrun(command: &str) -> impl Fn(io::Error) -> String {
+    move |e| format!("cannot run `{command}` to build a revision: {e}")
+}
+
+/// A revision that cannot be checked out or built, with the last lines of what git or the build said.
+fn unbuilt(name: &str, last: &[String]) -> String {
+    format!(
+        "`{name}` cannot be built as this program was ({}): it ended with\n  {}",
+        machine::build_options().collect::<Vec<_>>().join(" "),
+        last.join("\n  ")
+    )
+}
+
+fn at(path: &Path) -> impl Fn(io::Error) -> String {
     let path = path.to_owned();
-    move |source| BaseError::File {
-        path: path.clone(),
-        source,
-    }
+    move |source| format!("`{}`: {source}", path.display())
 }
 
 /// Output of git, or the last line of its complaint.
-fn git(arguments: &[&str]) -> Result<Result<String, String>, BaseError> {
+fn git(arguments: &[&str]) -> Result<Result<String, String>, String> {
     let done = Command::new("git")
         .args(arguments)
         .stdin(Stdio::null())
         .output()
-        .map_err(|source| BaseError::Command {
-            command: "git",
-            source,
-        })?;
+        .map_err(unrun("git"))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
     Ok(if done.status.success() {
         Ok(text(&done.stdout))
@@ -190,7 +134,7 @@ struct Worktree {
 }
 
 impl Worktree {
-    fn new(name: &str, commit: &str, path: &Path) -> Result<Self, BaseError> {
+    fn new(name: &str, commit: &str, path: &Path) -> Result<Self, String> {
         // Gone also where git made only a part of it.
         let worktree = Self {
             path: path.to_owned(),
@@ -199,10 +143,7 @@ impl Worktree {
         // A killed run may have left its folder.
         let _ = fs::remove_dir_all(path);
         let added = git(&["worktree", "add", "--detach", "--force", &place, commit])?;
-        added.map_err(|said| BaseError::Build {
-            name: name.to_owned(),
-            last: vec![said],
-        })?;
+        added.map_err(|said| unbuilt(name, &[said]))?;
         Ok(worktree)
     }
 }
@@ -217,13 +158,10 @@ impl Drop for Worktree {
 }
 
 /// Builds the sources, with all that is built below `folder`; the program.
-fn build(name: &str, sources: &Path, folder: &Path) -> Result<PathBuf, BaseError> {
+fn build(name: &str, sources: &Path, folder: &Path) -> Result<PathBuf, String> {
     let (target, log) = (folder.join("target"), folder.join("build.log"));
     let said = File::create(&log).map_err(at(&log))?;
-    let failed = |source| BaseError::Command {
-        command: "cargo build",
-        source,
-    };
+    let failed = unrun("cargo build");
     let mut command = Command::new("cargo");
     command
         .arg("build")
@@ -237,8 +175,8 @@ fn build(name: &str, sources: &Path, folder: &Path) -> Result<PathBuf, BaseError
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(said);
-    let mut cargo = command.spawn().map_err(failed)?;
-    let status = child::wait(&mut cargo, LIMIT).map_err(failed)?;
+    let mut cargo = command.spawn().map_err(&failed)?;
+    let status = child::wait(&mut cargo, LIMIT).map_err(&failed)?;
     let built = target.join(machine::PROFILE).join("taut");
     let built = built.with_extension(std::env::consts::EXE_EXTENSION);
     if status.is_some_and(|s| s.success()) && built.is_file() {
@@ -256,8 +194,5 @@ fn build(name: &str, sources: &Path, folder: &Path) -> Result<PathBuf, BaseError
         Some(s) if s.success() => last.push(format!("it made no `{}`", built.display())),
         Some(_) => {}
     }
-    Err(BaseError::Build {
-        name: name.to_owned(),
-        last,
-    })
+    Err(unbuilt(name, &last))
 }

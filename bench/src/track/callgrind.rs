@@ -7,7 +7,7 @@
 use super::cases::Case;
 use super::child;
 use super::measures::Missing;
-use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -23,72 +23,11 @@ pub struct Counter {
     toolchain: String,
 }
 
-/// Why instructions cannot be counted.
-#[derive(Debug)]
-pub enum CountError {
-    /// A program that cannot be started.
-    Start {
-        program: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// A program that fails or does not end.
-    Failed {
-        program: PathBuf,
-        /// How it ended, and what it said last.
-        how: String,
-    },
-    /// The compiler used an instruction that valgrind does not know. Valgrind 3.19 lacks few of AVX2: a move between
-    /// registers, `vmovq` as `C5 .. D6`, is one. Which code meets one is chance, and no fault of the case.
-    UnknownInstruction {
-        /// Its first bytes, as valgrind writes them.
-        bytes: String,
-    },
-}
-
-impl fmt::Display for CountError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Start { program, source } => write!(
-                f,
-                "cannot start `{}` to count instructions: {source}; install it, or leave `--instructions` out",
-                program.display()
-            ),
-            Self::Failed { program, how } => write!(
-                f,
-                "`{}` does not count instructions: {how}",
-                program.display()
-            ),
-            Self::UnknownInstruction { bytes } => write!(
-                f,
-                "instructions were not counted: valgrind does not know one of this build, {bytes}"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for CountError {}
-
-impl From<CountError> for Missing {
-    fn from(e: CountError) -> Self {
-        match e {
-            CountError::UnknownInstruction { .. } => Self::NotMeasured(e.to_string()),
-            _ => Self::Failed(e.to_string()),
-        }
-    }
-}
-
 impl Counter {
     /// Checks that valgrind is there, and asks it for its version.
-    ///
-    /// # Errors
-    /// [`CountError`].
-    pub fn new() -> Result<Self, CountError> {
+    pub fn new() -> Result<Self, Missing> {
         let [version, _] = run(Command::new("valgrind").arg("--version"))?;
-        let program = std::env::current_exe().map_err(|source| CountError::Start {
-            program: "taut".into(),
-            source,
-        })?;
+        let program = std::env::current_exe().map_err(|e| unstarted("taut", &e))?;
         Ok(Self {
             program,
             toolchain: format!("{}, {}", super::toolchain(), version.trim()),
@@ -96,7 +35,6 @@ impl Counter {
     }
 
     /// Counter for another program, which is taken to be of this one's toolchain.
-    #[must_use]
     pub fn of(&self, program: &Path) -> Self {
         Self {
             program: program.to_owned(),
@@ -105,57 +43,51 @@ impl Counter {
     }
 
     /// Toolchain that the counts are valid for.
-    #[must_use]
     pub fn toolchain(&self) -> &str {
         &self.toolchain
     }
 
-    /// Instructions of a step of the case.
-    ///
-    /// # Errors
-    /// [`CountError`].
-    pub fn per_step(&self, case: &Case) -> Result<f64, CountError> {
+    pub fn per_step(&self, case: &Case) -> Result<f64, Missing> {
         let steps = case.counted_steps();
         let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);
         if twice <= once {
-            return Err(failed(format!(
-                "{steps} steps took {once} instructions, twice as many {twice}"
-            )));
+            return Err(failed(
+                "valgrind",
+                &format!("{steps} steps took {once} instructions, twice as many {twice}"),
+            ));
         }
         Ok((twice - once) as f64 / steps as f64)
     }
 
-    fn count(&self, case: &Case, steps: usize) -> Result<u64, CountError> {
+    fn count(&self, case: &Case, steps: usize) -> Result<u64, Missing> {
         let [_, said] = run(Command::new("valgrind")
             .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
             .arg(&self.program)
             .args(["track", "--instructions-of", &case.name()])
             .args(["--steps", &steps.to_string()]))?;
-        collected(&said).ok_or_else(|| failed("no line `Collected : N`".to_owned()))
+        collected(&said).ok_or_else(|| failed("valgrind", "no line `Collected : N`"))
     }
 }
 
-/// Valgrind ran, but did not count.
-fn failed(how: String) -> CountError {
-    CountError::Failed {
-        program: "valgrind".into(),
-        how,
-    }
+/// A program that does not start.
+fn unstarted(program: &str, why: &io::Error) -> Missing {
+    Missing::Failed(format!(
+        "cannot start `{program}` to count instructions: {why}; install it, or leave `--instructions` out"
+    ))
+}
+
+/// A program that ran, but did not count.
+fn failed(program: &str, how: &str) -> Missing {
+    Missing::Failed(format!("`{program}` does not count instructions: {how}"))
 }
 
 /// Runs a program to its end, for at most [`LIMIT`]: what it wrote on standard output and on standard error.
-fn run(command: &mut Command) -> Result<[String; 2], CountError> {
-    let program = PathBuf::from(command.get_program());
-    let failed = |how: String| CountError::Failed {
-        program: program.clone(),
-        how,
-    };
+fn run(command: &mut Command) -> Result<[String; 2], Missing> {
+    let program = command.get_program().to_string_lossy().into_owned();
+    let failed = |how: String| failed(&program, &how);
     let (stdin, out, err) = (Stdio::null(), Stdio::piped(), Stdio::piped());
     let spawned = command.stdin(stdin).stdout(out).stderr(err).spawn();
-    let mut child = spawned.map_err(|source| CountError::Start {
-        program: program.clone(),
-        source,
-    })?;
+    let mut child = spawned.map_err(|e| unstarted(&program, &e))?;
     let ended = child::wait(&mut child, LIMIT).map_err(|e| failed(e.to_string()))?;
     let status = ended.ok_or_else(|| failed(format!("no end after {} s", LIMIT.as_secs())))?;
     // Short texts, which fit into the pipes.
@@ -166,7 +98,11 @@ fn run(command: &mut Command) -> Result<[String; 2], CountError> {
         [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
     if !status.success() {
         if let Some(bytes) = unknown(&stderr) {
-            return Err(CountError::UnknownInstruction { bytes });
+            // Valgrind 3.19 lacks few of AVX2: a move between registers, `vmovq` as `C5 .. D6`, is one. Which code meets one is
+            // chance, and no fault of the case.
+            return Err(Missing::NotMeasured(format!(
+                "instructions were not counted: valgrind does not know one of this build, {bytes}"
+            )));
         }
         let said = stderr.lines().rev().map(str::trim);
         let last = said.clone().find(|l| !l.is_empty() && !l.starts_with("=="));

@@ -60,8 +60,6 @@ impl fmt::Display for Place {
 }
 
 impl Place {
-    /// The parameters where this is a hoist.
-    #[must_use]
     pub fn hoist(self) -> Option<HoistParams> {
         let Self::Hoist {
             segments,
@@ -82,9 +80,6 @@ impl Place {
     }
 
     /// The scene at its beginning, in its static equilibrium.
-    ///
-    /// # Errors
-    /// A scene that cannot be built or has no equilibrium.
     pub fn scene(self) -> Result<Scene, StepError> {
         if let Some(params) = self.hoist() {
             return Ok(reference::scene(&params)?);
@@ -107,9 +102,6 @@ impl Place {
     }
 
     /// A stepper of `scene`, which is this one, driven as the case is.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`].
     pub fn stepper(self, scene: Scene, options: StepOptions) -> Result<Stepper, StepError> {
         let mut stepper = Stepper::new(scene, options)?;
         if self == Self::Gantry {
@@ -119,7 +111,6 @@ impl Place {
     }
 }
 
-/// A tracked case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
     /// The scene.
@@ -209,15 +200,10 @@ pub const CASES: [Case; 21] = [
 
 impl Case {
     /// `scene/backend`: what its figures are called, which does not change.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{}/{}", self.place, self.backend)
     }
 
-    /// The solver.
-    ///
-    /// # Errors
-    /// Why it cannot be had: not compiled in.
     pub fn choice(&self) -> Result<Choice, String> {
         let choice: Choice = self.backend.parse()?;
         choice.check().map_err(|e| e.to_string())?;
@@ -225,7 +211,6 @@ impl Case {
     }
 
     /// True for the project's own solvers, whose steps allocate nothing.
-    #[must_use]
     pub fn is_own(&self) -> bool {
         ["banded", "gauss-seidel", "cg", "minres"]
             .iter()
@@ -234,7 +219,6 @@ impl Case {
 
     /// True if instructions are counted. The last digits decide the length of an iteration and
     /// differ between C libraries; UMFPACK is seldom compiled in.
-    #[must_use]
     pub fn counts_instructions(&self) -> bool {
         ["banded", "faer", "nalgebra-sparse"]
             .iter()
@@ -242,7 +226,6 @@ impl Case {
     }
 
     /// True for a cable of the length in the paper's tests, for which the code is tuned.
-    #[must_use]
     pub fn has_24_segments(&self) -> bool {
         matches!(
             self.place,
@@ -252,7 +235,6 @@ impl Case {
 
     /// Steps of the shorter of the two runs that instructions are counted in. What comes before the steps varies by some
     /// ten thousand, with the seeds of hash tables: the smaller the scene, the more steps are to outweigh that.
-    #[must_use]
     pub fn counted_steps(&self) -> usize {
         match self.place {
             Place::Hoist { segments, .. } if segments >= 1000 => PASS,
@@ -273,7 +255,6 @@ impl Case {
     }
 
     /// Largest figure that passes; `None` if it is judged otherwise or not at all.
-    #[must_use]
     pub fn bar(&self, measure: Measure) -> Option<f64> {
         let bars = &self.bars;
         let bar = match measure {
@@ -288,35 +269,13 @@ impl Case {
     }
 }
 
-/// The case of a name.
-///
-/// # Errors
-/// [`UnknownCase`].
-pub fn named(name: &str) -> Result<Case, UnknownCase> {
+pub fn named(name: &str) -> Result<Case, String> {
     let found = CASES.into_iter().find(|case| case.name() == name);
-    found.ok_or_else(|| UnknownCase {
-        name: name.to_owned(),
+    found.ok_or_else(|| {
+        let names = CASES.map(|c| c.name()).join(", ");
+        format!("no case is called `{name}`: choose one of {names}")
     })
 }
-
-/// A name that no case has.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnknownCase {
-    pub name: String,
-}
-
-impl fmt::Display for UnknownCase {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = CASES.map(|c| c.name()).join(", ");
-        write!(
-            f,
-            "no case is called `{}`: choose one of {names}",
-            self.name
-        )
-    }
-}
-
-impl std::error::Error for UnknownCase {}
 
 #[cfg(test)]
 mod tests {
@@ -343,7 +302,7 @@ mod tests {
         }
         names.sort_unstable();
         assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
-        let e = named("hoist-24/banded").unwrap_err().to_string();
+        let e = named("hoist-24/banded").unwrap_err();
         assert!(e.contains("hoist-24-1e3/banded, "), "{e}");
     }
 }

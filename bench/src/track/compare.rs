@@ -24,7 +24,6 @@ pub const TOLERANCE: f64 = 0.02;
 pub enum Verdict {
     /// Within tolerance or bar.
     Pass,
-    /// Not so.
     Fail,
     /// Fewer instructions by more than the tolerance: the baseline can be lowered. Against another program: faster beyond the
     /// interval.
@@ -35,7 +34,6 @@ pub enum Verdict {
     New,
     /// Instructions of another compiler or processor, within the tolerance or not.
     OtherToolchain,
-    /// Not measured here.
     NotMeasured,
     /// Shown without judgement.
     Shown,
@@ -61,7 +59,6 @@ impl fmt::Display for Verdict {
 pub struct Row {
     /// `scene/backend`.
     pub case: String,
-    /// Name of the measure.
     pub measure: String,
     pub baseline: Option<f64>,
     /// The value now.
@@ -75,7 +72,6 @@ pub struct Row {
 
 /// Every figure beside the baseline's of the same name, in the figures' order; then those of the baseline that are no
 /// longer tracked.
-#[must_use]
 pub fn compare(figures: &[Figure], baseline: &[Entry]) -> Vec<Row> {
     let mut rows: Vec<Row> = figures
         .iter()
@@ -176,7 +172,6 @@ fn compiled(toolchain: &str) -> &str {
 }
 
 /// Figures that were counted against nothing: instructions without a verdict.
-#[must_use]
 pub fn uncompared(rows: &[Row]) -> usize {
     use Verdict::{Better, Fail, Pass};
     let counted = rows
@@ -189,7 +184,6 @@ pub fn uncompared(rows: &[Row]) -> usize {
 
 /// The baseline with the values of now: what was measured is replaced, what could not be measured here stays, what is
 /// no longer tracked goes.
-#[must_use]
 pub fn updated(now: &[Entry], baseline: &[Entry]) -> Vec<Entry> {
     let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).cloned();
     tracked()

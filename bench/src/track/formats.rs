@@ -21,7 +21,6 @@ pub struct Entry {
 }
 
 /// The figures that have a value that is a number.
-#[must_use]
 pub fn entries(figures: &[Figure]) -> Vec<Entry> {
     let entry = |f: &Figure| {
         let value = *f.value.as_ref().ok().filter(|v| v.is_finite())?;
@@ -50,7 +49,6 @@ pub struct Metric {
 
 /// Benchmarks `scene/backend`, each with its measures by name. The time is `latency`, the median with
 /// the least as the lower value (ns).
-#[must_use]
 pub fn bencher(figures: &[Figure]) -> BTreeMap<String, BTreeMap<&'static str, Metric>> {
     let mut all: BTreeMap<String, BTreeMap<&'static str, Metric>> = BTreeMap::new();
     for figure in figures {

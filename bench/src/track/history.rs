@@ -5,9 +5,8 @@ use crate::machine::{self, Machine};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::HashMap;
-use std::fmt;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use taut_ground::files::{self, FileError, Output};
 use taut_output::plan::{self, Plan, linear, texts};
 use taut_output::plot::Mark;
@@ -55,7 +54,6 @@ pub struct Run {
 
 impl Run {
     /// Figures measured now on this machine.
-    #[must_use]
     pub fn new(figures: Vec<Entry>) -> Self {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Self {
@@ -69,58 +67,22 @@ impl Run {
     }
 }
 
-/// A history that cannot be read or continued.
-#[derive(Debug)]
-pub enum HistoryError {
-    File(FileError),
-    /// A malformed line.
-    Line {
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        reason: String,
-    },
-}
-
-impl fmt::Display for HistoryError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File(e) => e.fmt(f),
-            Self::Line { path, line, reason } => write!(
-                f,
-                "line {line} of `{}` is no run of `taut track`: {reason}; take it out, or begin another file",
-                path.display()
-            ),
-        }
-    }
-}
-
-impl std::error::Error for HistoryError {}
-
-impl From<FileError> for HistoryError {
-    fn from(e: FileError) -> Self {
-        Self::File(e)
-    }
-}
-
 /// The runs of a file, the oldest first; empty before the file exists.
-///
-/// # Errors
-/// [`HistoryError`].
-pub fn read(path: &Path) -> Result<Vec<Run>, HistoryError> {
+pub fn read(path: &Path) -> Result<Vec<Run>, String> {
     match files::read_text(path) {
         Ok(text) => parse(path, &text),
         Err(e) if e.source.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-        Err(e) => Err(e.into()),
+        Err(e) => Err(e.to_string()),
     }
 }
 
-fn parse(path: &Path, text: &str) -> Result<Vec<Run>, HistoryError> {
+fn parse(path: &Path, text: &str) -> Result<Vec<Run>, String> {
     let run = |(i, text): (usize, &str)| {
-        let damaged = |reason: String| HistoryError::Line {
-            path: path.to_owned(),
-            line: i + 1,
-            reason,
+        let damaged = |reason: String| {
+            let (line, path) = (i + 1, path.display());
+            format!(
+                "line {line} of `{path}` is no run of `taut track`: {reason}; take it out, or begin another file"
+            )
         };
         let value: Value = serde_json::from_str(text).map_err(|e| damaged(e.to_string()))?;
         match value["schema"].as_u64() {
@@ -134,22 +96,17 @@ fn parse(path: &Path, text: &str) -> Result<Vec<Run>, HistoryError> {
 }
 
 /// Writes the runs that were there and another one. The file is the old one or the new one, whatever happens.
-///
-/// # Errors
-/// [`HistoryError::File`].
-pub fn append(to: &Output, runs: &[Run], run: &Run) -> Result<(), HistoryError> {
-    let written = to.write(|out| {
+pub fn append(to: &Output, runs: &[Run], run: &Run) -> Result<(), FileError> {
+    to.write(|out| {
         for run in runs.iter().chain([run]) {
             serde_json::to_writer(&mut *out, run)?;
             out.write_all(b"\n")?;
         }
         Ok(())
-    });
-    Ok(written?)
+    })
 }
 
 /// The figures of the last runs as rows, each with its ratio to the first of its name.
-#[must_use]
 pub fn data(runs: &[Run]) -> Value {
     let runs = &runs[runs.len().saturating_sub(MOST)..];
     let mut first: HashMap<&str, f64> = HashMap::new();

@@ -32,7 +32,6 @@ pub enum Kind {
     Instructions,
     /// Against the case's bar.
     Barred,
-    /// Not at all.
     Wall,
 }
 
@@ -51,7 +50,6 @@ impl Measure {
     ];
 
     /// Its part of a figure's name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Instructions => "instructions",
@@ -66,7 +64,6 @@ impl Measure {
         }
     }
 
-    #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
             Self::Instructions => "instructions/step",
@@ -78,7 +75,6 @@ impl Measure {
     }
 
     /// How it is judged.
-    #[must_use]
     pub fn kind(self) -> Kind {
         match self {
             Self::Instructions => Kind::Instructions,
@@ -108,7 +104,6 @@ pub struct Bars {
 /// Result of one measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// The case's name.
     pub case: String,
     pub measure: Measure,
     /// The value, or the reason why it is missing.
@@ -126,8 +121,15 @@ pub struct Figure {
 pub enum Missing {
     /// It was not asked for or cannot be had here: no fault.
     NotMeasured(String),
-    /// The measurement failed.
     Failed(String),
+}
+
+impl Missing {
+    /// Why.
+    pub fn reason(self) -> String {
+        let (Self::NotMeasured(why) | Self::Failed(why)) = self;
+        why
+    }
 }
 
 impl From<StepError> for Missing {
@@ -138,7 +140,6 @@ impl From<StepError> for Missing {
 
 impl Figure {
     /// `scene/backend/measure`.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{}/{}", self.case, self.measure.name())
     }

@@ -11,7 +11,6 @@ use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
 use taut_model::{Controls, Scene};
 
-/// Steps of the minute.
 const STEPS: usize = 3600;
 /// Steps between two changes of the controls.
 const LEG: usize = 300;

@@ -14,9 +14,8 @@ use crate::machine::PROFILE;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::fmt;
 use std::io::{self, BufRead, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
@@ -29,7 +28,6 @@ const SCHEMA: u32 = 2;
 /// First message of a program.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Hello {
-    /// [`SCHEMA`].
     schema: u32,
     /// [`PROFILE`].
     build: String,
@@ -42,7 +40,6 @@ pub(super) struct Hello {
 /// Request for a time.
 #[derive(Debug, Serialize, Deserialize)]
 struct Question {
-    /// The case's name.
     case: String,
     /// The measure's: `time-min` or `time-p99`.
     measure: String,
@@ -62,9 +59,6 @@ enum Answer {
 }
 
 /// Answers until the input ends; each step is slowed by the part `slowed` of its time.
-///
-/// # Errors
-/// Streams that cannot be read or written.
 pub fn serve(slowed: f64, mut input: impl BufRead, mut output: impl Write) -> io::Result<()> {
     let hello = Hello {
         schema: SCHEMA,
@@ -122,7 +116,7 @@ fn answer(
     slowed: f64,
 ) -> Result<f64, Missing> {
     let absent = Missing::NotMeasured;
-    let case = named(&question.case).map_err(|e| absent(e.to_string()))?;
+    let case = named(&question.case).map_err(absent)?;
     let timed = match all.entry(question.case) {
         Entry::Occupied(known) => known.into_mut(),
         Entry::Vacant(new) => {
@@ -167,8 +161,13 @@ impl Drop for Peer {
 
 impl Peer {
     /// Starts a program, which has to say that it measures, and to answer within `limit` ever after.
-    pub(super) fn start(program: &Program, limit: Duration) -> Result<Self, PeerError> {
-        let fail = |source| Fault::Start(source).of(&program.path);
+    pub(super) fn start(program: &Program, limit: Duration) -> Result<Self, String> {
+        let fail = |e: io::Error| {
+            let program = program.path.display();
+            format!(
+                "cannot start `{program}`: {e}; `--against` takes a program `taut` or a revision"
+            )
+        };
         let mut command = Command::new(&program.path);
         command.args(["track", "--measure"]);
         if program.slowed > 0.0 {
@@ -193,22 +192,31 @@ impl Peer {
             said: child::last_line(err),
             hello: Hello::default(),
         };
-        peer.hello = peer.hello().map_err(|fault| fault.of(&program.path))?;
+        peer.hello = peer.hello()?;
         Ok(peer)
     }
 
     /// Reads the first message; fails if the program has another schema or another build profile.
-    fn hello(&mut self) -> Result<Hello, Fault> {
-        let line = self.next().map_err(|fault| match fault {
-            Fault::Ended { said, .. } => Fault::Stranger(said),
-            other => other,
-        })?;
+    fn hello(&mut self) -> Result<Hello, String> {
+        let line = self.next();
+        let program = self.path.display();
+        let stranger = |said: &str| {
+            let said = shortened(said);
+            format!(
+                "`{program}` cannot be compared: it is no `taut`, or one older than `taut track --against`; it said: {said}"
+            )
+        };
+        let line = line.map_err(|(why, said)| said.map_or(why, |said| stranger(&said)))?;
         let value: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
         match (value["schema"].as_u64(), serde_json::from_value(value)) {
-            (Some(schema), _) if schema != u64::from(SCHEMA) => Err(Fault::Schema(schema)),
-            (_, Ok(Hello { build, .. })) if build != PROFILE => Err(Fault::Build(build)),
+            (Some(schema), _) if schema != u64::from(SCHEMA) => Err(format!(
+                "`{program}` measures by schema {schema}, this program by {SCHEMA}: compare revisions with the same one"
+            )),
+            (_, Ok(Hello { build, .. })) if build != PROFILE => Err(format!(
+                "`{program}` is a {build} build, this program a {PROFILE} build: build both alike"
+            )),
             (_, Ok(hello)) => Ok(hello),
-            (_, Err(_)) => Err(Fault::Stranger(line)),
+            (_, Err(_)) => Err(stranger(&line)),
         }
     }
 
@@ -218,7 +226,7 @@ impl Peer {
         case: &str,
         measure: Measure,
         repeats: usize,
-    ) -> Result<Result<f64, Missing>, PeerError> {
+    ) -> Result<Result<f64, Missing>, String> {
         let question = Question {
             case: case.to_owned(),
             measure: measure.name().to_owned(),
@@ -226,114 +234,44 @@ impl Peer {
         };
         // A program that no longer reads has ended, and has said why.
         let _ = say(&mut self.to, &question);
-        let line = self.next().map_err(|fault| fault.of(&self.path))?;
+        let line = self.next().map_err(|(why, _)| why)?;
         match serde_json::from_str(&line) {
             Ok(Answer::Ns(ns)) if ns.is_finite() && ns > 0.0 => Ok(Ok(ns)),
             Ok(Answer::Missing(why)) => Ok(Err(Missing::NotMeasured(why))),
             Ok(Answer::Failed(why)) => Ok(Err(Missing::Failed(why))),
-            _ => Err(Fault::Answer(line).of(&self.path)),
+            _ => Err(format!(
+                "`{}` answered what is no time: {}",
+                self.path.display(),
+                shortened(&line)
+            )),
         }
     }
 
-    /// Its next line.
-    fn next(&mut self) -> Result<String, Fault> {
+    /// Its next line; or why there is none, and of one that ended its last line on standard error.
+    fn next(&mut self) -> Result<String, (String, Option<String>)> {
+        let program = self.path.display();
         match self.answers.recv_timeout(self.limit) {
             Ok(line) => Ok(line),
-            Err(RecvTimeoutError::Timeout) => Err(Fault::Late(self.limit)),
+            Err(RecvTimeoutError::Timeout) => {
+                let limit = self.limit.as_secs_f64();
+                let late = format!(
+                    "`{program}` did not answer within {limit} s: `--limit` gives it longer"
+                );
+                Err((late, None))
+            }
             Err(RecvTimeoutError::Disconnected) => {
                 let status = child::wait(&mut self.child, self.limit).ok().flatten();
+                let status = status.map_or_else(|| "no status".to_owned(), |s| s.to_string());
                 let said = self.said.recv_timeout(Duration::from_secs(1));
-                Err(Fault::Ended {
-                    status: status.map_or_else(|| "no status".to_owned(), |s| s.to_string()),
-                    said: said.unwrap_or_default(),
-                })
+                let said = said.unwrap_or_default();
+                let shown = shortened(&said);
+                let ended =
+                    format!("`{program}` ended while it was measured: {status}; it said: {shown}");
+                Err((ended, Some(said)))
             }
         }
     }
 }
-
-/// A program that cannot be compared.
-#[derive(Debug)]
-pub struct PeerError {
-    pub program: PathBuf,
-    /// Why.
-    pub fault: Fault,
-}
-
-/// Why a program cannot be compared.
-#[derive(Debug)]
-pub enum Fault {
-    /// It cannot be started.
-    Start(io::Error),
-    /// It does not know what it is asked, and said that: no `taut`, or an older one.
-    Stranger(String),
-    /// It measures by another schema.
-    Schema(u64),
-    /// It was built with another profile.
-    Build(String),
-    /// It ended while it was asked.
-    Ended {
-        /// How.
-        status: String,
-        /// Last line on its standard error.
-        said: String,
-    },
-    /// It does not answer in that time.
-    Late(Duration),
-    /// Its answer does not hold a time.
-    Answer(String),
-}
-
-impl Fault {
-    fn of(self, program: &Path) -> PeerError {
-        PeerError {
-            program: program.to_owned(),
-            fault: self,
-        }
-    }
-}
-
-impl fmt::Display for PeerError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let program = self.program.display();
-        match &self.fault {
-            Fault::Start(source) => write!(
-                f,
-                "cannot start `{program}`: {source}; `--against` takes a program `taut` or a revision"
-            ),
-            Fault::Stranger(said) => write!(
-                f,
-                "`{program}` cannot be compared: it is no `taut`, or one older than `taut track --against`; it said: {}",
-                shortened(said)
-            ),
-            Fault::Schema(schema) => write!(
-                f,
-                "`{program}` measures by schema {schema}, this program by {SCHEMA}: compare revisions with the same one"
-            ),
-            Fault::Build(build) => write!(
-                f,
-                "`{program}` is a {build} build, this program a {PROFILE} build: build both alike"
-            ),
-            Fault::Ended { status, said } => write!(
-                f,
-                "`{program}` ended while it was measured: {status}; it said: {}",
-                shortened(said)
-            ),
-            Fault::Late(limit) => write!(
-                f,
-                "`{program}` did not answer within {} s: `--limit` gives it longer",
-                limit.as_secs_f64()
-            ),
-            Fault::Answer(line) => write!(
-                f,
-                "`{program}` answered what is no time: {}",
-                shortened(line)
-            ),
-        }
-    }
-}
-
-impl std::error::Error for PeerError {}
 
 /// The beginning of what a program said.
 fn shortened(said: &str) -> String {

@@ -12,7 +12,6 @@ const TAIL: f64 = 0.025;
 /// A ratio with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratio {
-    /// The ratio.
     pub value: f64,
     /// The interval's lower end.
     pub low: f64,

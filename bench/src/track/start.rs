@@ -100,7 +100,6 @@ impl Judged {
         Ok(Self { start, exact, load })
     }
 
-    /// An error figure of a case.
     fn error(&self, case: &Case, choice: &Choice, measure: Measure) -> Result<f64, StepError> {
         match measure {
             Measure::ForwardError => {
@@ -170,9 +169,6 @@ fn run(stepper: &mut Stepper, steps: usize) -> Result<(), StepError> {
 }
 
 /// `steps` steps of a case from its common state: what runs where instructions are counted.
-///
-/// # Errors
-/// A backend that is not compiled in, a scene or a step that fails, in words.
 pub fn steps(case: &Case, steps: usize) -> Result<(), String> {
     let choice = case.choice()?;
     let stepped = || {

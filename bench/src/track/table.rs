@@ -20,7 +20,6 @@ rounds with its bootstrap interval of 95 %. time-min and time-p99 FAIL where the
 1.03, instructions above 1.01 at 24 segments, above 1.02 elsewhere; slower: beyond the interval alone";
 
 /// A row for each figure under the name of its case; then the notes and the counts of the verdicts.
-#[must_use]
 pub fn text(rows: &[Row]) -> String {
     let mut t = table(&["", "baseline", "now", "ratio", "bar", "verdict"]);
     let mut notes: Vec<&str> = Vec::new();
@@ -51,7 +50,6 @@ pub fn text(rows: &[Row]) -> String {
 }
 
 /// Table of a comparison of two programs.
-#[must_use]
 pub fn against_text(compared: &[Compared]) -> String {
     let mut t = table(&["", "base", "head", "ratio", "interval", "verdict"]);
     let mut notes = Vec::new();
@@ -81,7 +79,6 @@ pub fn against_text(compared: &[Compared]) -> String {
     taut_output::table::text(&t) + &listed(&notes)
 }
 
-#[must_use]
 pub fn self_test_text(test: &SelfTest) -> String {
     if test.figures == 0 {
         return "nothing was measured\n".to_owned();
@@ -99,7 +96,6 @@ pub fn self_test_text(test: &SelfTest) -> String {
         + &line(&slower, test.slowed, "fail", test.slowed_ratios)
 }
 
-/// A verdict with the number of its note.
 fn noted<'a>(verdict: Verdict, note: &'a str, notes: &mut Vec<&'a str>) -> String {
     if note.is_empty() {
         return verdict.to_string();

@@ -5,27 +5,16 @@
 //! driven round a circle. The reference is the paper's step at no more than 1/24000 s and extrapolated to zero
 //! ([`taut_ground::reference::converged`]), whose own uncertainty stands beside the errors.
 
-use crate::cases::Cases;
-use crate::motions::{self, scientific};
-use crate::options::{
-    Backends, Iterations, Quick, Ratios, Segments, Time, number as read, pick, require_positive,
-};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
+use crate::options::{number as read, require_positive};
+use crate::study::question::*;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde_json::{Value, json};
 use std::sync::LazyLock;
 use taut_ground::choice::Choice;
 use taut_ground::reference::{self, Converged};
 use taut_ground::trajectory::{Timing, Trajectory, simulate, steps_in};
 use taut_integrator::{PhaseTimes, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, JointKind};
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::row::{Row, is, number_of, rows_of, text_of};
-use taut_output::settings::{counts, distinct, list, numbers, seconds, set, solvers, step};
-use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 use taut_solver::Backend;
 
 /// `taut study accuracy`.
@@ -35,30 +24,30 @@ pub(crate) const STUDY: Study = Study {
     about: "Error of whole motions against cost: every scheme, time step, solver and number of refinements",
     examples: &["--quick --segments 4 --ratios 10,1e4"],
     mark: ("records", "horizontal_m"),
-    options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &[
+        "segments",
+        "ratios",
+        "backends",
+        "iterations",
+        "dt",
+        "time",
+        "quick",
+    ],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let steps = Own::from_arg_matches(matches)?.dt;
+        run(&Asked::read(matches), &steps, reporter.cases)
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
-    #[command(flatten)]
-    iterations: Iterations,
+struct Own {
     /// Time steps (s), fractions such as 1/60 too; the first is what all schemes run at
     #[arg(long, value_delimiter = ',', value_name = "S", value_parser = read, allow_negative_numbers = true)]
     dt: Vec<f64>,
-    #[command(flatten)]
-    time: Time,
-    #[command(flatten)]
-    quick: Quick,
 }
 
 /// What is run: every setting at the first rate, the default at each of the rates, and on the Cosserat joint with the
@@ -91,22 +80,24 @@ impl Config {
         }
     }
 
-    fn asked(options: &Options) -> Result<Self, ExperimentError> {
-        let mut config = Self::new(options.quick.quick);
-        options.segments.replace(&mut config.segments);
-        options.ratios.replace(&mut config.ratios)?;
-        if !options.ratios.ratios.is_empty() {
+    fn asked(asked: &Asked, dts: &[f64]) -> Result<Self, ExperimentError> {
+        let mut config = Self::new(asked.quick);
+        asked.segments(&mut config.segments);
+        asked.ratios(&mut config.ratios)?;
+        if !asked.ratios.is_empty() {
             config.choice_ratios.clone_from(&config.ratios);
         }
-        options.backends.refuse_limits()?;
-        options.backends.replace(&mut config.choices)?;
-        options.iterations.replace(&mut config.iterations)?;
-        if !options.dt.is_empty() {
-            config.rates = rates(&options.dt)?;
+        asked.refuse_limits()?;
+        if !asked.backends.is_empty() {
+            config.choices = asked.choices()?;
+        }
+        asked.iterations(&mut config.iterations)?;
+        if !dts.is_empty() {
+            config.rates = rates(dts)?;
         }
         let frame = 1.0 / config.rates[0];
         let needs = "it must be at least one step";
-        options.time.replace(&mut config.time, frame, 1, needs)?;
+        asked.time(&mut config.time, frame, 1, needs)?;
         Ok(config)
     }
 }
@@ -128,8 +119,8 @@ fn rates(dts: &[f64]) -> Result<Vec<f64>, ExperimentError> {
     Ok(rates)
 }
 
-fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let config = Config::asked(options)?;
+fn run(asked: &Asked, dts: &[f64], cases: &Cases) -> Result<Found, ExperimentError> {
+    let config = Config::asked(asked, dts)?;
     let settings = settings(1.0 / config.rates[0]);
     let rows = json!({ "records": records(&config, cases)? });
     Ok(Found {
@@ -491,7 +482,6 @@ static SOLVER: LazyLock<String> = LazyLock::new(|| {
     Choice::schur(options.backend).family()
 });
 
-/// All tables.
 fn text(data: &Value) -> String {
     let mut default = rows_of(data, "records");
     default.retain(|row| text_of(row, "setting") == "default");

@@ -8,16 +8,12 @@
 //! Every record is written as JSON and read where it is made, whether a file is written or not: what a merged study shows
 //! cannot differ from what one run shows.
 
-mod error;
 mod file;
-mod shard;
 #[cfg(test)]
 mod tests;
 mod value;
 
-pub use error::CasesError;
-pub use file::{Header, Journal, Known, Written};
-pub use shard::Shard;
+pub use file::{Header, Journal, Known, Written, not_cases};
 pub use value::Record;
 
 use file::Line;
@@ -25,10 +21,72 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fmt::Debug;
+use std::fmt::{self, Debug};
+use std::str::FromStr;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use taut_output::check::ExperimentError;
+
+/// No fault: the study is not whole, for other shards have the rest of its cases.
+#[derive(Debug)]
+pub struct Elsewhere;
+
+impl fmt::Display for Elsewhere {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the other cases are those of other shards")
+    }
+}
+
+impl std::error::Error for Elsewhere {}
+
+/// One of several runs that share a study, such as `3/8`: the third of eight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which it is, from 1.
+    pub number: usize,
+    /// How many there are.
+    pub of: usize,
+}
+
+/// Most shards of a study.
+const MOST: usize = 10_000;
+
+impl Shard {
+    pub const WHOLE: Self = Self { number: 1, of: 1 };
+
+    /// True for its own cases. They are dealt in turn, each round begun one shard later: a list that repeats itself is dealt
+    /// evenly all the same.
+    fn owns(self, case: usize) -> bool {
+        (case + case / self.of) % self.of + 1 == self.number
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let shard = text.split_once('/').and_then(|(number, of)| {
+            let (number, of) = (number.parse().ok()?, of.parse().ok()?);
+            (1 <= number && number <= of && of <= MOST).then_some(Self { number, of })
+        });
+        shard.ok_or_else(|| {
+            format!(
+                "a shard is its number and how many there are, at most {MOST}: from 1/8 to 8/8 for eight"
+            )
+        })
+    }
+}
+
+/// Anything that a file of cases can hold.
+pub trait Kept: Serialize + DeserializeOwned {}
+
+impl<T: Serialize + DeserializeOwned> Kept for T {}
 
 /// The cases of a running study. The default runs all, keeps no file and shows no progress.
 #[derive(Debug)]
@@ -39,15 +97,8 @@ pub struct Cases {
     journal: Mutex<Option<Journal>>,
     /// Unknown cases are missing instead of due to run.
     is_merged: bool,
-    counts: Counts,
-}
-
-/// How many cases there are of all shards, and of this one; how many were run here.
-#[derive(Debug, Default)]
-struct Counts {
-    all: AtomicUsize,
-    own: AtomicUsize,
-    run: AtomicUsize,
+    /// Cases of all shards, of this one, and of these those that were run here.
+    counts: [AtomicUsize; 3],
 }
 
 impl Default for Cases {
@@ -58,7 +109,6 @@ impl Default for Cases {
 
 impl Cases {
     /// Cases of a shard; `known` ones are not run again, finished ones are appended to the journal.
-    #[must_use]
     pub fn new(shard: Shard, known: Known, journal: Option<Journal>) -> Self {
         Self {
             bar: ProgressBar::hidden(),
@@ -66,12 +116,11 @@ impl Cases {
             known,
             journal: Mutex::new(journal),
             is_merged: false,
-            counts: Counts::default(),
+            counts: Default::default(),
         }
     }
 
     /// Cases of a finished study; none is run again.
-    #[must_use]
     pub fn merged(known: Known) -> Self {
         Self {
             is_merged: true,
@@ -79,137 +128,102 @@ impl Cases {
         }
     }
 
-    /// Sets the bar that shows the progress.
-    #[must_use]
     pub fn shown_by(self, bar: ProgressBar) -> Self {
         Self { bar, ..self }
     }
 
     /// The bar, which advances once for each case.
-    #[must_use]
     pub fn bar(&self) -> &ProgressBar {
         &self.bar
     }
 
     /// True if the shard is the whole study.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.shard == Shard::WHOLE
     }
 
     /// Runs a stage's cases in parallel, those that are dealt to this shard by their places in the list.
-    ///
-    /// # Errors
-    /// The error of a case; a record that cannot be kept.
-    pub fn parallel<C, T, E>(
+    pub fn parallel<C: Debug + Sync, T: Kept + Send, E: Into<ExperimentError>>(
         &self,
         stage: &'static str,
         list: &[C],
         run: impl Fn(&C) -> Result<T, E> + Sync,
-    ) -> Result<Records<T>, ExperimentError>
-    where
-        C: Debug + Sync,
-        T: Serialize + DeserializeOwned + Send,
-        E: Into<ExperimentError>,
-    {
-        let own = self.begin(stage, list.len());
-        let cases = own.into_par_iter().enumerate().with_max_len(1);
-        let record = |(k, is_own)| self.case(is_own, (stage, k), &list[k], &run);
+    ) -> Result<Records<T>, ExperimentError> {
+        self.begin(stage, list.len());
+        let cases = list.par_iter().enumerate().with_max_len(1);
+        let record = |(k, case)| self.case((stage, k), case, &run);
         Ok(Records(cases.map(record).collect::<Result<_, _>>()?))
     }
 
     /// Runs a stage's cases one after the other, such as those whose times are measured; else as
     /// [`parallel`](Self::parallel).
-    ///
-    /// # Errors
-    /// As for [`parallel`](Self::parallel).
-    pub fn in_turn<C, T, E>(
+    pub fn in_turn<C: Debug, T: Kept, E: Into<ExperimentError>>(
         &self,
         stage: &'static str,
         list: &[C],
         run: impl FnMut(&C) -> Result<T, E>,
-    ) -> Result<Records<T>, ExperimentError>
-    where
-        C: Debug,
-        T: Serialize + DeserializeOwned,
-        E: Into<ExperimentError>,
-    {
+    ) -> Result<Records<T>, ExperimentError> {
         let records = self.each(stage, list, run).collect::<Result<_, _>>()?;
         Ok(Records(records))
     }
 
     /// As [`in_turn`](Self::in_turn), each record as soon as it is there; none for a case of another shard.
-    pub fn each<'a, C, T, E>(
+    pub fn each<'a, C: Debug, T: Kept + 'a, E: Into<ExperimentError> + 'a>(
         &'a self,
         stage: &'static str,
         list: &'a [C],
         mut run: impl FnMut(&C) -> Result<T, E> + 'a,
-    ) -> impl Iterator<Item = Result<Option<T>, ExperimentError>> + 'a
-    where
-        C: Debug,
-        T: Serialize + DeserializeOwned + 'a,
-        E: Into<ExperimentError> + 'a,
-    {
-        let own = self.begin(stage, list.len()).into_iter().enumerate();
-        own.map(move |(k, is_own)| self.case(is_own, (stage, k), &list[k], &mut run))
+    ) -> impl Iterator<Item = Result<Option<T>, ExperimentError>> + 'a {
+        self.begin(stage, list.len());
+        let cases = list.iter().enumerate();
+        cases.map(move |(k, case)| self.case((stage, k), case, &mut run))
     }
 
     /// Result of `study`; `None` if it lacks cases of other shards. For a study with a further
     /// stage.
-    ///
-    /// # Errors
-    /// Errors of the study.
     pub fn unless_elsewhere<T>(
         study: Result<T, ExperimentError>,
     ) -> Result<Option<T>, ExperimentError> {
         match study {
-            Err(e) if CasesError::is_elsewhere(&e) => Ok(None),
+            Err(e) if e.is::<Elsewhere>() => Ok(None),
             other => other.map(Some),
         }
     }
 
-    /// Deals the cases of a stage: which of them are run here.
-    fn begin(&self, stage: &'static str, cases: usize) -> Vec<bool> {
-        let own: Vec<bool> = (0..cases).map(|case| self.shard.owns(case)).collect();
-        let count = own.iter().filter(|is_own| **is_own).count();
-        self.counts.all.fetch_add(cases, Relaxed);
-        self.counts.own.fetch_add(count, Relaxed);
+    fn begin(&self, stage: &'static str, cases: usize) {
+        let own = (0..cases).filter(|case| self.shard.owns(*case)).count();
+        self.counts[0].fetch_add(cases, Relaxed);
+        self.counts[1].fetch_add(own, Relaxed);
         self.bar.reset();
-        self.bar.set_length(count as u64);
+        self.bar.set_length(own as u64);
         self.bar.set_message(stage);
-        own
     }
 
     /// The record of an own case: that of the file, or what running it comes to, which is then appended.
-    fn case<C: Debug, T: Serialize + DeserializeOwned, E: Into<ExperimentError>>(
+    fn case<C: Debug, T: Kept, E: Into<ExperimentError>>(
         &self,
-        is_own: bool,
         (stage, index): (&str, usize),
         case: &C,
-        mut run: impl FnMut(&C) -> Result<T, E>,
+        run: impl FnOnce(&C) -> Result<T, E>,
     ) -> Result<Option<T>, ExperimentError> {
-        if !is_own {
+        if !self.shard.owns(index) {
             return Ok(None);
         }
         let name = format!("{stage} {}: {case:?}", index + 1);
-        let unkept = |reason| {
-            let text = format!("the record of the case `{name}` cannot be kept: {reason}");
-            CasesError::Refused(text)
-        };
+        let unkept = |why| format!("the record of the case `{name}` cannot be kept: {why}");
         let new;
         let record = match self.known.get(&name) {
             Some(record) => record,
             None if self.is_merged => {
-                let text = format!(
+                let unknown = format!(
                     "the case `{name}` is in no file: name those of all shards, and finish the stopped ones with `--resume`"
                 );
-                return Err(CasesError::Refused(text).into());
+                return Err(unknown.into());
             }
             None => {
-                let made = run(case).map_err(Into::into)?;
-                new = Record::of(&made).map_err(unkept)?;
+                new = Record::of(&run(case).map_err(Into::into)?).map_err(unkept)?;
                 self.write(Some(&Line::Case(name.clone(), new.0.clone())))?;
-                self.counts.run.fetch_add(1, Relaxed);
+                self.counts[2].fetch_add(1, Relaxed);
                 &new
             }
         };
@@ -218,29 +232,21 @@ impl Cases {
         Ok(Some(read))
     }
 
-    fn write(&self, line: Option<&Line>) -> Result<(), CasesError> {
+    fn write(&self, line: Option<&Line>) -> Result<(), String> {
         let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
         journal.as_mut().map_or(Ok(()), |file| file.write(line))
     }
 
     /// Begins the file of a study that had no case to run.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn finish(&self) -> Result<(), CasesError> {
+    pub fn finish(&self) -> Result<(), String> {
         self.write(None)
     }
 
     /// Counts of the cases, in a line.
-    #[must_use]
     pub fn told(&self) -> String {
-        let [all, own, run] = [&self.counts.all, &self.counts.own, &self.counts.run];
-        let [all, own, run] = [all, own, run].map(|count| count.load(Relaxed));
-        let shard = self.shard;
-        format!(
-            "shard {shard}: {own} of {all} cases, {run} run now, {} known",
-            own - run
-        )
+        let [all, own, run] = self.counts.each_ref().map(|count| count.load(Relaxed));
+        let (shard, known) = (self.shard, own - run);
+        format!("shard {shard}: {own} of {all} cases, {run} run now, {known} known")
     }
 }
 
@@ -250,27 +256,18 @@ pub struct Records<T>(Vec<Option<T>>);
 
 impl<T> Records<T> {
     /// All of them, in the order of the cases.
-    ///
-    /// # Errors
-    /// [`CasesError::Elsewhere`] where some are those of other shards.
-    pub fn all(self) -> Result<Vec<T>, CasesError> {
+    pub fn all(self) -> Result<Vec<T>, Elsewhere> {
         let all: Option<Vec<T>> = self.0.into_iter().collect();
-        all.ok_or(CasesError::Elsewhere)
+        all.ok_or(Elsewhere)
     }
 
     /// Record of a case.
-    ///
-    /// # Errors
-    /// [`CasesError::Elsewhere`] where it is of another shard.
-    pub fn of(&self, case: usize) -> Result<&T, CasesError> {
-        self.0[case].as_ref().ok_or(CasesError::Elsewhere)
+    pub fn of(&self, case: usize) -> Result<&T, Elsewhere> {
+        self.0[case].as_ref().ok_or(Elsewhere)
     }
 }
 
 /// Value shared by the stages of a case; the first stage to need it makes it.
-///
-/// # Errors
-/// Errors of `make`.
 pub fn shared<T, E>(place: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
     match place.get() {
         Some(made) => Ok(made),

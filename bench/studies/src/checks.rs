@@ -2,13 +2,13 @@
 
 use crate::study::{Found, Reporter, data};
 use indicatif::ProgressBar;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt::Write;
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::settings::set;
 use taut_output::table;
 
-/// An experiment that ends in checks.
 #[derive(Debug, Clone, Copy)]
 pub struct Experiment {
     /// Its name on the command line, and of its files.
@@ -35,9 +35,6 @@ impl Measured for Experiment {
 
 impl Experiment {
     /// As [`Measured::outcome`].
-    ///
-    /// # Errors
-    /// As the experiment's own function.
     pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
         Measured::outcome(self, quick, progress)
     }
@@ -51,15 +48,9 @@ pub trait Measured: Copy + Sync {
     fn title(&self) -> &'static str;
 
     /// Runs it, whole or quick.
-    ///
-    /// # Errors
-    /// Any that is no result.
     fn run(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError>;
 
     /// Runs it, whole or quick. An experiment that comes to no check at all has failed.
-    ///
-    /// # Errors
-    /// As [`Measured::run`].
     fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
         let mut outcome = self.run(quick, progress)?;
         if outcome.checks.is_empty() {
@@ -69,6 +60,17 @@ pub trait Measured: Copy + Sync {
         }
         Ok(outcome)
     }
+}
+
+/// Runs tasks in parallel; `progress` advances once for each.
+pub(crate) fn each<T: Sync, R: Send, E: Send>(
+    tasks: &[T],
+    progress: &ProgressBar,
+    run: impl Fn(&T) -> Result<R, E> + Sync,
+) -> Result<Vec<R>, E> {
+    progress.set_length(tasks.len() as u64);
+    let run = |task| run(task).inspect(|_| progress.inc(1));
+    tasks.par_iter().with_max_len(1).map(run).collect()
 }
 
 /// Experiments that are told together.
@@ -89,7 +91,6 @@ struct Row {
     check: Check,
 }
 
-/// Outcome of an experiment that ended in an error.
 fn failed(e: &ExperimentError) -> Outcome {
     let ended = Check::claim(
         "the case itself",

@@ -1,13 +1,8 @@
 //! Conservation by the schemes: the swing of a load over a minute, the energy over a million steps,
 //! the angular momentum of a free cable.
 
-use crate::cases::Cases;
-use crate::motions::{self, fixed, scientific};
-use crate::options::{Quick, pick};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
+use crate::study::question::*;
 use nalgebra::{Matrix4, UnitQuaternion, Vector3, Vector4};
-use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions};
@@ -15,13 +10,6 @@ use taut_model::{
     Bodies, Body, Constraint, Cosserat, Frame, HoistParams, RowLaw, Scene, Spherical, Stiffness,
     hanging_axes,
 };
-use taut_output::check::ExperimentError;
-use taut_output::notation::number;
-use taut_output::plan::{PLAIN, Plan, error, linear, positive};
-use taut_output::plot::Mark;
-use taut_output::row::{Row, number_of};
-use taut_output::settings::{list, numbers, seconds, set, step};
-use taut_output::sheet::{self, Column, Sheet, Show, column};
 
 /// `taut study energy`.
 pub(crate) const STUDY: Study = Study {
@@ -30,8 +18,8 @@ pub(crate) const STUDY: Study = Study {
     about: "Swing amplitude over a minute, energy over a million steps, angular momentum of a free cable",
     examples: &["--quick"],
     mark: ("bands", "first_band"),
-    options: Quick::augment_args,
-    run: |matches, reporter| study(Quick::from_arg_matches(matches)?.quick, reporter.cases),
+    takes: &["quick"],
+    run: |matches, reporter| study(Asked::read(matches).quick, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -97,7 +85,6 @@ pub struct Config {
 
 impl Config {
     /// The whole sweep; quick one ratio, six segments, 20 000 steps.
-    #[must_use]
     pub fn new(quick: bool) -> Self {
         let third = Scheme::default();
         let mut bands = vec![
@@ -136,9 +123,6 @@ enum Task {
 }
 
 /// Runs the three experiments, in parallel, each run a case: lists of rows.
-///
-/// # Errors
-/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     // The longest runs come first.
     let mut tasks: Vec<Task> = config.bands.iter().copied().map(Task::Band).collect();
@@ -246,7 +230,6 @@ pub struct Pendulum {
 /// The pendulum's motion in a swing sampled every `dt` (s): that of the sinusoid which fits two periods
 /// from time `from` (s) on best, frequency included, so that the cable's own modes do not count. `rate` (rad/s) is a first
 /// guess of its frequency. `None` where there are not enough samples. Sample i belongs to the time (i + 1) `dt`.
-#[must_use]
 pub fn pendulum(x: &[f64], dt: f64, from: f64, rate: f64) -> Option<Pendulum> {
     let first = ((from / dt).round() as usize).saturating_sub(1);
     let count = (2.0 * TAU / (rate * dt)).round() as usize;
@@ -538,7 +521,6 @@ fn change(row: &Row) -> String {
 }
 
 /// The three tables, each below what it holds.
-#[must_use]
 pub fn text_tables(data: &Value, config: &Config) -> String {
     let [early, late] = MOMENTS;
     let [swings, bands, spins] = [0, 1, 2].map(|i| SHEETS[i].text(data));

@@ -33,14 +33,9 @@ mod leapfrog;
 mod ours;
 mod search;
 
-use crate::cases::Cases;
-use crate::motions::{fixed, joined, scientific};
-use crate::options::{Quick, Ratios, Segments, Time, pick};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
+use crate::study::question::*;
 use nalgebra::Vector3;
 use search::{Outcome, frames};
-use serde_json::{Value, json};
 use std::fmt::Write;
 use taut_ground::engine::grounded::{self, Kind, Known, Places};
 use taut_ground::engine::motion::{self, Converged, FRAME, Motion};
@@ -48,13 +43,6 @@ use taut_ground::engine::{Engine, Frame, Setting};
 use taut_ground::trajectory::steps_in;
 use taut_integrator::StepError;
 use taut_model::HoistParams;
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::plot::Mark;
-use taut_output::row::{Row, is, number_of, rows_of, text_of};
-use taut_output::settings::{counts, numbers, seconds, set, step};
-use taut_output::sheet::{self, Column, Sheet, Show, column};
-use taut_output::table::{nanoseconds, ratio};
 
 /// `taut study engines`.
 pub(crate) const STUDY: Study = Study {
@@ -65,31 +53,19 @@ pub(crate) const STUDY: Study = Study {
     details: "`--segments`, `--ratios` and `--time` are those of the hoist; the scenes on the ground are always the same.",
     examples: &["--quick --segments 4 --ratios 10"],
     mark: ("records", "over_ours"),
-    options: Options::augment_args,
-    run: |matches, reporter| study(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "time", "quick"],
+    run: |matches, reporter| study(&Asked::read(matches), reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
-#[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    time: Time,
-    #[command(flatten)]
-    quick: Quick,
-}
-
-fn study(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = Config::new(options.quick.quick);
-    options.segments.replace(&mut config.segments);
-    options.ratios.replace(&mut config.ratios)?;
+fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = Config::new(asked.quick);
+    asked.segments(&mut config.segments);
+    asked.ratios(&mut config.ratios)?;
     let needs = "it must be at least one frame of 1/60 s";
-    options.time.replace(&mut config.time, FRAME, 1, needs)?;
+    asked.time(&mut config.time, FRAME, 1, needs)?;
     let rows = run(&config, cases)?;
     Ok(Found {
         settings: set([

@@ -4,23 +4,14 @@
 //! last step, the largest so far. A run whose load is more than a tenth of its way from the finer one is *chaotic*, or coarser
 //! than its motion: no estimate is asked of it but to say so.
 
-use crate::cases::Cases;
-use crate::motions::{self, fixed, scientific};
-use crate::options::{Quick, pick};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
+use crate::study::question::*;
 use nalgebra::Vector3;
-use serde_json::{Value, json};
 use std::fmt::Write;
 use std::time::Instant;
 use taut_ground::inputs::Inputs;
 use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{ErrorEstimate, StepOptions, Stepper};
 use taut_model::{SceneError, SceneSource};
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, Plan, error, positive};
-use taut_output::settings::{counts, seconds, set};
-use taut_output::sheet::{self, Sheet, column};
 
 /// `taut study estimate`.
 pub(crate) const STUDY: Study = Study {
@@ -29,8 +20,8 @@ pub(crate) const STUDY: Study = Study {
     about: "The estimate of the load's error against the error, and what it costs",
     examples: &["--quick"],
     mark: ("estimates", "of_error"),
-    options: Quick::augment_args,
-    run: |matches, reporter| study(Quick::from_arg_matches(matches)?.quick, reporter.cases),
+    takes: &["quick"],
+    run: |matches, reporter| study(Asked::read(matches).quick, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

@@ -49,7 +49,6 @@ pub enum Case {
 }
 
 impl Case {
-    #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::Coded(case) => case.name,
@@ -58,9 +57,6 @@ impl Case {
     }
 
     /// Its scenes at their beginnings, on which the solvers' claims are audited.
-    ///
-    /// # Errors
-    /// Those of a scene that cannot be built.
     pub fn scenes(&self) -> Result<Vec<Scene>, ExperimentError> {
         match self {
             Self::Coded(case) => (case.scenes)(),
@@ -136,9 +132,6 @@ impl fmt::Display for UnknownCase {
 impl std::error::Error for UnknownCase {}
 
 /// The case with that name, in upper or lower case.
-///
-/// # Errors
-/// [`UnknownCase`], which lists the names that there are.
 pub fn named(name: &str) -> Result<Case, UnknownCase> {
     let found = cases().find(|c| c.name().eq_ignore_ascii_case(name));
     found.ok_or_else(|| UnknownCase {
@@ -147,7 +140,6 @@ pub fn named(name: &str) -> Result<Case, UnknownCase> {
 }
 
 /// Every solver compiled in, the iterative ones with iterations enough to converge to rounding on small scenes.
-#[must_use]
 pub fn solvers() -> Vec<Choice> {
     let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
     let patient = compiled.map(|choice| Choice {
@@ -210,7 +202,6 @@ pub(crate) fn at(dt: f64) -> StepOptions {
 
 /// The checks of several solvers on one thing, `case`: those that pass the same bar, or in the same words, share a row
 /// with the largest of their errors, the others have one each.
-#[must_use]
 pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
     // A passed check with a number and a bar, or one in words, which have to be the same.
     let way = |c: &Check| match (c.verdict, c.error) {

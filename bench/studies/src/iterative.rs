@@ -22,13 +22,11 @@
 
 mod table;
 
-use crate::cases::Cases;
-use crate::options::{Backends, Quick, Ratios, Segments, count};
+use crate::options::count;
 use crate::scenes;
-use crate::study::{self, Found, Study, data};
+use crate::study::question::*;
 use crate::systems::turns::{self, Work};
 use crate::systems::{Fewest, Start, State, Told, at_rung, entrants, grid};
-use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use table::{SHEETS, conclusions};
@@ -36,9 +34,6 @@ use taut_ground::choice::{Choice, Omission};
 use taut_ground::reference::reference_choice;
 use taut_integrator::{Phase, StepError, StepOptions};
 use taut_model::{HoistParams, Network, Scene};
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::settings::{Setting, counts, list, numbers, set, solvers, step};
 
 /// Steps from the start to the state of a case.
 pub const WARM_UP: usize = 30;
@@ -54,7 +49,6 @@ pub struct Config {
     pub ratios: Vec<f64>,
     /// Networks with their sizes, at their own mass ratio.
     pub networks: Vec<(Network, usize)>,
-    /// Iterative solvers.
     pub choices: Vec<Choice>,
     /// Errors to be reached, descending.
     pub targets: Vec<f64>,
@@ -66,39 +60,24 @@ pub struct Config {
     pub dt: f64,
 }
 
-impl Default for Config {
+impl Config {
     /// 24, 100 and 1000 segments at ratios 1, 10³, 10⁵; a ladder of four cables and a net of 8×8; errors of 10⁻², 10⁻⁴
-    /// and 10⁻⁸ within 1000 iterations.
-    fn default() -> Self {
+    /// and 10⁻⁸ within 1000 iterations. Quick short cables and small networks.
+    pub fn new(quick: bool) -> Self {
+        let [cables, nodes] = pick(quick, [[4, 8], [2, 4]]);
         Self {
-            segments: vec![24, 100, 1000],
+            segments: pick(quick, [vec![24, 100, 1000], vec![24]]),
             ratios: vec![1.0, 1e3, 1e5],
-            networks: vec![(Network::Ladder, 4), (Network::Net, 8)],
+            networks: vec![(Network::Ladder, cables), (Network::Net, nodes)],
             choices: choices(),
             targets: vec![1e-2, 1e-4, 1e-8],
-            limit: 1000,
-            timing_budget: Duration::from_millis(10),
+            limit: pick(quick, [1000, 100]),
+            timing_budget: Duration::from_millis(pick(quick, [10, 1])),
             dt: 1.0 / 60.0,
         }
     }
 }
 
-impl Config {
-    /// Short cables and small networks.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self {
-            segments: vec![24],
-            networks: vec![(Network::Ladder, 2), (Network::Net, 4)],
-            limit: 100,
-            timing_budget: Duration::from_millis(1),
-            ..Self::default()
-        }
-    }
-}
-
-/// Every iterative solver.
-#[must_use]
 pub fn choices() -> Vec<Choice> {
     let all = Choice::all().into_iter();
     all.filter(|choice| choice.backend.is_iterative()).collect()
@@ -115,7 +94,6 @@ const PHASES: [Phase; 4] = [
 /// One row: a solver, a start and an error to reach on a case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the scene.
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,
@@ -145,7 +123,6 @@ pub struct Record {
 
 impl Record {
     /// Time of the direct solver over this one's: above 1 it wins.
-    #[must_use]
     pub fn gain(&self) -> Option<f64> {
         Some(self.direct_ns? / self.ns?)
     }
@@ -311,9 +288,6 @@ enum Subject {
 }
 
 /// Runs all cases, one after the other, since their times are measured.
-///
-/// # Errors
-/// A scene that cannot be built, the direct solver's failure; an iterative solver's own is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let (choices, omissions) = entrants(&config.choices, 0, |_| 0);
     let hoists = grid(&config.segments, &config.ratios).into_iter();
@@ -340,26 +314,22 @@ pub(crate) const STUDY: Study = Study {
     about: "Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver",
     examples: &["--quick --backends cg:group"],
     mark: ("", "target"),
-    options: Options::augment_args,
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "backends", "iterations", "quick"],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let limit = Own::from_arg_matches(matches)?.iterations;
+        ask(&Asked::read(matches), limit, reporter.cases)
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
+struct Own {
     /// Most iterations tried
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<usize>,
-    #[command(flatten)]
-    quick: Quick,
 }
 
 const LEGEND: &str = "\
@@ -368,8 +338,8 @@ pieces to the multipliers (assembly, factorisation, solve), × the direct solver
 row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
 reached; guess: the step before is as near as that";
 
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let config = config(options)?;
+fn ask(asked: &Asked, limit: Option<usize>, cases: &Cases) -> Result<Found, ExperimentError> {
+    let config = config(asked, limit)?;
     let results = run(&config, cases)?;
     let told = Told {
         settings: settings(&config),
@@ -387,28 +357,30 @@ fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     Ok(told.into())
 }
 
-fn config(options: &Options) -> Result<Config, ExperimentError> {
-    let mut config = options.quick.of(Config::quick);
-    if !options.segments.segments.is_empty() || !options.ratios.ratios.is_empty() {
+fn config(asked: &Asked, limit: Option<usize>) -> Result<Config, ExperimentError> {
+    let mut config = Config::new(asked.quick);
+    if !asked.segments.is_empty() || !asked.ratios.is_empty() {
         // Both are the hoist's.
         config.networks.clear();
     }
-    options.segments.replace(&mut config.segments);
-    options.ratios.replace(&mut config.ratios)?;
-    options.backends.replace(&mut config.choices)?;
+    asked.segments(&mut config.segments);
+    asked.ratios(&mut config.ratios)?;
+    if !asked.backends.is_empty() {
+        config.choices = asked.choices()?;
+    }
     if let Some(direct) = config.choices.iter().find(|c| !c.backend.is_iterative()) {
         return Err(format!(
             "`--backends {direct}`: `taut study iterative` takes iterative solvers, gauss-seidel, cg and minres"
         )
         .into());
     }
-    if let Some(name) = options.backends.backends.iter().find(|b| b.contains('=')) {
+    if let Some(name) = asked.backends.iter().find(|b| b.contains('=')) {
         return Err(format!(
             "`{name}`: the study looks for the iterations itself, without a tolerance; use `--iterations`"
         )
         .into());
     }
-    config.limit = options.iterations.unwrap_or(config.limit);
+    config.limit = limit.unwrap_or(config.limit);
     if config.limit == 0 {
         return Err("`--iterations` is 0: it must be at least 1".into());
     }
@@ -451,7 +423,7 @@ mod tests {
             networks: vec![(Network::Ladder, 2)],
             limit: 60,
             timing_budget: Duration::ZERO,
-            ..Config::default()
+            ..Config::new(false)
         }
     }
 

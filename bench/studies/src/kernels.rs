@@ -18,29 +18,19 @@ mod rival;
 pub use case::{Case, Joint, System};
 pub use rival::{Rival, Use};
 
-use crate::cases::Cases;
-use crate::options::{Quick, Ratios, Segments};
-use crate::study::{self, Found, Study, data};
+use crate::study::question::*;
 use crate::systems::{Told, add_omissions, grid, taking_part, turns};
-use clap::{Args, FromArgMatches};
 use rival::{Errors, work};
 use serde::Serialize;
-use serde_json::{Value, json};
 use std::time::Duration;
 use taut_ground::choice::Omission;
 use taut_integrator::StepError;
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::row::{Row, has_no_error, number_of};
-use taut_output::settings::{Setting, counts, list, numbers, seconds, set, step};
-use taut_output::sheet::{self, Sheet, Show, column};
 
 /// Rows beyond which the dense solver, whose cost is cubic, is left out.
 pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
@@ -52,26 +42,15 @@ pub struct Config {
     pub share: Duration,
 }
 
-impl Default for Config {
-    fn default() -> Self {
+impl Config {
+    /// Quick a twentieth of the work: 24 and 100 segments.
+    pub fn new(quick: bool) -> Self {
         Self {
-            segments: vec![24, 100, 1000, 10_000],
+            segments: pick(quick, [vec![24, 100, 1000, 10_000], vec![24, 100]]),
             ratios: vec![1e3],
             joints: Joint::ALL.to_vec(),
             rivals: Rival::all(),
-            share: Duration::from_millis(150),
-        }
-    }
-}
-
-impl Config {
-    /// A twentieth of the work: 24 and 100 segments.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self {
-            segments: vec![24, 100],
-            share: Duration::from_millis(15),
-            ..Self::default()
+            share: Duration::from_millis(pick(quick, [150, 15])),
         }
     }
 }
@@ -85,10 +64,6 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
-/// Runs all rivals on all cases, case by case.
-///
-/// # Errors
-/// A scene that cannot be built or has no reference; a rival's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut hoists = Vec::new();
     for (segments, ratio) in grid(&config.segments, &config.ratios) {
@@ -175,24 +150,22 @@ pub(crate) const STUDY: Study = Study {
     about: "Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run",
     examples: &["--backends banded,faer:llt"],
     mark: ("records", "joint_rows"),
-    options: Options::augment_args,
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "backends", "quick"],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let named = Own::from_arg_matches(matches)?.backends;
+        ask(&Asked::read(matches), &named, reporter.cases)
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
+struct Own {
     /// Solvers: a backend with options after colons, `/kkt` for the KKT form; NAME+refine, NAME+many, lapack:lower, lapack:upper
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
-    #[command(flatten)]
-    quick: Quick,
 }
 
 const LEGEND: &str = "\
@@ -202,19 +175,16 @@ error: relative error of the multipliers against the KKT system in extended prec
 matrices. +refine: with one refinement from the pieces, by the step's clock; umfpack: with its own refinement, its
 default; +many: 8 right-hand sides a factorisation, each; lapack: dpbtrf and dpbtrs, without filling the band";
 
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = options.quick.of(Config::quick);
-    options.segments.replace(&mut config.segments);
-    options.ratios.replace(&mut config.ratios)?;
-    if !options.backends.is_empty() {
-        config.rivals.clear();
-        for name in &options.backends {
+fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = Config::new(asked.quick);
+    asked.segments(&mut config.segments);
+    asked.ratios(&mut config.ratios)?;
+    if !named.is_empty() {
+        let rivals = named.iter().map(|name| {
             let rival: Rival = name.parse()?;
-            rival.check()?;
-            if !config.rivals.contains(&rival) {
-                config.rivals.push(rival);
-            }
-        }
+            rival.check().map(|()| rival).map_err(ExperimentError::from)
+        });
+        config.rivals = distinct(rivals.collect::<Result<Vec<_>, _>>()?.into_iter());
     }
     let results = run(&config, cases)?;
     let told = Told {
@@ -322,7 +292,7 @@ mod tests {
             segments: vec![7, 24],
             rivals,
             share: Duration::from_millis(1),
-            ..Config::default()
+            ..Config::new(false)
         }
     }
 

@@ -56,7 +56,6 @@ pub struct Config {
     pub scene: HoistParams,
     /// Other scenes, in place of the hoist where there are any.
     pub own: Vec<OwnScene>,
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
@@ -99,7 +98,6 @@ impl Default for Config {
 
 impl Config {
     /// A tenth of the work: for CI and a first look.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             scene: HoistParams {
@@ -146,7 +144,6 @@ pub struct Results {
 /// Facts common to the rows of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneNote {
-    /// Its name.
     pub scene: String,
     /// Segments of the hoist's cable; none of another scene.
     pub segments: Option<usize>,

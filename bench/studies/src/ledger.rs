@@ -49,7 +49,6 @@ const PATIENCE: (f64, f64) = (20.0, 1.0);
 #[derive(Debug, Clone)]
 pub struct Setup {
     pub source: SceneSource,
-    /// How it is stepped.
     pub options: StepOptions,
 }
 
@@ -310,9 +309,6 @@ impl Measures<'_> {
 }
 
 /// The whole ledger; `progress` moves on with each run.
-///
-/// # Errors
-/// A whole or finest scene that does not run to its end, or without a load that forces move.
 pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, ExperimentError> {
     let whole = &question.whole;
     let changes = change::all(whole);

@@ -30,23 +30,14 @@
 //! up to 10¹⁰ times their inertia about it, and M̃⁻¹ is as inexact: with Δv corrected once, r₁ of a bent cable of 100
 //! segments was 7·10⁻¹² at 10⁹, corrected twice it is 10⁻¹⁵.
 
-use crate::cases::Cases;
-use crate::options::{Backends, Quick, Ratios, Segments, choice};
-use crate::study::{self, Found, Study, data};
+use crate::options::choice;
+use crate::study::question::*;
 use crate::systems::{Start, State, Told, add_omissions, entrants};
-use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::poses::{self, Pose};
 use taut_integrator::{StepError, StepOptions};
 use taut_model::{HoistParams, SceneError};
-use taut_output::check::ExperimentError;
-use taut_output::notation::number;
-use taut_output::plan::{PLAIN, Plan, error, positive};
-use taut_output::row::{Row, has_no_error, number_of, text_of};
-use taut_output::settings::{Setting, counts, list, numbers, set, solvers, step};
-use taut_output::sheet::{self, Across, Sheet, Show, column};
-use taut_output::table::ratio;
 
 /// Largest relative error of the multipliers for a direct solver with one refinement.
 pub const BAR: f64 = 1e-12;
@@ -59,7 +50,6 @@ const DENSE_ROWS: usize = 200;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment, ascending.
     pub ratios: Vec<f64>,
@@ -75,7 +65,6 @@ pub struct Config {
 }
 
 /// The choice with 1000 iterations for each of its solves, where it iterates.
-#[must_use]
 pub fn patient(choice: &Choice) -> Choice {
     Choice {
         backend: choice.backend.with_iterations(1000),
@@ -100,7 +89,6 @@ impl Default for Config {
 
 impl Config {
     /// A fifth of the work: 24 segments and every third ratio.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             segments: vec![24],
@@ -110,9 +98,6 @@ impl Config {
     }
 
     /// The hoist with a load of `mass_ratio` segments, its material stiff enough for it.
-    ///
-    /// # Errors
-    /// As [`HoistParams::resolve`].
     pub fn params(&self, segments: usize, mass_ratio: f64) -> Result<HoistParams, SceneError> {
         let steel = HoistParams {
             segments,
@@ -138,7 +123,6 @@ impl Config {
     }
 
     /// The solvers without rows, and why.
-    #[must_use]
     pub fn omissions(&self) -> Vec<Omission> {
         let mut omissions = Vec::new();
         for &segments in &self.segments {
@@ -224,9 +208,6 @@ fn rows(
 
 /// Solves every scene with every solver, in parallel, each scene a case. Rows are ordered by segments, pose, ratio, solver,
 /// refinements.
-///
-/// # Errors
-/// A scene that cannot be built, or one without a reference; a solver's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
     let mut scenes = Vec::new();
     for &segments in &config.segments {
@@ -254,14 +235,12 @@ pub struct Verdict {
 
 impl Verdict {
     /// True if the bar holds at all ratios up to [`BAR_RATIO`].
-    #[must_use]
     pub fn holds(&self) -> bool {
         self.worst.forward_error <= BAR
     }
 }
 
 /// The verdicts on all direct solvers with rows for one refinement and ratios up to [`BAR_RATIO`].
-#[must_use]
 pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
     let judged = |r: &&Record| r.direct && r.refinements == 1;
     let mut verdicts: Vec<Verdict> = Vec::new();
@@ -302,48 +281,28 @@ pub(crate) const STUDY: Study = Study {
     about: "Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²",
     examples: &["--segments 24"],
     mark: ("", "pose"),
-    options: Options::augment_args,
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "backends", "quick"],
+    run: |matches, reporter| ask(&Asked::read(matches), reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
-
-#[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
-    #[command(flatten)]
-    quick: Quick,
-}
 
 const LEGEND: &str = "\
 Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements, compared by
 the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
 their own, to 1e-12";
 
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = options.quick.of(Config::quick);
-    options.segments.replace(&mut config.segments);
-    options.ratios.replace(&mut config.ratios)?;
-    let named = &options.backends.backends;
-    if !named.is_empty() {
-        config.choices.clear();
-        for name in named {
-            let choice = choice(name)?;
-            let choice = if name.contains("iterations=") {
-                choice
-            } else {
-                patient(&choice)
-            };
-            if !config.choices.contains(&choice) {
-                config.choices.push(choice);
-            }
-        }
+fn ask(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = asked.form(Config::quick);
+    asked.segments(&mut config.segments);
+    asked.ratios(&mut config.ratios)?;
+    if !asked.backends.is_empty() {
+        let named = asked.backends.iter().map(|name| match choice(name)? {
+            choice if name.contains("iterations=") => Ok(choice),
+            choice => Ok::<_, Refused>(patient(&choice)),
+        });
+        config.choices = distinct(named.collect::<Result<Vec<_>, _>>()?.into_iter());
     }
     let records = run(&config, cases)?;
     let told = Told {

@@ -50,9 +50,6 @@ pub(crate) fn follow(
 }
 
 /// [`follow`] of a scene that nothing drives.
-///
-/// # Errors
-/// A scene or options that a stepper refuses.
 pub(crate) fn run(
     scene: Scene,
     options: StepOptions,

@@ -1,9 +1,11 @@
 //! Options that several experiments read, each with what it stands for and what it refuses.
 
-use clap::Args;
+use clap::{ArgMatches, Args, Command};
+use std::any::Any;
 use std::fmt;
 use taut_ground::choice::Choice;
 use taut_ground::trajectory::steps_in;
+use taut_output::settings::distinct;
 
 /// An option whose value cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,30 +23,68 @@ fn refused<T>(reason: String) -> Result<T, Refused> {
     Err(Refused(reason))
 }
 
+/// Options that several questions read; each takes some of them.
 #[derive(Debug, Clone, Default, Args)]
-pub struct Segments {
+pub struct Asked {
     /// Numbers of segments
     #[arg(long, value_delimiter = ',', value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub(crate) segments: Vec<usize>,
-}
-
-impl Segments {
-    /// The numbers given, ascending and once each, in place of others.
-    pub(crate) fn replace(&self, numbers: &mut Vec<usize>) {
-        *numbers = sorted(&self.segments, std::mem::take(numbers));
-    }
-}
-
-#[derive(Debug, Clone, Default, Args)]
-pub struct Ratios {
     /// Mass ratios load/segment
     #[arg(long, value_delimiter = ',', value_name = "R", value_parser = number, allow_negative_numbers = true)]
     pub(crate) ratios: Vec<f64>,
+    /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
+    #[arg(long, value_delimiter = ',', value_name = "B")]
+    pub(crate) backends: Vec<String>,
+    /// Limits of iterations for the iterative solvers
+    #[arg(long, value_delimiter = ',', value_name = "K", value_parser = count, allow_negative_numbers = true)]
+    iterations: Vec<usize>,
+    /// Simulated time of what is run to its end (s)
+    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    time: Option<f64>,
+    /// A tenth of the work, under 10 s
+    #[arg(long)]
+    pub(crate) quick: bool,
 }
 
-impl Ratios {
+/// Adds options by name to a command: its own, else those of [`Asked`].
+pub(crate) fn taking(command: Command, names: &[&str], own: fn(Command) -> Command) -> Command {
+    let all = Asked::augment_args(own(Command::new("all")));
+    let named = |name: &&str| all.get_arguments().find(|arg| arg.get_id() == *name);
+    let found = names.iter().filter_map(named).enumerate();
+    // The help keeps the order of the names.
+    command.args(found.map(|(k, arg)| arg.clone().display_order(k)))
+}
+
+/// The values of an option; none where a command does not take it.
+fn given<T: Any + Clone + Send + Sync>(matches: &ArgMatches, name: &str) -> Vec<T> {
+    let values = matches.try_get_many::<T>(name).ok().flatten();
+    values.into_iter().flatten().cloned().collect()
+}
+
+impl Asked {
+    pub(crate) fn read(matches: &ArgMatches) -> Self {
+        Self {
+            segments: given(matches, "segments"),
+            ratios: given(matches, "ratios"),
+            backends: given(matches, "backends"),
+            iterations: given(matches, "iterations"),
+            time: given(matches, "time").pop(),
+            quick: given::<bool>(matches, "quick") == [true],
+        }
+    }
+
+    /// The short form of an experiment where it is asked for, else the whole one.
+    pub(crate) fn form<C: Default>(&self, quick: fn() -> C) -> C {
+        if self.quick { quick() } else { C::default() }
+    }
+
+    /// The numbers given, ascending and once each, in place of others.
+    pub(crate) fn segments(&self, numbers: &mut Vec<usize>) {
+        *numbers = sorted(&self.segments, std::mem::take(numbers));
+    }
+
     /// The ratios given, ascending and once each, in place of others.
-    pub(crate) fn replace(&self, ratios: &mut Vec<f64>) -> Result<(), Refused> {
+    pub(crate) fn ratios(&self, ratios: &mut Vec<f64>) -> Result<(), Refused> {
         if !self.ratios.is_empty() {
             ratios.clone_from(&self.ratios);
         }
@@ -53,91 +93,39 @@ impl Ratios {
         ratios.dedup();
         Ok(())
     }
-}
 
-#[derive(Debug, Clone, Default, Args)]
-pub struct Backends {
-    /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
-    #[arg(long, value_delimiter = ',', value_name = "B")]
-    pub(crate) backends: Vec<String>,
-}
-
-impl Backends {
-    /// The solvers named, once each, in place of others.
-    pub(crate) fn replace(&self, choices: &mut Vec<Choice>) -> Result<(), Refused> {
-        if self.backends.is_empty() {
-            return Ok(());
-        }
-        *choices = self.choices()?;
-        Ok(())
-    }
-
-    /// The solvers named; every solver where none is.
+    /// The solvers named, each once; every solver where none is.
     pub(crate) fn choices(&self) -> Result<Vec<Choice>, Refused> {
-        choices(&self.backends)
+        if self.backends.is_empty() {
+            return Ok(Choice::all());
+        }
+        let choices = self.backends.iter().map(|name| choice(name));
+        Ok(distinct(
+            choices.collect::<Result<Vec<_>, _>>()?.into_iter(),
+        ))
     }
 
     /// Refuses limits in names, for a study that runs iterative solvers to each of its own.
     pub(crate) fn refuse_limits(&self) -> Result<(), Refused> {
-        if let Some(name) = self.backends.iter().find(|b| b.contains("iterations=")) {
-            return refused(format!(
+        match self.backends.iter().find(|b| b.contains("iterations=")) {
+            None => Ok(()),
+            Some(name) => refused(format!(
                 "`iterations=` in `{name}` has no effect here: use `--iterations`"
-            ));
-        }
-        Ok(())
-    }
-}
-
-/// The solvers named, each once; every solver where none is.
-pub(crate) fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
-    if names.is_empty() {
-        return Ok(Choice::all());
-    }
-    let mut choices = Vec::new();
-    for name in names {
-        let choice = choice(name)?;
-        if !choices.contains(&choice) {
-            choices.push(choice);
+            )),
         }
     }
-    Ok(choices)
-}
 
-/// The solver of that name.
-pub(crate) fn choice(name: &str) -> Result<Choice, Refused> {
-    let choice: Choice = name.parse().map_err(Refused)?;
-    choice.check().map_err(|e| Refused(e.to_string()))?;
-    Ok(choice)
-}
-
-#[derive(Debug, Clone, Default, Args)]
-pub struct Iterations {
-    /// Limits of iterations for the iterative solvers
-    #[arg(long, value_delimiter = ',', value_name = "K", value_parser = count, allow_negative_numbers = true)]
-    pub(crate) iterations: Vec<usize>,
-}
-
-impl Iterations {
     /// The limits given, ascending and once each, in place of others.
-    pub(crate) fn replace(&self, limits: &mut Vec<usize>) -> Result<(), Refused> {
+    pub(crate) fn iterations(&self, limits: &mut Vec<usize>) -> Result<(), Refused> {
         *limits = sorted(&self.iterations, std::mem::take(limits));
         if limits.first() == Some(&0) {
             return refused("`--iterations` holds 0: each limit must be at least 1".to_owned());
         }
         Ok(())
     }
-}
 
-#[derive(Debug, Clone, Default, Args)]
-pub struct Time {
-    /// Simulated time of what is run to its end (s)
-    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
-    pub(crate) time: Option<f64>,
-}
-
-impl Time {
-    /// The time given in place of another, in steps of `dt`, both in seconds.
-    pub(crate) fn replace(
+    /// The time given in place of another, in at least so many steps of `dt`, both in seconds.
+    pub(crate) fn time(
         &self,
         time: &mut f64,
         dt: f64,
@@ -152,18 +140,10 @@ impl Time {
     }
 }
 
-#[derive(Debug, Clone, Copy, Default, Args)]
-pub struct Quick {
-    /// A tenth of the work, under 10 s
-    #[arg(long)]
-    pub(crate) quick: bool,
-}
-
-impl Quick {
-    /// The short form of an experiment where it is asked for, else the whole one.
-    pub(crate) fn of<C: Default>(self, quick: fn() -> C) -> C {
-        if self.quick { quick() } else { C::default() }
-    }
+pub(crate) fn choice(name: &str) -> Result<Choice, Refused> {
+    let choice: Choice = name.parse().map_err(Refused)?;
+    choice.check().map_err(|e| Refused(e.to_string()))?;
+    Ok(choice)
 }
 
 /// Of a whole and a quick value the one that is asked for.
@@ -172,9 +152,6 @@ pub(crate) fn pick<T>(quick: bool, [whole, short]: [T; 2]) -> T {
 }
 
 /// Keys with their values, of `--set KEY=VALUE`.
-///
-/// # Errors
-/// A text of another form.
 pub fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Refused> {
     let split = |t: &String| Refused(format!("`--set {t}` is not of the form KEY=VALUE"));
     texts
@@ -184,9 +161,6 @@ pub fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Refused> {
 }
 
 /// A number, or a fraction of two.
-///
-/// # Errors
-/// A text that is neither.
 pub fn number(text: &str) -> Result<f64, String> {
     let parse = |t: &str| {
         let number = t.trim().parse::<f64>();
@@ -199,9 +173,6 @@ pub fn number(text: &str) -> Result<f64, String> {
 }
 
 /// A whole number.
-///
-/// # Errors
-/// Any other text.
 pub fn count(text: &str) -> Result<usize, String> {
     let number = text.trim().parse::<usize>();
     number.map_err(|_| format!("`{text}` is no whole number from 0 on"))
@@ -220,9 +191,6 @@ pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
 }
 
 /// Fails unless every number is positive and finite.
-///
-/// # Errors
-/// The first number that is not, after `what` it is.
 pub fn require_positive(what: &str, numbers: &[f64]) -> Result<(), Refused> {
     match numbers.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
         None => Ok(()),
@@ -233,9 +201,6 @@ pub fn require_positive(what: &str, numbers: &[f64]) -> Result<(), Refused> {
 }
 
 /// The number of steps of `dt` in `time`, both in seconds.
-///
-/// # Errors
-/// Times that are not positive and finite, and more steps than a run can hold.
 pub fn steps(time: f64, dt: f64) -> Result<usize, Refused> {
     const MOST: f64 = 1e7;
     require_positive("`--time`", &[time])?;

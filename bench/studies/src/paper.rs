@@ -99,10 +99,6 @@ pub const EXPERIMENTS: [Experiment; 15] = [
     },
 ];
 
-/// The experiment with that name.
-///
-/// # Errors
-/// A name of none; the names that there are.
 pub fn named(name: &str) -> Result<Experiment, String> {
     let found = EXPERIMENTS.into_iter().find(|e| e.name == name);
     let names = || EXPERIMENTS.map(|e| e.name).join(", ");

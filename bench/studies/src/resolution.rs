@@ -6,14 +6,10 @@
 //! hundredth, and whip. Where each load was is compared with a run in `FINE` segments: what is told is the error of the
 //! segments alone, the largest over the run, the median of all cables and the worst.
 
-use crate::cases::Cases;
 use crate::hard::at;
 use crate::motions::{self, fixed, scientific};
-use crate::options::{Quick, pick};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
+use crate::study::question::*;
 use nalgebra::Vector3;
-use serde_json::{Value, json};
 use std::fmt::Write;
 use std::time::Instant;
 use taut_ground::inputs::Inputs;
@@ -22,11 +18,6 @@ use taut_model::scene::resolution::Resolution;
 use taut_model::{
     Body, Cable, CableEnd, Damping, Frame, Material, Motion, Scene, SceneError, Segments, Side,
 };
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, Plan, error, positive};
-use taut_output::row::{Row, is, number_of, rows_of, text_of};
-use taut_output::settings::{seconds, set};
-use taut_output::sheet::{self, Sheet, column};
 
 /// `taut study resolution`.
 pub(crate) const STUDY: Study = Study {
@@ -35,8 +26,8 @@ pub(crate) const STUDY: Study = Study {
     about: "Cables that merge and split their segments by rule against fixed ones: speed and error",
     examples: &["--quick"],
     mark: ("", "longest_ns"),
-    options: Quick::augment_args,
-    run: |matches, reporter| study(Quick::from_arg_matches(matches)?.quick, reporter.cases),
+    takes: &["quick"],
+    run: |matches, reporter| study(Asked::read(matches).quick, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -105,7 +96,6 @@ fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// The scene with cables that are cut in that way.
 fn scene(name: &str, cables: usize, cut: Cut) -> Result<Scene, SceneError> {
     let mut scene = Scene::new(name);
     scene.gravity.z = -9.81;

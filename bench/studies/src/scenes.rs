@@ -17,19 +17,17 @@ pub(crate) use study::STUDY;
 pub use taut_ground::reference::reference_choice;
 
 use crate::cases::{Cases, shared};
+use crate::study::question::*;
 use crate::systems::turns::{self, Time, Work};
 use crate::systems::{Start, add_omissions, at_rung, entrants, rungs};
 use measure::{Case, Task};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_integrator::{Elimination, StepError};
 use taut_model::{Network, NetworkParams};
-use taut_output::check::ExperimentError;
-use taut_output::settings::distinct;
 use taut_solver::{Backend, SolveReport};
 
 /// Largest relative error of the multipliers and of the load's place, for a direct solver with
@@ -56,7 +54,6 @@ const LADDER_SEGMENTS: usize = 12;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Scenes with their sizes.
     pub sizes: Vec<(Network, Vec<usize>)>,
     /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
@@ -94,7 +91,6 @@ impl Default for Config {
 
 impl Config {
     /// Two small sizes of each scene.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             sizes: vec![
@@ -112,7 +108,6 @@ impl Config {
 
     /// The scenes with those names only, in that order, all of them where none is named; with `sizes` in place of
     /// their own where there are some.
-    #[must_use]
     pub fn with(mut self, networks: &[Network], sizes: &[usize]) -> Self {
         if !networks.is_empty() {
             let of = |n: &Network| self.sizes.iter().find(|(own, _)| own == n).cloned();
@@ -127,7 +122,6 @@ impl Config {
     }
 
     /// The parameters of a case.
-    #[must_use]
     pub fn params(&self, network: Network, size: usize, mass_ratio: f64) -> NetworkParams {
         let mut params = NetworkParams {
             mass_ratio,
@@ -146,13 +140,11 @@ impl Config {
 /// One row: a solver on a case. A number that is not known is none.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the scene.
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Bodies of the scene.
     pub bodies: usize,
     /// Rows of its constraints.
     pub rows: usize,
@@ -212,9 +204,6 @@ pub struct Results {
 }
 
 /// Runs it. A network of a size and a mass ratio is a case, with all its rows.
-///
-/// # Errors
-/// A scene that cannot be built or has no equilibrium, a reference run that fails; a solver's own failure is a row.
 pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut wanted = Vec::new();
     for (network, sizes) in &config.sizes {

@@ -4,33 +4,21 @@
 //! pattern once and factorises the matrix of every step; an iteration starts from its solution of the step before. The
 //! whole is done three times, from a cold start each: times are the least of the passes, errors the same in all.
 
-use crate::cases::Cases;
-use crate::options::{Backends, Iterations};
-use crate::study::{self, Found, Study};
+use crate::study::question::*;
 use crate::systems::{Told, at_rung, entrants, rungs};
-use clap::{Args, FromArgMatches};
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
 use taut_ground::matrix::sequence::{self, FORMS, INDEX, Sequence, Stretch, Systems};
 use taut_ground::trajectory::Timing;
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, linear, positive};
-use taut_output::plot::Mark;
-use taut_output::row::{has_ended, has_no_error, iterations};
-use taut_output::settings::{counts, set, solvers};
-use taut_output::sheet::{self, Sheet, Show, column};
 use taut_solver::{SolveError, backward_error, forward_error};
 
-/// Passes through the sequence.
 const PASSES: usize = 3;
 
 /// Rows beyond which the dense solver is left out unless it is asked for.
 const DENSE_ROWS: usize = 300;
 
-/// The systems that a solver is given.
 fn systems<'a>(stretch: &'a Stretch, choice: &Choice) -> &'a Systems {
     let form = FORMS.iter().position(|form| *form == choice.form);
     &stretch.systems[form.unwrap_or_default()]
@@ -160,7 +148,8 @@ pub(crate) const STUDY: Study = Study {
     details: "The folder is one that `taut dump SCENE --steps A..B --out DIR` wrote: sequence.csv has a line a step with its number, its time and the number N of its pattern; FORM_N.mtx, of the forms schur and kkt, is the matrix of the first step of a pattern; FORM_N_values.mtx, FORM_N_rhs.mtx and FORM_N_exact.mtx are arrays with a column a step: the values of all entries in the order of FORM_N.mtx, right-hand sides, and exact solutions, which the study finds itself where they are not there.",
     examples: &["target/sequence --backends banded,cg:group,umfpack/kkt"],
     mark: ("records", "solve_ns_by_step"),
-    options: Options::augment_args,
+    takes: &["folder", "backends", "iterations"],
+    options: Own::augment_args,
     reads: |matches| {
         let folder = matches.get_one::<PathBuf>("folder");
         folder
@@ -168,21 +157,20 @@ pub(crate) const STUDY: Study = Study {
             .into_iter()
             .collect()
     },
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    run: |matches, reporter| {
+        let folder = Own::from_arg_matches(matches)?.folder;
+        ask(&Asked::read(matches), &folder, reporter.cases)
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
+struct Own {
     /// Folder of the sequence
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    #[command(flatten)]
-    backends: Backends,
-    #[command(flatten)]
-    iterations: Iterations,
 }
 
 const LEGEND: &str = "\
@@ -192,19 +180,19 @@ error of x in the largest norm; errors are the largest of all steps";
 
 /// Runs all solvers through a sequence, one after the other. What is not known of the exact solutions is found before the
 /// first.
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    options.backends.refuse_limits()?;
-    let choices = options.backends.choices()?;
+fn ask(asked: &Asked, folder: &Path, cases: &Cases) -> Result<Found, ExperimentError> {
+    asked.refuse_limits()?;
+    let choices = asked.choices()?;
     let mut limits = vec![10, 100];
-    options.iterations.replace(&mut limits)?;
-    let mut sequence = sequence::read(&options.folder)?;
+    asked.iterations(&mut limits)?;
+    let mut sequence = sequence::read(folder)?;
     let (steps, patterns) = (sequence.len(), sequence.stretches.len());
     let rows = |choice: &Choice| {
         let stretches = sequence.stretches.iter();
         let rows = stretches.map(|stretch| systems(stretch, choice).first().dim());
         rows.max().unwrap_or(0)
     };
-    let is_named = !options.backends.backends.is_empty();
+    let is_named = !asked.backends.is_empty();
     let most_dense = if is_named { usize::MAX } else { DENSE_ROWS };
     let (present, omissions) = entrants(&choices, most_dense, rows);
     let tasks: Vec<(Choice, usize)> = present
@@ -223,7 +211,7 @@ fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
         }
         Ok::<_, ExperimentError>(row(&sequence, choice, *limit))
     })?;
-    let folder = options.folder.display();
+    let folder = folder.display();
     let told = Told {
         settings: set([
             ("sequence", folder.to_string()),

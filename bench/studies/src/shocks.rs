@@ -19,22 +19,12 @@
 mod run;
 mod scene;
 
-use crate::cases::Cases;
-use crate::motions::{self, fixed, joined, scientific};
-use crate::options::{Quick, Ratios, Time, pick};
-use crate::study::{self, Found, Study, data};
-use clap::{Args, FromArgMatches};
+use crate::study::question::*;
 use rayon::prelude::*;
 use run::{Run, initial_energy, measure, times};
 use scene::{FRAME, SEGMENTS, Shock, scene};
-use serde_json::{Value, json};
 use taut_ground::cache;
 use taut_integrator::{Guard, Scheme, StepError, StepOptions};
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, Plan, error, positive};
-use taut_output::row::{Row, is, number_of, rows_of, text_of};
-use taut_output::settings::{counts, list, numbers, seconds, set, step};
-use taut_output::sheet::{self, Column, Sheet, Show, column};
 use taut_solver::Backend;
 
 /// `taut study shocks`.
@@ -44,28 +34,18 @@ pub(crate) const STUDY: Study = Study {
     about: "Kicks, jerks and drops: what survives them, how well, at what cost",
     examples: &["--quick --ratios 100 --time 1"],
     mark: ("outcomes", "excess_gap"),
-    options: Options::augment_args,
-    run: |matches, reporter| study(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["ratios", "time", "quick"],
+    run: |matches, reporter| study(&Asked::read(matches), reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
-#[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    time: Time,
-    #[command(flatten)]
-    quick: Quick,
-}
-
-fn study(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = Config::new(options.quick.quick);
-    options.ratios.replace(&mut config.ratios)?;
+fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = Config::new(asked.quick);
+    asked.ratios(&mut config.ratios)?;
     let needs = "the shocks need at least 1 s";
-    options.time.replace(&mut config.time, FRAME, 60, needs)?;
+    asked.time(&mut config.time, FRAME, 60, needs)?;
     let rows = run(&config, cases)?;
     Ok(Found {
         settings: set([
@@ -128,7 +108,6 @@ impl Config {
     }
 }
 
-/// Options of the step under a name.
 type Setting = (&'static str, StepOptions);
 
 /// A change of the guard under a name.
@@ -207,7 +186,6 @@ fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     Ok(json!({ "time": config.time, "fineness": config.fineness, "outcomes": outcomes }))
 }
 
-/// Outcomes of a shock for all settings.
 fn outcomes(config: &Config, case: Case) -> Result<Vec<Value>, ExperimentError> {
     let [coarser, finer] = config.fineness;
     let fine_run = |substeps| fine_run(config.time, case, substeps);

@@ -7,22 +7,11 @@
 //! beyond the widest gap of the hanging cable, and no body turns by more than π/4 in a step
 //! ([`taut_ground::trajectory::simulate`]).
 
-use crate::cases::Cases;
-use crate::motions::{self, fixed};
-use crate::options::{Quick, Time, pick};
-use crate::study::{self, Found, Study};
-use clap::{Args, FromArgMatches};
-use serde_json::{Value, json};
+use crate::study::question::*;
 use std::f64::consts::PI;
 use taut_ground::trajectory::{Failure, simulate};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, Stiffness};
-use taut_output::check::ExperimentError;
-use taut_output::notation::number;
-use taut_output::plan::{PLAIN, Plan, positive, texts};
-use taut_output::row::{Row, is, number_of, text_of};
-use taut_output::settings::{counts, distinct, numbers, seconds, set, step};
-use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 
 /// `taut study stability`.
 pub(crate) const STUDY: Study = Study {
@@ -31,25 +20,17 @@ pub(crate) const STUDY: Study = Study {
     about: "Largest stable mass ratio of schemes, stiffness, joints, segments and materials",
     examples: &["--quick"],
     mark: ("", "stable_to"),
-    options: Options::augment_args,
-    run: |matches, reporter| study(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["time", "quick"],
+    run: |matches, reporter| study(&Asked::read(matches), reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
-#[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    time: Time,
-    #[command(flatten)]
-    quick: Quick,
-}
-
-fn study(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut config = Config::new(options.quick.quick);
+fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = Config::new(asked.quick);
     let needs = "it must be at least one step";
-    options.time.replace(&mut config.time, DT, 1, needs)?;
+    asked.time(&mut config.time, DT, 1, needs)?;
     let rows = run(&config, cases)?;
     let segments = distinct(config.cases.iter().map(|c| c.segments));
     Ok(Found {
@@ -109,7 +90,6 @@ struct Case {
 }
 
 impl Case {
-    /// Name of the cable in tables.
     fn cable(&self) -> String {
         self.cable.map_or_else(
             || "hoist: 10 m, EA 2·10⁷ N, 1 kg a segment".to_owned(),
@@ -171,7 +151,6 @@ fn grid(per_decade: i32) -> Vec<f64> {
 
 impl Config {
     /// 30 s for each ratio 10^(k/4) of each cell; quick 5 s, whole decades, six segments.
-    #[must_use]
     pub fn new(quick: bool) -> Self {
         Self {
             cases: if quick { few() } else { all() },
@@ -268,7 +247,6 @@ fn planar(cable: Option<Square>, segments: usize) -> Case {
 /// ```
 ///
 /// Without bend rows (`bending` false) the last term is missing and x = 1 decides.
-#[must_use]
 pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f64 {
     let (m, l, r) = (hoist.segment_mass, hoist.segment_length, hoist.radius);
     let inertia = m * (3.0 * r * r + l * l) / 12.0;
@@ -286,9 +264,6 @@ pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f
 }
 
 /// Runs every ratio of every cell, in parallel, each a case: a row a cell.
-///
-/// # Errors
-/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
     let ratios = &config.ratios;
     let each = |case| ratios.iter().map(move |&ratio| (case, ratio));
@@ -426,7 +401,6 @@ fn largest(row: &Row) -> String {
 }
 
 /// The map, a table for each cable and number of segments, then the guard's, then the theory's.
-#[must_use]
 pub fn text_tables(data: &Value, config: &Config) -> String {
     format!(
         "Stability map: log₁₀ of the largest load/segment mass ratio up to which every ratio of the grid is stable for\n\

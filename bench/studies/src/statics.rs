@@ -4,22 +4,15 @@
 //! along z exactly, so that x and y stay zero to the last bit and the step's transverse instability at large mass
 //! ratios has nothing to grow from: what is measured here is the solver.
 
-use crate::cases::Cases;
-use crate::options::{Backends, Ratios, Refused, Segments, count};
-use crate::study::{self, Found, Study, data};
+use crate::options::count;
+use crate::study::question::*;
 use crate::systems::{Fewest, grid};
-use clap::{Args, FromArgMatches};
 use serde::{Deserialize, Serialize};
 use taut_ground::choice::Choice;
 use taut_ground::pace;
 use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
-use taut_output::check::ExperimentError;
-use taut_output::row::{Row, is, number_of};
-use taut_output::settings::{counts, numbers, set, solvers, step};
-use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
-use taut_output::table::MARK;
 use taut_solver::Status;
 
 /// Steps of [`hold`]: half a second at 60 Hz.
@@ -38,9 +31,6 @@ pub struct Held {
 
 /// The hanging scene of the given hoist: no motion, no seeds, and the damping time 2/ω that damps the bounce of the
 /// load (ω² = YA/(L M)) critically.
-///
-/// # Errors
-/// As [`HoistParams::resolve`].
 pub fn hanging(params: &HoistParams) -> Result<HoistParams, SceneError> {
     let hoist = params.resolve()?;
     let stiffness = hoist.stiffness.ea / params.length;
@@ -60,9 +50,6 @@ fn elongation(params: &HoistParams, scene: &Scene) -> f64 {
 }
 
 /// Holds the cable for [`HOLD_STEPS`] steps from its exact equilibrium, multipliers started from zero.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepError> {
     let params = hanging(params)?;
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options.clone())?;
@@ -103,9 +90,6 @@ pub struct Settled {
 }
 
 /// Releases the unstretched cable and waits for rest, at most `limit` steps.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn settle(
     params: &HoistParams,
     choice: &Choice,
@@ -167,9 +151,6 @@ pub struct Needed {
 
 /// Finds the fewest iterations a step for each level, to 2 % above 64 (the error falls with the iterations, but not
 /// strictly: the count is the smallest that is met).
-///
-/// # Errors
-/// As [`HoistParams::resolve`].
 pub fn iterations_needed(
     params: &HoistParams,
     options: &StepOptions,
@@ -247,20 +228,18 @@ pub(crate) const STUDY: Study = Study {
     details: "Unless told otherwise: 24 and 100 segments, mass ratios 1 to 10⁵, all solvers but the dense one, whose cost is cubic.",
     writes: "the rows",
     mark: ("settled", "sideways_m"),
-    options: Options::augment_args,
-    run: |matches, reporter| ask(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &["segments", "ratios", "backends", "limit"],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let limit = Own::from_arg_matches(matches)?.limit;
+        ask(&Asked::read(matches), limit, reporter.cases)
+    },
     sheets: SHEETS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
+struct Own {
     /// Most iterations tried for the iterative solvers
     #[arg(long, default_value_t = 4096, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     limit: usize,
@@ -274,15 +253,14 @@ joints; for a bent, swinging one see `taut bench`.";
 
 /// Settles the cable with every direct solver and counts the iterations of the others, in parallel; each solver on each
 /// scene is a case. The dense solver, whose cost is cubic, takes part where it is named.
-fn ask(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let is_named = !options.backends.backends.is_empty();
+fn ask(asked: &Asked, limit: usize, cases: &Cases) -> Result<Found, ExperimentError> {
+    let is_named = !asked.backends.is_empty();
     let fits = |c: &Choice| is_named || (c.check().is_ok() && c.backend.name() != "dense");
-    let mut choices = options.backends.choices()?;
+    let mut choices = asked.choices()?;
     choices.retain(fits);
     let (mut segments, mut ratios) = (vec![24, 100], vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5]);
-    options.segments.replace(&mut segments);
-    options.ratios.replace(&mut ratios)?;
-    let limit = options.limit;
+    asked.segments(&mut segments);
+    asked.ratios(&mut ratios)?;
     if limit == 0 {
         return Err(Refused("`--limit` is 0: it must be at least 1".to_owned()).into());
     }
@@ -368,12 +346,7 @@ const NEEDED: Sheet = Sheet {
 };
 
 fn start(row: &Row) -> String {
-    if is(row, "warm_start") {
-        "warm"
-    } else {
-        "cold"
-    }
-    .to_owned()
+    pick(is(row, "warm_start"), ["cold", "warm"]).to_owned()
 }
 
 fn iterations(row: &Row) -> String {

@@ -16,7 +16,6 @@ pub const BENCH: &Study = &ladder::STUDY;
 /// Branches and loops.
 pub const SCENES: &Study = &scenes::STUDY;
 
-/// Studies with a command of their own.
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
 
 /// Studies of `taut study`, in the order of its list.
@@ -37,9 +36,6 @@ pub const STUDIES: [&Study; 13] = [
 ];
 
 /// The study that `taut bench` runs: the main job, or on networks that of branches and loops, which reads the same options.
-///
-/// # Errors
-/// Networks with what their study does not read.
 pub fn main_job(matches: &ArgMatches) -> Result<&'static Study, Refused> {
     Ok(match ladder::are_networks(matches)? {
         true => SCENES,
@@ -52,13 +48,11 @@ fn all() -> impl Iterator<Item = &'static Study> {
 }
 
 /// The experiment of that name.
-#[must_use]
 pub fn named(name: &str) -> Option<&'static Study> {
     all().find(|study| study.name == name)
 }
 
 /// The experiment whose rows these are.
-#[must_use]
 pub fn of_rows(rows: &Value) -> Option<&'static Study> {
     let is = |study: &&Study| {
         let (list, column) = study.mark;

@@ -1,6 +1,7 @@
 //! An experiment as a value: its name, its options, how it runs, what its plots show.
 
 use crate::cases::Cases;
+use crate::options::taking;
 use clap::{ArgMatches, Command};
 use serde::Serialize;
 use serde_json::Value;
@@ -29,7 +30,9 @@ pub struct Study {
     /// A list of its rows and a column that no other experiment has, by which rows without a name are known. The list
     /// without a name is the data itself. No column where rows alone make no page.
     pub mark: (&'static str, &'static str),
-    /// Adds its options to a command.
+    /// Its options by name, in the order of the help: those that other experiments read too, and its own.
+    pub takes: &'static [&'static str],
+    /// Adds its own options to a command, all that it has where [`takes`](Self::takes) names none.
     pub options: fn(Command) -> Command,
     /// The files that it reads, by its options.
     pub reads: fn(&ArgMatches) -> Vec<PathBuf>,
@@ -50,6 +53,7 @@ pub const PLAIN: Study = Study {
     examples: &[],
     writes: "all rows",
     mark: ("", ""),
+    takes: &[],
     options: |command| command,
     reads: |_| Vec::new(),
     run: |_, _| Ok(Found::default()),
@@ -57,11 +61,43 @@ pub const PLAIN: Study = Study {
     plots: &[],
 };
 
+impl Study {
+    /// A command with its options.
+    pub fn command(&self, command: Command) -> Command {
+        match self.takes {
+            [] => (self.options)(command),
+            names => taking(command, names, self.options),
+        }
+    }
+}
+
+/// Names that a question is put in.
+pub(crate) mod question {
+    pub(crate) use super::{Found, Reporter, Study, data};
+    pub(crate) use crate::cases::Cases;
+    pub(crate) use crate::motions::{self, fixed, joined, scientific};
+    pub(crate) use crate::options::{Asked, Refused, pick};
+    pub(crate) use crate::study;
+    pub(crate) use clap::{Args, FromArgMatches};
+    pub(crate) use serde_json::{Value, json};
+    pub(crate) use taut_output::check::ExperimentError;
+    pub(crate) use taut_output::notation::number;
+    pub(crate) use taut_output::plan::{PLAIN, PRECISION, Plan, error, linear, positive, texts};
+    pub(crate) use taut_output::plot::Mark;
+    pub(crate) use taut_output::row::{
+        Row, has_ended, has_no_error, is, iterations, number_of, rows_of, text_of,
+    };
+    pub(crate) use taut_output::settings::{
+        ONE_REFINEMENT, Setting, counts, distinct, list, numbers, seconds, set, solvers, step,
+    };
+    pub(crate) use taut_output::sheet::{self, Across, Column, Sheet, Show, column, digits};
+    pub(crate) use taut_output::table::{self, MARK, nanoseconds, omissions, ratio};
+}
+
 /// Where a running experiment reports to.
 pub struct Reporter<'a> {
     /// Runner of the cases, with their progress.
     pub cases: &'a Cases,
-    /// The machine, as results name it.
     pub machine: String,
     /// Prints a part of the experiment's text at once.
     pub say: &'a mut dyn FnMut(&str) -> Result<(), ExperimentError>,
@@ -84,9 +120,6 @@ pub struct Found {
 }
 
 /// Rows as the data of an experiment; numbers that are not finite become null.
-///
-/// # Errors
-/// Rows that cannot be written as JSON.
 pub fn data(rows: &impl Serialize) -> Result<Value, ExperimentError> {
     Ok(serde_json::to_value(rows)?)
 }

@@ -27,7 +27,6 @@ use taut_output::table::{self, MARK};
 use taut_solver::SolveError;
 
 /// The solver with that limit of iterations, where it iterates.
-#[must_use]
 pub fn at_rung(choice: &Choice, rung: usize) -> Choice {
     Choice {
         backend: match rung {
@@ -39,14 +38,12 @@ pub fn at_rung(choice: &Choice, rung: usize) -> Choice {
 }
 
 /// All pairs of a number of segments and a mass ratio.
-#[must_use]
 pub fn grid(segments: &[usize], ratios: &[f64]) -> Vec<(usize, f64)> {
     let over_ratios = |&n: &usize| ratios.iter().map(move |&ratio| (n, ratio));
     segments.iter().flat_map(over_ratios).collect()
 }
 
 /// The limits of iterations that a solver has a row for; 0 alone where it is direct.
-#[must_use]
 pub fn rungs(choice: &Choice, limits: &[usize]) -> Vec<usize> {
     if choice.backend.is_iterative() {
         limits.to_vec()
@@ -76,7 +73,6 @@ pub(crate) fn taking_part<T: Clone>(
 
 /// The solvers that take part on systems of so many rows, and why the others do not: the dense one, whose cost is cubic,
 /// has no place beyond `most_dense` rows unless it stands alone.
-#[must_use]
 pub fn entrants(
     choices: &[Choice],
     most_dense: usize,

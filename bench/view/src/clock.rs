@@ -25,7 +25,6 @@ pub struct Clock {
 
 impl Clock {
     /// A clock whose first frame is due now.
-    #[must_use]
     pub fn start(now: Instant) -> Self {
         Self {
             due: now,
@@ -38,7 +37,6 @@ impl Clock {
     }
 
     /// When the next frame is due.
-    #[must_use]
     pub fn due(&self) -> Instant {
         self.due
     }

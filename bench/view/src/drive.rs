@@ -19,7 +19,6 @@ use taut_recording::{Observer, Recorder, observe_contacts};
 pub enum Command {
     /// Sets a control, or one of the motors and winches that follow it.
     Set {
-        /// Its name.
         control: String,
         /// The name of the joint or cable that follows it; `None` for all.
         #[serde(default)]
@@ -94,7 +93,6 @@ pub struct About {
     pub solvers: Vec<String>,
     /// See `solvers`.
     pub schemes: Vec<String>,
-    /// The layout.
     pub layout: Layout,
 }
 
@@ -125,7 +123,6 @@ pub struct Drive {
 
 /// Options that a restart may begin with, beside the stepper's own.
 struct Options {
-    /// Options of the first step.
     first: StepOptions,
     /// Options of the last step that was made; `None` until they differ from `first`.
     proven: Option<StepOptions>,
@@ -133,7 +130,6 @@ struct Options {
     next: Option<StepOptions>,
 }
 
-/// The solver of some options.
 fn chosen(options: &StepOptions) -> Choice {
     Choice {
         backend: options.backend.clone(),
@@ -179,9 +175,6 @@ impl Options {
 
 impl Drive {
     /// A run of a scene, after its first step.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`] and, for the first step, [`Stepper::step`].
     pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
         let first = options.clone();
         let (stepper, simulation, sample) = begun(&scene, options, None)?;
@@ -210,8 +203,6 @@ impl Drive {
         })
     }
 
-    /// The stepper.
-    #[must_use]
     pub fn stepper(&self) -> &Stepper {
         &self.stepper
     }
@@ -223,7 +214,6 @@ impl Drive {
     }
 
     /// The recording that has ended.
-    #[must_use]
     pub fn recorded(&self) -> Option<Bytes> {
         self.recorded.clone()
     }
@@ -266,9 +256,6 @@ impl Drive {
     }
 
     /// Obeys, or says why not; then nothing has changed.
-    ///
-    /// # Errors
-    /// The refusal, as a text for the driver.
     pub fn command(&mut self, command: Command) -> Result<(), String> {
         let text = |e: StepError| e.to_string();
         match command {
@@ -466,13 +453,11 @@ impl Drive {
     }
 
     /// Number of the layout of the last frame.
-    #[must_use]
     pub fn generation(&self) -> u32 {
         self.generation
     }
 
     /// Data for the page to draw frames of this generation.
-    #[must_use]
     pub fn about(&self) -> About {
         let scene = self.stepper.scene();
         let of = |c: usize| scene.constraint_names[c].clone();
@@ -493,7 +478,6 @@ impl Drive {
     }
 
     /// State of the run that the page shows beside frames.
-    #[must_use]
     pub fn status(&self) -> Status {
         let (options, scene) = (self.options(), self.stepper.scene());
         let values = |control: &Control| {

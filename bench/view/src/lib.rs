@@ -57,30 +57,20 @@ const STATUS: u64 = 6;
 /// Time after which a frame ends with steps still due.
 const MAX_FRAME: Duration = Duration::from_millis(100);
 
-/// Why nothing can be shown.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum ViewError {
-    /// The port cannot be taken.
-    Port(u16, io::Error),
-    /// There is no server, or no random token.
-    Server(io::Error),
+/// Why the port cannot be taken.
+fn refused(port: u16, e: &io::Error) -> io::Error {
+    let text = match e.kind() {
+        io::ErrorKind::AddrInUse => format!(
+            "port {port} is in use: give another one with `--port`, or 0 for one that is free"
+        ),
+        _ => format!("cannot listen at port {port}: {e}"),
+    };
+    io::Error::new(e.kind(), text)
 }
 
-impl fmt::Display for ViewError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Port(port, e) if e.kind() == io::ErrorKind::AddrInUse => write!(
-                f,
-                "port {port} is in use: give another one with `--port`, or 0 for one that is free"
-            ),
-            Self::Port(port, e) => write!(f, "cannot listen at port {port}: {e}"),
-            Self::Server(e) => write!(f, "cannot serve the page: {e}"),
-        }
-    }
+fn unserved(e: impl fmt::Display) -> io::Error {
+    io::Error::other(format!("cannot serve the page: {e}"))
 }
-
-impl std::error::Error for ViewError {}
 
 /// A page that is served.
 pub struct View {
@@ -92,24 +82,21 @@ pub struct View {
 
 impl View {
     /// Serves a page with this title at a port of the loopback interface, 0 for one that is free; `save` makes a file of a run.
-    ///
-    /// # Errors
-    /// [`ViewError`].
-    pub fn open(port: u16, title: &str, save: Box<Save>) -> Result<Self, ViewError> {
+    pub fn open(port: u16, title: &str, save: Box<Save>) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
-        let listener = listener.map_err(|e| ViewError::Port(port, e))?;
-        let port = listener.local_addr().map_err(ViewError::Server)?.port();
+        let listener = listener.map_err(|e| refused(port, &e))?;
+        let port = listener.local_addr().map_err(unserved)?.port();
         let mut token = [0; 16];
-        getrandom::fill(&mut token).map_err(|e| ViewError::Server(io::Error::other(e)))?;
+        getrandom::fill(&mut token).map_err(unserved)?;
         let token: String = token.iter().map(|byte| format!("{byte:02x}")).collect();
         let address = format!("http://127.0.0.1:{port}/{token}/");
         let (shared, requests) = Shared::new((port, token), title.to_owned(), save);
-        let (runtime, listener) = runtime(listener).map_err(ViewError::Server)?;
+        let (runtime, listener) = runtime(listener).map_err(unserved)?;
         let serving = server::serve(Arc::clone(&shared), listener);
         let server = thread::Builder::new()
             .name("server".to_owned())
             .spawn(move || runtime.block_on(serving))
-            .map_err(ViewError::Server)?;
+            .map_err(unserved)?;
         Ok(Self {
             shared,
             requests,
@@ -119,16 +106,12 @@ impl View {
     }
 
     /// The address of the page.
-    #[must_use]
     pub fn address(&self) -> &str {
         &self.address
     }
 
     /// Moves the run by the clock until `stop`.
-    ///
-    /// # Errors
-    /// [`ViewError::Server`] where the server ends before.
-    pub fn run(&mut self, drive: &mut Drive, stop: &dyn Fn() -> bool) -> Result<(), ViewError> {
+    pub fn run(&mut self, drive: &mut Drive, stop: &dyn Fn() -> bool) -> io::Result<()> {
         let mut clock = Clock::start(Instant::now());
         let (mut generation, mut busiest) = (0, 0.0);
         while !stop() {
@@ -164,13 +147,13 @@ impl View {
         Ok(())
     }
 
-    fn check_server(&mut self) -> Result<(), ViewError> {
+    fn check_server(&mut self) -> io::Result<()> {
         let Some(server) = self.server.take_if(|server| server.is_finished()) else {
             return Ok(());
         };
         let ended = || io::Error::other("the server has ended");
         let error = server.join().ok().and_then(Result::err);
-        Err(ViewError::Server(error.unwrap_or_else(ended)))
+        Err(unserved(error.unwrap_or_else(ended)))
     }
 
     /// Answers the requests since the last frame: whether there were any.

@@ -66,11 +66,9 @@ const SILENCE: Duration = Duration::from_secs(5);
 /// Encodes a saved run as the bytes of a file.
 pub type Save = dyn Fn(SavedRun) -> Result<Vec<u8>, String> + Send + Sync;
 
-/// A request to the run.
 pub(crate) enum RunRequest {
     /// A command, and where its refusal goes.
     Command(Command, Option<mpsc::Sender<String>>),
-    /// The run, to be saved.
     Save(oneshot::Sender<Result<SavedRun, String>>),
     /// The recording that has ended.
     Recording(oneshot::Sender<Option<Bytes>>),
@@ -128,12 +126,10 @@ impl Shared {
         (Arc::new(shared), received)
     }
 
-    /// Number of viewers.
     pub(crate) fn viewers(&self) -> usize {
         self.viewers.load(Ordering::Relaxed)
     }
 
-    /// Sends a frame to all.
     pub(crate) fn send_frame(&self, frame: Vec<u8>) {
         // Without viewers it goes nowhere.
         let _ = self.all.send(Message::Binary(frame.into()));

@@ -63,7 +63,6 @@ impl Kind {
     pub const ALL: [Self; 3] = [Self::Slide, Self::Stack, Self::Floor];
 
     /// Its name in the tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Slide => "slide",
@@ -74,16 +73,12 @@ impl Kind {
 }
 
 /// Frames of a motion.
-#[must_use]
 pub fn frames() -> usize {
     steps_in(TIME, FRAME)
 }
 
 impl Known {
     /// The motion of this kind, the heaviest body over the lightest as the ratio says; there is one box that slides.
-    ///
-    /// # Errors
-    /// As [`GroundedParams::build`].
     pub fn new(kind: Kind, mass_ratio: f64) -> Result<Self, SceneError> {
         let grounded = match kind {
             Kind::Floor => Grounded::Floor,
@@ -130,7 +125,6 @@ impl Known {
     }
 
     /// How far bodies are off at the end of so many frames, in the second half.
-    #[must_use]
     pub fn off(&self, frames: usize, places: &[Vector3<f64>]) -> Off {
         let [at_first, speed] = self.way;
         let way = Vector3::x() * (at_first + speed * FRAME * frames as f64);

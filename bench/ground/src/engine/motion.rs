@@ -40,29 +40,21 @@ pub struct Points {
 
 impl Motion {
     /// The parameters worked out.
-    ///
-    /// # Errors
-    /// As [`HoistParams::resolve`].
     pub fn hoist(&self) -> Result<Hoist, SceneError> {
         self.params.resolve()
     }
 
     /// From the body frame of a hanging segment to the world.
-    #[must_use]
     pub fn turn(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_scaled_axis(Vector3::y() * self.angle)
     }
 
     /// Component of gravity along the cable \[m/s²].
-    #[must_use]
     pub fn gravity_along(&self) -> f64 {
         self.params.gravity * self.angle.cos()
     }
 
     /// The rigid segments and the load at the start.
-    ///
-    /// # Errors
-    /// As [`HoistParams::resolve`].
     pub fn scene(&self) -> Result<Scene, SceneError> {
         let along = HoistParams {
             gravity: self.gravity_along(),
@@ -83,9 +75,6 @@ impl Motion {
     }
 
     /// The point masses at the start.
-    ///
-    /// # Errors
-    /// As [`HoistParams::resolve`].
     pub fn points(&self) -> Result<Points, SceneError> {
         let hoist = self.hoist()?;
         let n = hoist.segments;
@@ -126,9 +115,6 @@ pub struct Converged {
 const SUBSTEPS: usize = 128;
 
 /// The motion with the default step at 1/7680 s, and what it differs by from that at 1/3840 s. Kept in a file.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn converged(motion: &Motion, frames: usize) -> Result<Converged, StepError> {
     let key = format!("engines 1 {motion:?} {frames} {SUBSTEPS}");
     crate::cache::cached(&key, || {
@@ -168,9 +154,6 @@ fn stepped(
 }
 
 /// Distance of a load from where its cable can reach, beyond which a run is lost \[m].
-///
-/// # Errors
-/// As [`HoistParams::resolve`].
 pub fn reach(params: &HoistParams) -> Result<f64, SceneError> {
     Ok(2.0 * (params.length + params.exact_elongation()) + reference::most_gap(params)?)
 }

@@ -29,7 +29,6 @@ pub(super) fn text(text: &str) -> String {
 }
 
 /// A text that is to be on one line, with numbers of many digits in scientific notation.
-#[must_use]
 pub fn line(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in short(text).chars() {

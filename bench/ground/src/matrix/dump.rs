@@ -15,9 +15,7 @@ use taut_solver::{SolveError, SymBlockMatrix, forward_error, reference_solution}
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dumped {
     pub form: Form,
-    /// A.
     pub matrix: SymBlockMatrix,
-    /// b.
     pub b: Vec<f64>,
     /// The solution of A x = b in extended precision, rounded, or the error of finding it.
     pub x: Result<Vec<f64>, SolveError>,
@@ -31,9 +29,6 @@ pub struct Dumped {
 /// The system of the step that follows the present state: S, then the KKT matrix of the same pieces. That of the
 /// stepper's own form is the one that it solved, to the last bit. The state stays as [`Stepper::begin`] leaves it; the
 /// geometric stiffness of the next step is made of the tension found here.
-///
-/// # Errors
-/// As [`Stepper::solve`]. A missing exact solution is not an error.
 pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
     let [(matrix, b), (kkt, kkt_b)] = assembled(stepper)?;
     let x = reference_solution(&kkt, &kkt_b);
@@ -66,9 +61,6 @@ pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
 }
 
 /// Matrix and right-hand side of both forms, without their solutions: see [`systems`].
-///
-/// # Errors
-/// As [`Stepper::solve`].
 pub fn assembled(stepper: &mut Stepper) -> Result<[(SymBlockMatrix, Vec<f64>); 2], StepError> {
     stepper.begin()?;
     // A second solve would have another geometric stiffness, made of the tension of the first.
@@ -86,7 +78,6 @@ fn in_form(stepper: &mut Stepper, form: Form) -> Result<(SymBlockMatrix, Vec<f64
 }
 
 /// The block rows of bodies: their masses stand on the diagonal, −Σ ≤ 0 on that of constraints.
-#[must_use]
 pub fn body_rows(a: &SymBlockMatrix) -> Vec<bool> {
     let p = a.pattern();
     (0..p.blocks())
@@ -108,9 +99,6 @@ pub struct Label {
 }
 
 /// Writes a system to `folder`: A, `_b`, `_x` and `_mu` where these are known. Returns the files.
-///
-/// # Errors
-/// [`FileError`].
 pub fn write(
     system: &Dumped,
     label: &Label,

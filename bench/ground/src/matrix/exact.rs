@@ -35,7 +35,6 @@ const SWEEPS: usize = 40;
 
 /// x of A x = b to the last digit, and the backend whose factors it was made with; `None` where no backend's refinement
 /// contracts.
-#[must_use]
 pub fn solution(problem: &Problem<'_>, b: &[f64]) -> Option<(Vec<f64>, String)> {
     solvers(problem).find_map(|backend| Some((refined(problem, &backend, b)?, backend.to_string())))
 }
@@ -120,13 +119,11 @@ pub enum Regularity {
 
 /// Returns true for backends that exchange rows as far as is needed: their refusals count more than claims of those that
 /// eliminate in a given order.
-#[must_use]
 pub fn exchanges_rows(backend: &Backend) -> bool {
     backend.accepts_unsymmetric()
 }
 
 /// The condition of A, by the first backend whose solutions are claimed, and whether that may be believed.
-#[must_use]
 pub fn regularity(problem: &Problem<'_>) -> Regularity {
     let transposed = match problem.matrix {
         Matrix::Symmetric(_) => None,
@@ -153,7 +150,6 @@ pub fn regularity(problem: &Problem<'_>) -> Regularity {
 }
 
 /// The condition of A; `None` where no backend solves it.
-#[must_use]
 pub fn condition(problem: &Problem<'_>) -> Option<Condition> {
     match regularity(problem) {
         Regularity::Regular(condition) => Some(condition),

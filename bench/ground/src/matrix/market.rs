@@ -56,7 +56,6 @@ pub enum Fault {
 /// A file that is not read, with its line where there is one, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MarketError {
-    /// The file.
     pub path: PathBuf,
     /// Line from 1.
     pub line: Option<u64>,
@@ -80,9 +79,7 @@ impl std::error::Error for MarketError {}
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Market {
-    /// Number of rows.
     pub rows: usize,
-    /// Number of columns.
     pub columns: usize,
     /// Array file: all values column by column. Otherwise coordinates.
     pub array: bool,
@@ -100,9 +97,6 @@ pub struct Market {
 }
 
 /// Reads a file, unpacking it where it begins as gzip does.
-///
-/// # Errors
-/// [`MarketError`].
 pub fn read(path: &Path) -> Result<Market, MarketError> {
     let unreadable = |e: io::Error| MarketError {
         path: path.to_owned(),
@@ -123,9 +117,6 @@ pub fn read(path: &Path) -> Result<Market, MarketError> {
 }
 
 /// Reads plain text; errors name `path`.
-///
-/// # Errors
-/// [`MarketError`].
 pub fn read_from(text: impl BufRead, path: &Path) -> Result<Market, MarketError> {
     Reader {
         text,

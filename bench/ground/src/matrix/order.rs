@@ -17,7 +17,6 @@ const MOST_SEARCH: u64 = 2_000_000_000;
 /// A symmetric matrix in the order that its factorisation is to take.
 #[derive(Debug, Clone)]
 pub struct Ordered {
-    /// The matrix with its block rows in order.
     pub matrix: SymBlockMatrix,
     /// Scalar row of the original at each row; none where the order is the natural one.
     pub rows: Option<Vec<usize>>,
@@ -27,7 +26,6 @@ pub struct Ordered {
 
 impl Ordered {
     /// `natural` or `minimum-degree`.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         if self.rows.is_some() {
             "minimum-degree"
@@ -37,10 +35,6 @@ impl Ordered {
     }
 }
 
-/// The matrix in the cheaper of both orders.
-///
-/// # Errors
-/// [`SolveError::TooLarge`] where both cost more than `most`.
 pub fn ordered(a: &SymBlockMatrix, most: EliminationCost) -> Result<Ordered, SolveError> {
     let p = a.pattern();
     let natural: Vec<usize> = (0..p.blocks()).collect();

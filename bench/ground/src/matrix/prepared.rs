@@ -16,7 +16,6 @@ pub struct Problem<'a> {
 
 impl<'a> Problem<'a> {
     /// Looks for a good order.
-    #[must_use]
     pub fn new(matrix: &'a Matrix) -> Self {
         let ordered = match matrix {
             Matrix::Symmetric(a) => Some(ordered(a, EliminationCost::LARGEST)),
@@ -26,7 +25,6 @@ impl<'a> Problem<'a> {
     }
 
     /// Where a block of what a backend is given stands in the original, counted from 1: `row 3`, or `block 2` of several rows.
-    #[must_use]
     pub fn place(&self, backend: &Backend, block: usize) -> String {
         let (Matrix::Symmetric(a), Ok(View::Symmetric(seen, rows))) =
             (self.matrix, self.view(backend))
@@ -56,10 +54,6 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Analyses.
-    ///
-    /// # Errors
-    /// [`SolveError`].
     pub fn analyze(&self, backend: &Backend) -> Result<Prepared<'_>, SolveError> {
         let (work, report) = match self.view(backend)? {
             View::General(a) => {
@@ -91,7 +85,6 @@ enum View<'a> {
 /// A backend that has analysed a matrix.
 pub struct Prepared<'a> {
     work: Work<'a>,
-    /// Report of the analysis.
     pub report: AnalyzeReport,
 }
 
@@ -107,10 +100,6 @@ enum Work<'a> {
 }
 
 impl Prepared<'_> {
-    /// Factorises.
-    ///
-    /// # Errors
-    /// [`SolveError`].
     pub fn factorize(&mut self) -> Result<FactorReport, SolveError> {
         match &mut self.work {
             Work::Symmetric { solver, a, .. } => solver.factorize(a),
@@ -119,9 +108,6 @@ impl Prepared<'_> {
     }
 
     /// Solves; `x` holds the guess when called.
-    ///
-    /// # Errors
-    /// [`SolveError`].
     pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
         match &mut self.work {
             Work::General(solver, a) => solver.solve(a, b, x),

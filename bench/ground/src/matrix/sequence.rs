@@ -17,15 +17,14 @@ mod record;
 
 pub use record::{Recorder, Wanted, Written};
 
-use super::market::{self, MarketError};
+use super::market;
 use super::{Matrix, member, shape, stored_matrix_of};
-use crate::files::{FileError, read_text};
-use std::fmt;
-use std::path::{Path, PathBuf};
-use taut_integrator::{Form, StepError};
+use crate::errors::Cause;
+use crate::files::read_text;
+use std::path::Path;
+use taut_integrator::Form;
 use taut_solver::SymBlockMatrix;
 
-/// Name of the index.
 pub const INDEX: &str = "sequence.csv";
 
 /// Heading of the index.
@@ -69,7 +68,6 @@ pub struct Systems {
 
 impl Sequence {
     /// Number of systems.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.stretches
             .iter()
@@ -78,7 +76,6 @@ impl Sequence {
     }
 
     /// True without systems; [`read`] never returns that.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -86,7 +83,6 @@ impl Sequence {
 
 impl Systems {
     /// The matrix of the first step, for [`put`](Self::put).
-    #[must_use]
     pub fn first(&self) -> SymBlockMatrix {
         self.matrix.clone()
     }
@@ -152,98 +148,11 @@ fn entries(a: &SymBlockMatrix) -> Vec<(usize, usize, [usize; 2])> {
     entries
 }
 
-/// Why a sequence is not read or written.
-#[derive(Debug)]
-pub enum SequenceError {
-    /// The folder has no index.
-    None(PathBuf),
-    /// A file that cannot be read or written.
-    File(FileError),
-    /// A malformed line of the index.
-    Index {
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        fault: String,
-    },
-    /// Steps that are missing.
-    Gap {
-        /// The index.
-        path: PathBuf,
-        /// The step before the gap.
-        before: u64,
-        /// The step after it.
-        after: u64,
-    },
-    /// A file of a stretch that is missing, damaged or does not fit the others.
-    Member(MarketError),
-    /// A step that fails.
-    Step(StepError),
-    /// More numbers than are held; how many.
-    TooLarge(usize),
-}
-
-impl fmt::Display for SequenceError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::None(folder) => write!(
-                f,
-                "`{}` holds no sequence, as it has no {INDEX}: write one with `taut dump SCENE --steps A..B --out DIR`",
-                folder.display()
-            ),
-            Self::File(e) => e.fmt(f),
-            Self::Index { path, line, fault } => {
-                write!(f, "{}: line {line}: {fault}", path.display())
-            }
-            Self::Gap {
-                path,
-                before,
-                after,
-            } => write!(
-                f,
-                "{}: step {after} follows step {before}: a sequence has no gaps, write it again with `taut dump`",
-                path.display()
-            ),
-            Self::Member(e) => e.fmt(f),
-            Self::Step(e) => e.fmt(f),
-            Self::TooLarge(numbers) => write!(
-                f,
-                "the systems hold more than {numbers} numbers: write fewer `--steps` at once"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for SequenceError {}
-
-impl From<FileError> for SequenceError {
-    fn from(e: FileError) -> Self {
-        Self::File(e)
-    }
-}
-
-impl From<StepError> for SequenceError {
-    fn from(e: StepError) -> Self {
-        Self::Step(e)
-    }
-}
-
-impl From<MarketError> for SequenceError {
-    fn from(e: MarketError) -> Self {
-        Self::Member(e)
-    }
-}
-
-/// Name of a stretch's matrix of a form.
 fn name(form: Form, stretch: usize) -> String {
     format!("{form}_{}", stretch + 1)
 }
 
-/// Reads the sequence of a folder.
-///
-/// # Errors
-/// [`SequenceError`].
-pub fn read(folder: &Path) -> Result<Sequence, SequenceError> {
+pub fn read(folder: &Path) -> Result<Sequence, Cause> {
     let (first, times) = read_index(folder)?;
     let stretch = |(stretch, time): (usize, Vec<f64>)| {
         let systems = |form| read_systems(folder, &name(form, stretch), time.len());
@@ -256,25 +165,26 @@ pub fn read(folder: &Path) -> Result<Sequence, SequenceError> {
     let stretches = times.into_iter().enumerate().map(stretch);
     Ok(Sequence {
         first,
-        stretches: stretches.collect::<Result<_, SequenceError>>()?,
+        stretches: stretches.collect::<Result<_, Cause>>()?,
     })
 }
 
 /// The first step, and the times of each stretch.
-fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), SequenceError> {
+fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), Cause> {
     let path = folder.join(INDEX);
     if !path.is_file() {
-        return Err(SequenceError::None(folder.to_owned()));
+        let folder = folder.display();
+        return Err(format!(
+            "`{folder}` holds no sequence, as it has no {INDEX}: write one with `taut dump SCENE --steps A..B --out DIR`"
+        )
+        .into());
     }
     let text = read_text(&path)?;
-    let fault = |line: usize, fault: String| SequenceError::Index {
-        path: path.clone(),
-        line: line + 1,
-        fault,
-    };
+    let shown = path.display();
+    let fault = |line: usize, fault: String| format!("{shown}: line {}: {fault}", line + 1);
     let mut lines = text.lines().enumerate();
     if lines.next().map(|(_, heading)| heading) != Some(&HEADING.join(",")) {
-        return Err(fault(0, format!("it has to be `{}`", HEADING.join(","))));
+        return Err(fault(0, format!("it has to be `{}`", HEADING.join(","))).into());
     }
     let (mut first, mut last, mut times) = (None, None::<u64>, Vec::<Vec<f64>>::new());
     for (at, line) in lines {
@@ -286,14 +196,13 @@ fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), SequenceError> {
         let (Some(step), Some(time), Some(stretch), None) = (step, time, stretch, words.next())
         else {
             let what = format!("`{line}` is not a step, its time and its stretch");
-            return Err(fault(at, what));
+            return Err(fault(at, what).into());
         };
         if let Some(before) = last.filter(|last| last.checked_add(1) != Some(step)) {
-            return Err(SequenceError::Gap {
-                path,
-                before,
-                after: step,
-            });
+            return Err(format!(
+                "{shown}: step {step} follows step {before}: a sequence has no gaps, write it again with `taut dump`"
+            )
+            .into());
         }
         if stretch == times.len() + 1 {
             times.push(Vec::new());
@@ -301,7 +210,7 @@ fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), SequenceError> {
         let current = times.len();
         let Some(own) = times.last_mut().filter(|_| stretch == current) else {
             let what = format!("stretch {stretch}: they are numbered from 1 without a gap");
-            return Err(fault(at, what));
+            return Err(fault(at, what).into());
         };
         own.push(time);
         first.get_or_insert(step);
@@ -309,11 +218,11 @@ fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), SequenceError> {
     }
     match first {
         Some(first) => Ok((first, times)),
-        None => Err(fault(1, "there are no steps".to_owned())),
+        None => Err(fault(1, "there are no steps".to_owned()).into()),
     }
 }
 
-fn read_systems(folder: &Path, name: &str, steps: usize) -> Result<Systems, SequenceError> {
+fn read_systems(folder: &Path, name: &str, steps: usize) -> Result<Systems, Cause> {
     let path = member(folder, name);
     let market = market::read(&path)?;
     let Matrix::Symmetric(matrix) = stored_matrix_of(&market, &path)? else {
@@ -351,8 +260,7 @@ fn read_systems(folder: &Path, name: &str, steps: usize) -> Result<Systems, Sequ
     Ok(systems)
 }
 
-/// The columns of an array.
-fn read_array(path: &Path, rows: usize, columns: usize) -> Result<Vec<Vec<f64>>, SequenceError> {
+fn read_array(path: &Path, rows: usize, columns: usize) -> Result<Vec<Vec<f64>>, Cause> {
     let market = market::read(path)?;
     if (market.rows, market.columns) != (rows, columns) {
         let message = format!(

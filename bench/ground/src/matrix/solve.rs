@@ -57,7 +57,6 @@ impl Default for Config {
 }
 
 /// Every backend that is worth a row, whether compiled in or not.
-#[must_use]
 pub fn backends() -> Vec<Backend> {
     let mut backends: Vec<Backend> = Vec::new();
     for choice in Choice::all() {
@@ -70,7 +69,6 @@ pub fn backends() -> Vec<Backend> {
 }
 
 /// The backend; UMFPACK as it is by default, with the refinement that it has no use for where the pieces refine.
-#[must_use]
 pub fn refining(backend: Backend) -> Backend {
     match backend {
         Backend::Umfpack(_) => Backend::Umfpack(taut_solver::UmfpackOptions::default()),
@@ -81,7 +79,6 @@ pub fn refining(backend: Backend) -> Backend {
 /// A system and what is known of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
-    /// Name of the matrix.
     pub matrix: String,
     /// Dimension.
     pub dim: usize,
@@ -116,7 +113,6 @@ pub struct About {
 /// One row: a backend on a system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the matrix.
     pub matrix: String,
     /// Backend without iterations and tolerance.
     pub backend: String,
@@ -156,13 +152,11 @@ pub struct Record {
 
 impl Record {
     /// Factorisation and solve \[ns].
-    #[must_use]
     pub fn total_ns(&self) -> f64 {
         self.factorize_ns + self.solve_ns
     }
 
     /// True if the backend is direct or its iteration converged.
-    #[must_use]
     pub fn ended(&self) -> bool {
         [DIRECT, CONVERGED].contains(&self.status.as_str())
     }
@@ -181,7 +175,6 @@ pub struct Results {
 impl Results {
     /// Why there is no row at all, where there is none: that it is singular, or the first reason that is more than that a
     /// backend is for symmetric matrices.
-    #[must_use]
     pub fn refusal(&self) -> Option<String> {
         let first = self.omissions.first().filter(|_| self.records.is_empty())?;
         if let Some(singular) = &self.about.singular {
@@ -197,7 +190,6 @@ impl Results {
 }
 
 /// Runs all backends on a system, one after the other. A backend that fails is an omission with its reason.
-#[must_use]
 pub fn run(system: &System, config: &Config) -> Results {
     let problem = Problem::new(&system.matrix);
     let regularity = regularity(&problem);

@@ -41,7 +41,6 @@ fn head(banner: &str, comments: &[String]) -> String {
 }
 
 /// The lower triangle as text; `signs` may be empty. Columns in order.
-#[must_use]
 pub fn symmetric(a: &SymBlockMatrix, signs: &[bool], comments: &[String]) -> String {
     let p = a.pattern();
     let mut entries = Vec::new();
@@ -73,8 +72,6 @@ fn put_entries(out: &mut String, [rows, columns]: [usize; 2], entries: &[(usize,
     }
 }
 
-/// A vector as text.
-#[must_use]
 pub fn vector(v: &[f64], comments: &[String]) -> String {
     let mut out = head("array real general", comments);
     let _ = writeln!(out, "{} 1", v.len());
@@ -85,7 +82,6 @@ pub fn vector(v: &[f64], comments: &[String]) -> String {
 }
 
 /// Columns of equal length as an array, each number in the fewest digits that give the same bits.
-#[must_use]
 pub fn array(columns: &[Vec<f64>], comments: &[String]) -> String {
     let mut out = head("array real general", comments);
     let _ = writeln!(
@@ -102,9 +98,6 @@ pub fn array(columns: &[Vec<f64>], comments: &[String]) -> String {
 
 /// Writes `text` to `folder/name.mtx`, or packed to `folder/name.mtx.gz`, and returns the path. What is packed is the
 /// same in every run.
-///
-/// # Errors
-/// [`FileError`].
 pub fn file(folder: &Path, name: &str, text: &str, gzip: bool) -> Result<PathBuf, FileError> {
     let path = folder.join(format!("{name}.mtx{}", if gzip { ".gz" } else { "" }));
     Output::open(&path)?.write(|out| {

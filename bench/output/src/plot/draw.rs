@@ -73,17 +73,11 @@ pub(super) fn failed(e: impl fmt::Display) -> PlotError {
 }
 
 /// The charts as panels of one picture, two beside each other, each with its legend.
-///
-/// # Errors
-/// [`PlotError`] with the drawing library's message.
 pub fn svg(charts: &[Chart]) -> Result<String, PlotError> {
     drawn(charts, true)
 }
 
 /// The charts as panels of one picture of 840 pixels' width, two beside each other, with one legend below all of them.
-///
-/// # Errors
-/// [`PlotError`] with the drawing library's message.
 pub fn picture(charts: &[Chart]) -> Result<String, PlotError> {
     let columns = charts.len().clamp(1, ACROSS);
     let rows = charts.len().div_ceil(columns).max(1);
@@ -100,9 +94,6 @@ pub fn picture(charts: &[Chart]) -> Result<String, PlotError> {
 }
 
 /// A chart as a part of a page: without paper, letters in the page's colour, as large as the page makes it.
-///
-/// # Errors
-/// [`PlotError`] with the drawing library's message.
 pub fn svg_for_page(chart: &Chart) -> Result<String, PlotError> {
     let chart = chart.without(TAG);
     let charts = std::slice::from_ref(&chart);

@@ -41,7 +41,6 @@ pub enum Dash {
 }
 
 impl Dash {
-    /// All of them.
     pub(super) const ALL: [Self; 7] = [
         Self::Solid,
         Self::Dashed,
@@ -92,7 +91,6 @@ const FORMS: [(Shape, Dash); 5] = [
 impl Look {
     /// Look of the series at `place` among those that are not solvers. Colours and forms rotate;
     /// every second round has hollow markers.
-    #[must_use]
     pub fn by_place(place: usize) -> Self {
         let (shape, dash) = FORMS[place % FORMS.len()];
         Self {
@@ -104,7 +102,6 @@ impl Look {
     }
 
     /// Look of a solver by its command-line name, with `lapack`; `None` for other names.
-    #[must_use]
     pub fn of_solver(name: &str) -> Option<Self> {
         let mut words = name.split([':', '/', ' ', '+']);
         let library = words.next().unwrap_or_default();

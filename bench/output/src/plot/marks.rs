@@ -33,7 +33,6 @@ const LINE: u32 = 2;
 /// for one, which [`with_dashes`] writes in its place.
 const DASHES: u32 = 1000;
 
-/// The style of a series' line.
 pub(super) fn line_style(look: Look) -> ShapeStyle {
     let place = Dash::ALL.iter().position(|d| *d == look.dash).unwrap_or(0);
     colour(look).stroke_width(LINE + DASHES * place as u32)

@@ -6,7 +6,6 @@ use comfy_table::{Cell, CellAlignment};
 
 /// An outcome's own tables, and its checks with `reference` as the heading of what ours is compared with. A note that
 /// several rows share in a row stands once; the parts of the errors have columns where any is known.
-#[must_use]
 pub fn checks(outcome: &Outcome, reference: &str) -> String {
     let mut out = outcome.text.clone();
     if outcome.checks.is_empty() {

@@ -80,7 +80,6 @@ pub(crate) fn mark_bad(t: &mut Table, column: usize, words: &[&str]) {
 }
 
 /// A verdict: green where it is good, red where it is bad.
-#[must_use]
 pub fn verdict(text: impl ToString, good: Option<bool>) -> Cell {
     let cell = Cell::new(text);
     match good {

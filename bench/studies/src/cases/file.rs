@@ -1,6 +1,5 @@
 //! The file of cases: lines of JSON, the first of which says what was asked. Finished cases are appended, each by one write.
 
-use super::CasesError;
 use super::value::Record;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -10,7 +9,6 @@ use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, FileError};
 
-/// Beginning of every file.
 const BEGINNING: &[u8] = br#"{"header":"#;
 
 /// Identity of a study's cases, and the machine that runs them.
@@ -29,30 +27,26 @@ pub struct Header {
 
 impl Header {
     /// Refuses a file of another version, another command or other inputs than `other`, which is called `name`.
-    ///
-    /// # Errors
-    /// The first part that differs.
-    pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), CasesError> {
-        let parts = |h: &Self| {
-            let command = format!("taut {}", h.command.join(" "));
-            [
-                ("command", command),
-                ("version", h.version.clone()),
-                ("content of what it reads", h.inputs.join(", ")),
-            ]
-        };
-        let mut pairs = parts(self).into_iter().zip(parts(other));
-        let Some(((what, found), (_, wanted))) = pairs.find(|(own, other)| own != other) else {
-            return Ok(());
-        };
-        Err(CasesError::Refused(format!(
-            "`{}` has another {what} than {name}: `{found}`, not `{wanted}`",
-            path.display()
-        )))
+    pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), String> {
+        let command = |h: &Self| format!("taut {}", h.command.join(" "));
+        let inputs = |h: &Self| h.inputs.join(", ");
+        let version = |h: &Self| h.version.clone();
+        for (what, [found, wanted]) in [
+            ("command", [self, other].map(command)),
+            ("version", [self, other].map(version)),
+            ("content of what it reads", [self, other].map(inputs)),
+        ] {
+            if found != wanted {
+                let path = path.display();
+                return Err(format!(
+                    "`{path}` has another {what} than {name}: `{found}`, not `{wanted}`"
+                ));
+            }
+        }
+        Ok(())
     }
 }
 
-/// Records of finished cases by name.
 pub type Known = HashMap<String, Record>;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -68,38 +62,29 @@ pub(super) enum Line {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     pub header: Header,
-    /// The machines that the cases ran on.
     pub machines: Vec<String>,
     pub known: Known,
 }
 
 impl Written {
     fn new(header: Header) -> Self {
-        let (machines, known) = (Vec::new(), Known::new());
         Self {
             header,
-            machines,
-            known,
+            machines: Vec::new(),
+            known: Known::new(),
         }
     }
 
     /// Reads files of the same question as one.
-    ///
-    /// # Errors
-    /// [`CasesError`]: files of different questions, none, or one that holds something else.
-    pub fn read(paths: &[PathBuf]) -> Result<Self, CasesError> {
+    pub fn read(paths: &[PathBuf]) -> Result<Self, String> {
         let mut whole = None;
         for path in paths {
             regular(path)?;
             let bytes = fs::read(path).map_err(|e| fault(path, "read", e))?;
-            add(
-                &mut whole,
-                path,
-                &bytes,
-                &format!("`{}`", paths[0].display()),
-            )?;
+            let first = format!("`{}`", paths[0].display());
+            add(&mut whole, path, &bytes, &first)?;
         }
-        whole.ok_or_else(|| CasesError::Refused("no file of cases is named".to_owned()))
+        whole.ok_or_else(|| "no file of cases is named".to_owned())
     }
 
     fn ran_on(&mut self, machine: &str) {
@@ -115,11 +100,10 @@ fn add(
     path: &Path,
     bytes: &[u8],
     name: &str,
-) -> Result<usize, CasesError> {
-    let length = length(path, bytes)?;
+) -> Result<usize, String> {
+    let (length, shown) = (length(path, bytes)?, path.display());
     if length < bytes.len() {
-        let path = path.display();
-        files::note(format!("the last line of `{path}` is torn and left out"));
+        files::note(format!("the last line of `{shown}` is torn and left out"));
     }
     for (k, line) in bytes[..length].split_inclusive(|b| *b == b'\n').enumerate() {
         match (serde_json::from_slice(line), &mut *whole) {
@@ -132,39 +116,40 @@ fn add(
                 drop(whole.known.insert(name, Record(record)))
             }
             _ => {
-                return Err(CasesError::Refused(format!(
-                    "`{}` is damaged in line {}: delete it, and run its study again",
-                    path.display(),
+                return Err(format!(
+                    "`{shown}` is damaged in line {}: delete it, and run its study again",
                     k + 1
-                )));
+                ));
             }
         }
     }
     Ok(length)
 }
 
-/// Length of the whole lines of a file of cases.
-fn length(path: &Path, bytes: &[u8]) -> Result<usize, CasesError> {
+fn length(path: &Path, bytes: &[u8]) -> Result<usize, String> {
     let beginning = bytes.len().min(BEGINNING.len());
     match bytes[..beginning] == BEGINNING[..beginning] {
         true => Ok(bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1)),
-        false => Err(CasesError::not_cases(path)),
+        false => Err(not_cases(path)),
     }
 }
 
-fn fault(path: &Path, doing: &'static str, source: io::Error) -> CasesError {
-    let path = path.to_owned();
-    CasesError::File(FileError {
-        path,
-        doing,
-        source,
-    })
+/// Refusal of a file without cases, or in another format.
+pub fn not_cases(path: &Path) -> String {
+    format!(
+        "`{}` is no file of cases, as a study writes them to target/taut/NAME.cases, or one of an earlier version: name another, or delete it and run its study again",
+        path.display()
+    )
+}
+
+fn fault(path: &Path, doing: &'static str, source: io::Error) -> String {
+    FileError::at(path, doing)(source).to_string()
 }
 
 /// Refuses a path that is not a regular file: reading a pipe might never end.
-fn regular(path: &Path) -> Result<(), CasesError> {
+fn regular(path: &Path) -> Result<(), String> {
     match fs::metadata(path) {
-        Ok(there) if !there.is_file() => Err(CasesError::not_cases(path)),
+        Ok(there) if !there.is_file() => Err(not_cases(path)),
         _ => Ok(()),
     }
 }
@@ -182,29 +167,26 @@ pub struct Journal {
 impl Journal {
     /// Opens a file, making its folder: with `resume` for what it holds, else anew. One that was asked for and holds cases is
     /// refused without `resume`.
-    ///
-    /// # Errors
-    /// [`CasesError`].
     pub fn open(
         path: &Path,
         header: Header,
         resume: bool,
         is_asked_for: bool,
-    ) -> Result<(Self, Written), CasesError> {
+    ) -> Result<(Self, Written), String> {
         let failed = |e| fault(path, "write", e);
         if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
-            files::make_folder(folder)?;
+            files::make_folder(folder).map_err(|e| e.to_string())?;
         }
         regular(path)?;
         let mut options = File::options();
         options.read(true).write(true).create(true).truncate(false);
         let mut file = options.open(path).map_err(failed)?;
+        let shown = path.display();
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
-                return Err(CasesError::Refused(format!(
-                    "`{}` is being written by another run: wait for its end, or give each a file of its own with `--cases`",
-                    path.display()
-                )));
+                return Err(format!(
+                    "`{shown}` is being written by another run: wait for its end, or give each a file of its own with `--cases`"
+                ));
             }
             // File systems of clusters may know no locks.
             Err(TryLockError::Error(e)) if e.kind() != ErrorKind::Unsupported => {
@@ -218,10 +200,9 @@ impl Journal {
         let length = match length(path, &bytes)? {
             _ if resume => add(&mut written, path, &bytes, "this run")?,
             1.. if is_asked_for => {
-                return Err(CasesError::Refused(format!(
-                    "`{}` holds cases: add `--resume` to go on with them, or delete it to run them anew",
-                    path.display()
-                )));
+                return Err(format!(
+                    "`{shown}` holds cases: add `--resume` to go on with them, or delete it to run them anew"
+                ));
             }
             _ => 0,
         };
@@ -234,7 +215,7 @@ impl Journal {
     }
 
     /// Appends a line, after what the file is to start with.
-    pub(super) fn write(&mut self, line: Option<&Line>) -> Result<(), CasesError> {
+    pub(super) fn write(&mut self, line: Option<&Line>) -> Result<(), String> {
         self.try_write(line)
             .map_err(|e| fault(&self.path, "write", e))
     }

@@ -23,19 +23,19 @@ fn header() -> Header {
 /// A study of two stages, the second of which needs what the first found: roots of numbers, some of which have none.
 fn roots(cases: &Cases) -> Result<Vec<(f64, String)>, ExperimentError> {
     let numbers: Vec<f64> = (-2..7).map(f64::from).collect();
-    let root = |x: &f64| Ok::<_, CasesError>((x.sqrt(), 1.0 / x));
+    let root = |x: &f64| Ok::<_, Elsewhere>((x.sqrt(), 1.0 / x));
     let found = cases.in_turn("roots", &numbers, root)?;
     let places: Vec<usize> = (0..numbers.len()).collect();
     let word = |k: &usize| {
         let (root, inverse) = found.of(*k)?;
-        Ok::<_, CasesError>(format!("{root} {inverse}"))
+        Ok::<_, Elsewhere>(format!("{root} {inverse}"))
     };
     let told = cases.in_turn("words", &places, word)?;
     let found = found.all()?.into_iter().map(|(root, _)| root);
     Ok(found.zip(told.all()?).collect())
 }
 
-fn open(path: &Path, resume: bool, is_asked_for: bool) -> Result<(Journal, Written), CasesError> {
+fn open(path: &Path, resume: bool, is_asked_for: bool) -> Result<(Journal, Written), String> {
     Journal::open(path, header(), resume, is_asked_for)
 }
 
@@ -46,7 +46,7 @@ fn run(path: &Path, shard: Shard, resume: bool) -> (Option<String>, usize) {
     let found = Cases::unless_elsewhere(roots(&cases)).expect("runs");
     cases.finish().expect("written");
     let found = found.map(|found| format!("{found:?}"));
-    (found, cases.counts.run.load(Relaxed))
+    (found, cases.counts[2].load(Relaxed))
 }
 
 fn refused<T: Debug>(result: Result<T, impl ToString>, words: &[&str]) {
@@ -73,7 +73,7 @@ fn shards_together_are_the_whole_study() {
         let cases = Cases::merged(read.known);
         let merged = format!("{:?}", roots(&cases).expect("known"));
         assert_eq!(merged, whole, "{of}");
-        assert_eq!(cases.counts.run.load(Relaxed), 0);
+        assert_eq!(cases.counts[2].load(Relaxed), 0);
         if of > 1 {
             let rest = Written::read(&files[1..]).expect("files of one study");
             refused(
@@ -230,4 +230,32 @@ fn records_are_read_as_they_were_written() {
     assert_eq!(again.map(f64::to_bits)[..8], numbers.map(f64::to_bits)[..8]);
     assert!(again[8].is_nan());
     assert_eq!(others, parts);
+}
+
+#[test]
+fn every_case_is_dealt_once_and_a_list_that_repeats_itself_evenly() {
+    for of in [1, 2, 3, 8, 99] {
+        let shards = (1..=of).map(|number| Shard { number, of });
+        let own = shards.map(|shard| (0..of * of).filter(move |case| shard.owns(*case)));
+        let own: Vec<Vec<usize>> = own.map(Iterator::collect).collect();
+        let mut all = own.concat();
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..of * of));
+        for cases in own {
+            let mut kinds: Vec<usize> = cases.into_iter().map(|case| case % of).collect();
+            kinds.sort_unstable();
+            assert!(kinds.into_iter().eq(0..of), "{of}");
+        }
+    }
+}
+
+#[test]
+fn a_shard_is_read_as_it_is_written() {
+    assert_eq!("3/8".parse(), Ok(Shard { number: 3, of: 8 }));
+    assert_eq!("3/8".parse::<Shard>().unwrap().to_string(), "3/8");
+    for text in [
+        "3/2", "0/2", "1/0", "0/0", "", "/", "1", "a/b", "1/2/3", "-1/2", "1/10001", "1/1e9",
+    ] {
+        assert!(text.parse::<Shard>().unwrap_err().contains("8/8"), "{text}");
+    }
 }

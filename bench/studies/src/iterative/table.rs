@@ -1,11 +1,7 @@
 //! Iterations and times to given errors as tables, then where iterations win.
 
 use super::{Record, Start};
-use serde_json::{Value, json};
-use taut_output::row::{Row, number_of, text_of};
-use taut_output::settings::distinct;
-use taut_output::sheet::{self, Across, Column, Sheet, Show, column, digits};
-use taut_output::table::ratio;
+use crate::study::question::*;
 
 const TARGET: Column = column("target", "{}").shown(Show::Error(0));
 
@@ -197,7 +193,7 @@ mod tests {
             networks: vec![(Network::Net, 3)],
             limit: 20,
             timing_budget: Duration::ZERO,
-            ..Config::default()
+            ..Config::new(false)
         };
         let results = run(&config, &Cases::default()).unwrap();
         let rows = data(&results.records).unwrap();

@@ -30,7 +30,6 @@ impl Joint {
     pub const ALL: [Self; 3] = [Self::Spherical, Self::Untwisted, Self::Cosserat];
 
     /// Rows of a joint.
-    #[must_use]
     pub fn rows(self) -> usize {
         match self {
             Self::Spherical => 3,
@@ -40,7 +39,6 @@ impl Joint {
     }
 
     /// The hoist with these joints, hanging at an angle.
-    #[must_use]
     pub fn hoist(self, segments: usize, mass_ratio: f64) -> HoistParams {
         HoistParams {
             segments,
@@ -73,9 +71,6 @@ pub struct Case {
 
 impl Case {
     /// The case of a cable with so many segments under a load of `mass_ratio` of them.
-    ///
-    /// # Errors
-    /// A scene that cannot be built, a step that no solver compiled in can take, no reference.
     pub fn new(joint: Joint, segments: usize, mass_ratio: f64) -> Result<Self, StepError> {
         let scene = joint.hoist(segments, mass_ratio).build()?;
         let options = reference_choice().plain_options(DT);
@@ -95,18 +90,15 @@ impl Case {
     }
 
     /// S with its right-hand side.
-    #[must_use]
     pub fn schur(&self) -> (&SymBlockMatrix, &[f64]) {
         (&self.schur.0, &self.schur.1)
     }
 
     /// The KKT matrix with its right-hand side.
-    #[must_use]
     pub fn kkt(&self) -> (&SymBlockMatrix, &[f64]) {
         (&self.kkt.0, &self.kkt.1)
     }
 
-    #[must_use]
     pub(super) fn state(&self) -> &State {
         &self.state
     }

@@ -68,7 +68,6 @@ pub enum Rival {
 
 impl Rival {
     /// All that are worth a row, whether compiled in or not: the direct solvers but for the dense one, and the others.
-    #[must_use]
     pub fn all() -> Vec<Self> {
         let direct = Choice::all()
             .into_iter()
@@ -85,7 +84,6 @@ impl Rival {
     }
 
     /// Name without iterations and tolerance.
-    #[must_use]
     pub fn family(&self) -> String {
         match self {
             Self::Solver(choice, of) => choice.family() + of.suffix(),
@@ -94,7 +92,6 @@ impl Rival {
     }
 
     /// Right-hand sides that it solves at a time.
-    #[must_use]
     pub fn cables(&self) -> usize {
         match self {
             Self::Solver(_, Use::Many) => MANY_SIDES,
@@ -107,9 +104,6 @@ impl Rival {
     }
 
     /// Fails where it is not compiled in or an option is out of its range.
-    ///
-    /// # Errors
-    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`].
     pub fn check(&self) -> Result<(), SolveError> {
         match self {
             Self::Solver(choice, _) => choice.check(),

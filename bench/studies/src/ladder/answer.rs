@@ -3,9 +3,7 @@
 //! solver to use.
 
 use super::{LEVELS, Record};
-use serde_json::{Value, json};
-use taut_output::sheet::{Column, PLAIN, Sheet, Show, column};
-use taut_output::table::nanoseconds;
+use crate::study::question::*;
 
 /// A row and what its step costs within a level \[ns].
 type Placed<'a> = (&'a Record, f64);
@@ -29,7 +27,6 @@ fn family(r: &Record) -> &str {
     &r.backend[..end]
 }
 
-/// The fastest of those rows within the level.
 fn fastest<'a>(rows: impl Iterator<Item = &'a Record>, level: f64) -> Option<Placed<'a>> {
     let within = rows.filter_map(|r| Some((r, r.within(level)?.step_ns)));
     within.min_by(|a, b| a.1.total_cmp(&b.1))
@@ -96,30 +93,27 @@ const OUTCOME: [Column; 8] = [
     column("iteration_error", "error").shown(Show::Error(1)),
 ];
 
-/// The columns of the answer.
 const fn columns(scene: [Column; 2]) -> [Column; 10] {
     let [a, b] = scene;
     let [c, d, e, f, g, h, i, j] = OUTCOME;
     [a, b, c, d, e, f, g, h, i, j]
 }
 
-/// The answer on the hoist.
 const HOIST: Sheet = Sheet {
     columns: &columns([
         column("segments", "segments"),
         column("mass_ratio", "ratio").shown(Show::Ratio),
     ]),
-    ..PLAIN
+    ..sheet::PLAIN
 };
 
 /// The answer on other scenes.
 const OWN: Sheet = Sheet {
     columns: &columns([column("scene", "scene"), column("mass_ratio", "ratio")]),
-    ..PLAIN
+    ..sheet::PLAIN
 };
 
 impl Answer {
-    #[must_use]
     pub fn of(records: &[Record]) -> Self {
         let is_own = records.first().is_some_and(|r| r.segments.is_none());
         Self {

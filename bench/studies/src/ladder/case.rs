@@ -37,7 +37,6 @@ pub struct OwnScene {
 pub(super) enum Subject {
     /// One of the family over segments and mass ratios.
     Hoist(Box<HoistParams>),
-    /// Any other.
     Own(Box<OwnScene>),
 }
 
@@ -82,7 +81,6 @@ impl fmt::Display for Named {
 impl std::error::Error for Named {}
 
 /// True if the motion of a scene was lost: its text is sound.
-#[must_use]
 pub fn is_lost(error: &ExperimentError) -> bool {
     let named = error.downcast_ref::<Named>().map(|named| &named.error);
     matches!(
@@ -198,7 +196,6 @@ impl Case {
         self.common.gravity.norm() * dt
     }
 
-    /// A stepper of the scene as it starts.
     pub(super) fn at_start(&self, options: StepOptions) -> Result<Stepper, StepError> {
         Stepper::new(self.motion.scene.clone(), options)
     }
@@ -259,7 +256,6 @@ impl Case {
     }
 }
 
-/// The scene of the common states.
 fn common_scene(reference: &Reference) -> Result<Scene, StepError> {
     let scene = reference.scene.clone();
     let scene = scene.filter(|_| reference.states.len() > 1);

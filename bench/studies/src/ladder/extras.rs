@@ -2,6 +2,7 @@
 
 use super::{Config, OwnScene};
 use crate::cases::Cases;
+use crate::systems::failed;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taut_ground::inputs::Inputs;
@@ -36,7 +37,6 @@ pub struct Trace {
 
 impl Trace {
     /// The time that a share of the steps keeps \[ns].
-    #[must_use]
     pub fn quantile(&self, share: f64) -> f64 {
         let mut sorted = self.step_ns.clone();
         sorted.sort_by(f64::total_cmp);
@@ -46,7 +46,6 @@ impl Trace {
     }
 
     /// The median, what 95 and 99 of 100 steps keep, and the longest \[ns].
-    #[must_use]
     pub fn quantiles(&self) -> [(&'static str, f64); 4] {
         let shares = [("p50", 0.5), ("p95", 0.95), ("p99", 0.99), ("max", 1.0)];
         shares.map(|(name, share)| (name, self.quantile(share)))
@@ -58,7 +57,6 @@ impl Trace {
 pub struct Pattern {
     /// The scene and the order.
     pub title: String,
-    /// Number of block rows.
     pub blocks: usize,
     /// (row, column) of the matrix's blocks.
     pub matrix: Vec<[usize; 2]>,
@@ -67,9 +65,6 @@ pub struct Pattern {
 }
 
 /// Measures them on the scenes of the user's own, else on a hoist, with the patterns of a ring and a net besides.
-///
-/// # Errors
-/// As [`Stepper::new`] and [`Stepper::solve`].
 pub(super) fn measure(config: &Config, cases: &Cases) -> Result<Extras, ExperimentError> {
     let (scenes, time) = match &config.own[..] {
         [] => (hoist_and_networks()?, config.stability_time),
@@ -152,11 +147,7 @@ fn pattern(name: &str, scene: Scene) -> Result<Pattern, StepError> {
         columns.flat_map(of).collect()
     };
     let matrix = blocks(p);
-    let factor = taut_solver::factor_pattern(p).map_err(|source| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    })?;
+    let factor = taut_solver::factor_pattern(p).map_err(failed)?;
     let mut fill = blocks(&factor);
     fill.retain(|at| !matrix.contains(at));
     Ok(Pattern {

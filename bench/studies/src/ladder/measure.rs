@@ -13,7 +13,6 @@ use taut_ground::trajectory::{Trajectory, simulate_driven, steps_in};
 use taut_integrator::{StepError, StepOptions};
 use taut_solver::{backward_error, forward_error};
 
-/// The untimed part of all rows of a task.
 pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untimed> {
     let mut rows: Vec<Untimed> = Vec::new();
     for &rung in &task.rungs {
@@ -78,7 +77,6 @@ impl Record {
     }
 }
 
-/// The untimed part of one row.
 fn measure_row(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Untimed {
     let mut row = Record::new(config, case, trial, rung);
     if let Err(e) = measure_algebra(config, case, trial, &mut row) {

@@ -8,7 +8,6 @@ use taut_output::notation::number;
 /// One row: a solver with its options on one scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Name of the scene.
     pub scene: String,
     /// Segments of the hoist's cable; none of another scene, which has no elongation either.
     pub segments: Option<usize>,
@@ -129,13 +128,11 @@ pub(super) fn mark_fastest(records: &mut [Record]) {
 }
 
 impl Record {
-    #[must_use]
     pub fn scene_key(&self) -> SceneKey<'_> {
         (&self.scene, self.segments, self.mass_ratio.to_bits())
     }
 
     /// Its scene as plots call it.
-    #[must_use]
     pub fn scene_title(&self) -> String {
         let ratio = number(self.mass_ratio);
         match self.segments {
@@ -145,14 +142,12 @@ impl Record {
     }
 
     /// The error that its step is judged by: of the velocities with contacts, else of the multipliers.
-    #[must_use]
     pub fn step_error(&self) -> f64 {
         self.velocity_error.unwrap_or(self.forward_error)
     }
 
     /// Time of a step with errors within `level`, less the refinement if the level does not need
     /// it. `None` if no error is within.
-    #[must_use]
     pub fn within(&self, level: f64) -> Option<Fastest> {
         let held = self.error.is_none() && self.failure.is_none();
         // A hoist that did not hold has no elongation error and is not sound.

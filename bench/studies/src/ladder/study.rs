@@ -3,20 +3,14 @@
 use super::extras::measure;
 use super::table::{LEGEND, answer, rows};
 use super::{Config, OwnScene, Results, SceneNote};
-use crate::cases::{Cases, CasesError};
-use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, Time, overrides};
-use crate::study::{self, Found, Reporter, Study, data};
+use crate::cases::{Cases, Elsewhere};
+use crate::options::overrides;
+use crate::study::question::*;
+use clap::ArgMatches;
 use clap::parser::ValueSource;
-use clap::{ArgMatches, Args, FromArgMatches};
 use std::path::PathBuf;
 use taut_ground::source;
 use taut_model::{Grounded, HoistParams, Network, SceneSource};
-use taut_output::check::ExperimentError;
-use taut_output::notation::number;
-use taut_output::settings::{
-    ONE_REFINEMENT, Setting, counts, numbers, seconds, set, solvers, step,
-};
-use taut_output::table::MARK;
 
 /// `taut bench`.
 pub(crate) const STUDY: Study = Study {
@@ -30,19 +24,37 @@ pub(crate) const STUDY: Study = Study {
         "--scene ring,net --quick",
     ],
     mark: ("", "fastest_at"),
-    options: Options::augment_args,
+    takes: &[
+        "scenes",
+        "controls",
+        "segments",
+        "ratios",
+        "backends",
+        "iterations",
+        "overrides",
+        "time",
+        "rows",
+        "quick",
+    ],
+    options: Own::augment_args,
     reads: |matches| {
         let scenes = matches.get_many::<String>("scenes").into_iter().flatten();
         let files = scenes.filter(|scene| source::is_file(scene));
         let controls = matches.get_one("controls").cloned();
         files.map(PathBuf::from).chain(controls).collect()
     },
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
+    run: |matches, reporter| {
+        run(
+            &Asked::read(matches),
+            &Own::from_arg_matches(matches)?,
+            reporter,
+        )
+    },
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
+struct Own {
     /// Other scenes instead of the hoist, by name or as TOML files; the networks ring, junction, cranes, ladder, net as in
     /// `taut study scenes`: `--segments` are the ladder's cables, the net's rows and columns; stack, floor and pile over
     /// the mass ratios, with every method of contacts (the pile's cables of 6 segments unless `--set segments`)
@@ -52,62 +64,52 @@ struct Options {
     /// linear in between, the first and the last row hold outside
     #[arg(long, value_name = "FILE.csv", requires = "scenes")]
     controls: Option<PathBuf>,
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
-    #[command(flatten)]
-    iterations: Iterations,
     /// Overrides a parameter of the hoist, or of each scene named
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
-    #[command(flatten)]
-    time: Time,
     /// Prints every row: each solver, each limit of iterations
     #[arg(long)]
     rows: bool,
-    #[command(flatten)]
-    quick: Quick,
 }
 
-fn config(options: &Options) -> Result<Config, ExperimentError> {
-    let mut config = options.quick.of(Config::quick);
-    if !options.segments.segments.is_empty() {
-        config.segments.clone_from(&options.segments.segments);
+fn config(asked: &Asked, own: &Own) -> Result<Config, ExperimentError> {
+    let mut config = asked.form(Config::quick);
+    if !asked.segments.is_empty() {
+        config.segments.clone_from(&asked.segments);
     }
-    options.ratios.replace(&mut config.ratios)?;
-    options.iterations.replace(&mut config.iterations)?;
+    asked.ratios(&mut config.ratios)?;
+    asked.iterations(&mut config.iterations)?;
     let needs = format!("it must be at least one step of {:.4} s", config.dt);
-    options
-        .time
-        .replace(&mut config.time, config.dt, 1, &needs)?;
-    options.backends.refuse_limits()?;
-    config.choices = options.backends.choices()?;
-    if !options.scenes.is_empty() {
-        config.own = own_scenes(options, &config.ratios)?;
+    asked.time(&mut config.time, config.dt, 1, &needs)?;
+    asked.refuse_limits()?;
+    config.choices = asked.choices()?;
+    if !own.scenes.is_empty() {
+        config.own = own_scenes(asked, own, &config.ratios)?;
         return Ok(config);
     }
     let swept = |o: &&String| {
         let key = o.split('=').next().unwrap_or_default();
         ["segments", "mass_ratio", "load_mass"].contains(&key)
     };
-    if let Some(o) = options.overrides.iter().find(swept) {
+    if let Some(o) = own.overrides.iter().find(swept) {
         let reason = "has no effect on the main job: use `--segments` and `--ratios`";
         return Err(Refused(format!("`--set {o}` {reason}")).into());
     }
-    config.scene = hoist(&config.scene, &overrides(&options.overrides)?)?;
+    config.scene = hoist(&config.scene, &overrides(&own.overrides)?)?;
     Ok(config)
 }
 
 /// The scenes named, each once; those on the ground at each mass ratio, unless their own is set.
-fn own_scenes(options: &Options, ratios: &[f64]) -> Result<Vec<OwnScene>, ExperimentError> {
+fn own_scenes(
+    asked: &Asked,
+    options: &Own,
+    ratios: &[f64],
+) -> Result<Vec<OwnScene>, ExperimentError> {
     let swept = [
-        ("--segments", options.segments.segments.is_empty()),
+        ("--segments", asked.segments.is_empty()),
         (
             "--ratios",
-            options.ratios.ratios.is_empty() || options.scenes.iter().all(|s| is_swept(s)),
+            asked.ratios.is_empty() || options.scenes.iter().all(|s| is_swept(s)),
         ),
     ];
     if let Some((option, _)) = swept.iter().find(|(_, is_absent)| !is_absent) {
@@ -157,9 +159,6 @@ fn is_swept(name: &str) -> bool {
 
 /// True if networks are asked for. The study of branches and loops runs these: it sets them
 /// swinging, grows them, and compares orders of elimination.
-///
-/// # Errors
-/// Networks beside other scenes, or with options that their study does not read.
 pub(crate) fn are_networks(matches: &ArgMatches) -> Result<bool, Refused> {
     let names = matches.get_many::<String>("scenes").into_iter().flatten();
     let (networks, others): (Vec<&String>, Vec<&String>) =
@@ -184,7 +183,6 @@ pub(crate) fn are_networks(matches: &ArgMatches) -> Result<bool, Refused> {
     }
 }
 
-/// The hoist with parameters overridden.
 fn hoist(
     defaults: &HoistParams,
     overrides: &[(&str, &str)],
@@ -259,7 +257,7 @@ fn missed(config: &Config, scenes: &[SceneNote]) -> Option<String> {
 }
 
 /// Text of the run: all rows, or the answer alone.
-fn told(options: &Options, config: &Config, results: &Results) -> Result<String, ExperimentError> {
+fn told(options: &Own, config: &Config, results: &Results) -> Result<String, ExperimentError> {
     let scene = about(config, &results.scenes)?;
     let answer = answer(results);
     let has_contacts = results.records.iter().any(|r| r.velocity_error.is_some());
@@ -272,15 +270,19 @@ fn told(options: &Options, config: &Config, results: &Results) -> Result<String,
     })
 }
 
-fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
-    let config = config(options)?;
+fn run(
+    asked: &Asked,
+    options: &Own,
+    reporter: &mut Reporter<'_>,
+) -> Result<Found, ExperimentError> {
+    let config = config(asked, options)?;
     // The rows are told before the plots of the page are measured.
     let results = Cases::unless_elsewhere(super::run(&config, reporter.cases))?;
     if let Some(results) = &results {
         (reporter.say)(&told(options, &config, results)?)?;
     }
     let extras = measure(&config, reporter.cases)?;
-    let results = results.ok_or(CasesError::Elsewhere)?;
+    let results = results.ok_or(Elsewhere)?;
     let mut settings = settings(&config)?;
     if !options.overrides.is_empty() {
         settings.push(("set".to_owned(), options.overrides.join(", ")));

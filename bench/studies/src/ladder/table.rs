@@ -1,12 +1,7 @@
 //! The main job's rows and its answer as text.
 
 use super::{Answer, Record, Results, SceneNote};
-use crate::study::data;
-use serde_json::{Value, json};
-use taut_output::row::{Row, has_ended, has_no_error, iterations, number_of};
-use taut_output::settings::distinct;
-use taut_output::sheet::{self, Sheet, Show, column};
-use taut_output::table::{omissions, text, wrapped};
+use crate::study::question::*;
 
 /// The rows of the main job on the hoist.
 const HOIST: Sheet = Sheet {
@@ -47,7 +42,6 @@ const OWN: Sheet = Sheet {
 };
 
 /// The table of the rows.
-#[must_use]
 pub fn sheet_of(records: &[Record]) -> &'static Sheet {
     match records.first() {
         Some(Record { segments: None, .. }) => &OWN,
@@ -113,7 +107,6 @@ pub(super) fn rows(results: &Results) -> String {
 }
 
 /// Records as rows; of the levels at which they are the fastest the errors alone.
-#[must_use]
 pub fn data_of(records: &[Record]) -> Vec<Value> {
     let row = |r: &Record| {
         let levels: Vec<f64> = r.fastest_at.iter().map(|f| f.level).collect();
@@ -152,12 +145,12 @@ pub(super) fn answer(results: &Results) -> String {
         rows,
         advice,
     } = Answer::of(&results.records);
-    let mut sentence = wrapped(&[]);
+    let mut sentence = table::wrapped(&[]);
     sentence.add_row([advice]);
     format!(
         "{}\n{}{}",
         sheet.text(&rows),
-        text(&sentence),
+        table::text(&sentence),
         omissions(&results.omissions)
     )
 }
@@ -176,7 +169,6 @@ fn once(records: &[Record]) -> Vec<Record> {
 
 /// How often the solvers' own claims of a solution were true: those by the letter of their tolerance, those for rounding's
 /// sake alone, those that are false. A failed row claims nothing; rows that are older than the counts are left out.
-#[must_use]
 pub fn claim_rows(records: &[Record]) -> Vec<Value> {
     let counts = |r: &Record| match (r.claimed_converged.zip(r.verified_converged), &r.error) {
         (Some((claimed, verified)), _) => Some([

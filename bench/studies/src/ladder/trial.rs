@@ -97,7 +97,6 @@ fn moving(stepper: &Stepper) -> Velocities {
         .collect()
 }
 
-/// The reference's velocities, and their own error.
 pub(super) fn reference(case: &Case, dt: f64) -> Result<(Vec<Velocities>, f64), StepError> {
     let with = |choice: Choice| {
         let options = choice.plain_options(dt);

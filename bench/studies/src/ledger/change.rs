@@ -28,7 +28,6 @@ pub enum Change {
     Solver(Choice),
 }
 
-/// All that can be changed of a setup.
 pub(super) fn all(whole: &Setup) -> Vec<Change> {
     let mut all: Vec<Change> = Part::ALL.map(Change::Without).into();
     all.extend([0.5, 2.0].map(Change::Segments));
@@ -165,7 +164,6 @@ impl Change {
 }
 
 /// The options of `taut run` that step a scene so, those that differ from the default.
-#[must_use]
 pub fn flags(options: &StepOptions) -> String {
     let default = StepOptions::default();
     let choice = Choice {

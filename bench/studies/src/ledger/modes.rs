@@ -20,7 +20,6 @@ use taut_model::{Bodies, Constraint, Motion, Scene, Side};
 /// Most bodies of a scene whose modes are found: the matrices are dense.
 const MOST: usize = 80;
 
-/// Modes that are told.
 const TOLD: usize = 3;
 
 /// Largest displacement (m) or rotation (rad).

@@ -24,8 +24,8 @@
 //! Small systems come in both forms, and with every state and compliance; large ones in the hardest state alone, so that
 //! the set stays small. Random velocities are those of fixed seeds: the set is the same in every run.
 
+use crate::checks::each;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use taut_ground::files::{Output, make_folder};
@@ -85,7 +85,6 @@ pub enum State {
 pub enum Compliance {
     /// l/EA of the default cable.
     Material,
-    /// [`STIFF`].
     Stiff,
 }
 
@@ -138,7 +137,6 @@ pub struct Entry {
 }
 
 /// The cases of the set; the small ones only if `quick`. The largest size has the first state and compliance only.
-#[must_use]
 pub fn cases(quick: bool) -> Vec<Case> {
     use Compliance::{Material, Stiff};
     use State::{Bent, Hanging, Slack, Straight};
@@ -175,7 +173,6 @@ pub fn cases(quick: bool) -> Vec<Case> {
 
 impl Case {
     /// Name of its files.
-    #[must_use]
     pub fn name(&self) -> String {
         let word = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
         format!(
@@ -328,9 +325,6 @@ fn sides(nodes: usize) -> (usize, usize) {
 }
 
 /// Writes the cases and their `index.csv` to `folder`; `progress` advances once for each case.
-///
-/// # Errors
-/// A system that cannot be made, a file that cannot be written.
 pub fn generate(
     cases: &[Case],
     folder: &Path,
@@ -338,16 +332,7 @@ pub fn generate(
     progress: &ProgressBar,
 ) -> Result<Vec<Entry>, ExperimentError> {
     make_folder(folder)?;
-    progress.set_length(cases.len() as u64);
-    let entries: Vec<Vec<Entry>> = cases
-        .par_iter()
-        .map(|case| {
-            let entries = case.write(folder, gzip);
-            progress.inc(1);
-            entries
-        })
-        .collect::<Result<_, _>>()?;
-    let entries = entries.concat();
+    let entries = each(cases, progress, |case| case.write(folder, gzip))?.concat();
     let index = Output::open(&folder.join("index.csv")).and_then(|to| {
         to.write(|out| {
             let mut index = csv::Writer::from_writer(out);
@@ -375,9 +360,6 @@ time,trolley_speed,hoist_speed
 ";
 
 /// Writes the systems of the driven gantry's first steps. Returns the size of the files.
-///
-/// # Errors
-/// A step that fails, a file that cannot be written.
 pub fn generate_sequence(
     steps: u64,
     folder: &Path,

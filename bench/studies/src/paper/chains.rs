@@ -51,9 +51,6 @@ pub struct Sample {
 
 /// The uppermost link of the chain of `row`, with a load of 10^`decade` particles' masses and links longer by `noise`
 /// (m), over `time` (s) or as long as all is finite, whatever the violations; and whether they kept Table I's bar.
-///
-/// # Errors
-/// Scenes that are not sound.
 pub fn samples(
     row: &Row,
     decade: f64,

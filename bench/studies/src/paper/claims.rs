@@ -8,9 +8,10 @@ use super::chains::{BENDING, LINKS};
 use super::table1::{self, BAR, ROWS, Row, chain, drop_chain, options};
 use super::table2::{self, largest};
 use super::timing;
+use crate::checks::each;
+use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use serde::Serialize;
 use taut_ground::trajectory::Failure;
 use taut_integrator::{StepError, Stepper};
@@ -23,7 +24,6 @@ use taut_output::table;
 pub struct Config {
     /// Bending compliances \[rad/(N m)].
     pub compliances: Vec<f64>,
-    /// Numbers of particles.
     pub particles: Vec<usize>,
     /// Simulated time \[s].
     pub time: f64,
@@ -31,26 +31,15 @@ pub struct Config {
     pub per_decade: u32,
 }
 
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            compliances: vec![1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0],
-            particles: vec![3, 5, 10, 20],
-            time: 30.0,
-            per_decade: 8,
-        }
-    }
-}
-
 impl Config {
-    /// Four compliances, two lengths, 10 s.
-    #[must_use]
-    pub fn quick() -> Self {
+    /// The whole set, or four compliances, two lengths, 10 s.
+    pub fn new(quick: bool) -> Self {
+        let all = vec![1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
         Self {
-            compliances: vec![1e-5, 1e-4, 1e-2, 1.0],
-            particles: vec![5, 10],
-            time: 10.0,
-            per_decade: 2,
+            compliances: pick(quick, [all, vec![1e-5, 1e-4, 1e-2, 1.0]]),
+            particles: pick(quick, [vec![3, 5, 10, 20], vec![5, 10]]),
+            time: pick(quick, [30.0, 10.0]),
+            per_decade: pick(quick, [8, 2]),
         }
     }
 }
@@ -58,7 +47,6 @@ impl Config {
 /// How the bending of a chain acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bending {
-    /// Not at all.
     None,
     /// As an external force of the state at the beginning of a step.
     Explicit,
@@ -136,9 +124,6 @@ impl BendingForces {
 const LEAST: f64 = 1.0;
 
 /// Largest stable load of a chain with bending of a compliance.
-///
-/// # Errors
-/// Scenes that are not sound.
 pub fn limit(
     config: &Config,
     bending: Bending,
@@ -183,9 +168,6 @@ pub fn limit(
 
 /// Runs the chains, in parallel: no bending, explicit and regularised bending of each compliance, and both ends of that
 /// for each number of particles. `progress` advances once a chain.
-///
-/// # Errors
-/// Scenes that are not sound.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
     let particles = chain(&LINKS, 0.0).particles;
     let mut tasks = vec![(Bending::None, 0.0, particles)];
@@ -197,15 +179,9 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, Exper
         tasks.push((Bending::None, 0.0, n));
         tasks.push((Bending::Rows, BENDING.added, n));
     }
-    progress.set_length(tasks.len() as u64);
-    tasks
-        .par_iter()
-        .map(|&(bending, compliance, particles)| {
-            let record = limit(config, bending, compliance, particles);
-            progress.inc(1);
-            record
-        })
-        .collect()
+    each(&tasks, progress, |&(bending, compliance, particles)| {
+        limit(config, bending, compliance, particles)
+    })
 }
 
 fn power(decade: f64) -> String {
@@ -228,7 +204,6 @@ fn best(records: &[Record], pick: impl Fn(&&Record) -> bool) -> f64 {
 }
 
 /// Checks of bending as a force and as rows, and of the chains' length.
-#[must_use]
 pub fn bending_checks(records: &[Record]) -> Vec<Check> {
     let particles = chain(&LINKS, 0.0).particles;
     let of = |bending: Bending| {
@@ -297,7 +272,6 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
     checks
 }
 
-/// Checks of the supplementary rows by Table I.
 fn supplementary(records: &[table1::Record]) -> Vec<Check> {
     let limit = |model: &str| {
         let of = records.iter().filter(|r| r.model == model);
@@ -427,29 +401,17 @@ fn chart(records: &[Record]) -> Chart {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (config, table1_config, rows, timed) = if quick {
-        let rows = vec![table2::ROWS[7], table2::ROWS[9]];
-        (
-            Config::quick(),
-            table1::Config::quick(),
-            rows,
-            timing::Config::quick(),
-        )
-    } else {
-        let rows = table2::ROWS.to_vec();
-        (
-            Config::default(),
-            table1::Config::default(),
-            rows,
-            timing::Config::quick(),
-        )
+    let (config, timed) = (Config::new(quick), timing::Config::new(true));
+    let rows = match quick {
+        true => vec![table2::ROWS[7], table2::ROWS[9]],
+        false => table2::ROWS.to_vec(),
     };
     // Times first, while nothing else runs.
     let times = timing::run(&timed, progress)?;
     let table1_config = table1::Config {
         rows: [0, 1, 2, 5, 6].map(|i| ROWS[i]).to_vec(),
         noises: vec![0.0],
-        ..table1_config
+        ..table1::Config::new(quick)
     };
     progress.reset();
     let chains = table1::run(&table1_config, progress)?;

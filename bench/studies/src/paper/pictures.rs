@@ -59,7 +59,6 @@ fn recorded(
     Ok((stepper, Recording::read(&mut &file[..])?))
 }
 
-/// A picture of a scene at rest.
 fn portrait(scene: Scene) -> Result<Vec<u8>, ExperimentError> {
     let (_, recording) = recorded(scene, 1, |_, _| Ok(()))?;
     Ok(still(&recording, 0.0)?.png)

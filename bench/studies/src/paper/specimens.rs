@@ -49,7 +49,6 @@ impl Joint {
     pub const ALL: [Self; 3] = [Self::Cosserat, Self::Ordinary, Self::Alternative];
 
     /// Name in tables.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Cosserat => "cosserat",
@@ -60,7 +59,6 @@ impl Joint {
 }
 
 /// A specimen of one of the paper's materials, without load.
-#[must_use]
 pub fn params(
     specimen: Specimen,
     (material, young): (&str, f64),
@@ -102,7 +100,6 @@ pub struct Reading {
 }
 
 /// The rows of all cable joints from the clamp to the grip; the bearing is left out.
-#[must_use]
 pub fn read(scene: &Scene, segments: usize) -> Vec<Reading> {
     let mut rows = Linearized::new(scene);
     rows.update(scene, 0.0);
@@ -139,9 +136,6 @@ const PASSES: [(usize, f64); 3] = [(8, 1.0), (60, 10.0), (3, 100.0)];
 /// slowest mode's 1/ω. A pass turns the rounding of the joints' torques, u M, into rotations u M Δt²/I of the light
 /// segments; shorter steps at the end take these away and leave the slow modes where they are. Longer ones, as
 /// those of [`static_equilibrium`], would not come to rest here.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn relax(mut scene: Scene, dt: f64) -> Result<Scene, StepError> {
     for (passes, divisor) in PASSES {
         let options = StepOptions {
@@ -155,9 +149,6 @@ pub fn relax(mut scene: Scene, dt: f64) -> Result<Scene, StepError> {
 }
 
 /// As many steps of `options`, each from rest.
-///
-/// # Errors
-/// As [`Stepper::step`].
 pub fn passes_from_rest(
     scene: Scene,
     options: StepOptions,
@@ -179,9 +170,6 @@ const SETTLINGS: usize = 20;
 
 /// The static equilibrium of the scene under its loads with the windings followed, repeated until no row changes by
 /// more than its rounding. No joint may turn by half a turn on the way.
-///
-/// # Errors
-/// As [`static_equilibrium`].
 pub fn settle(mut scene: Scene) -> Result<Scene, StepError> {
     let backend = Backend::preferred().unwrap_or(Backend::Banded);
     let mut rows = Linearized::new(&scene);
@@ -202,7 +190,6 @@ pub fn settle(mut scene: Scene) -> Result<Scene, StepError> {
 }
 
 /// Order p of errors e ∝ N⁻ᵖ from the first and the last of (N, e), `None` where they are rounding.
-#[must_use]
 pub fn order(errors: &[(usize, f64)]) -> Option<f64> {
     let ((n0, e0), (n1, e1)) = (*errors.first()?, *errors.last()?);
     let sound = e0.abs() > 1e-12 && e1.abs() > 1e-12 && n0 != n1;
@@ -220,8 +207,7 @@ pub(super) fn pull(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exper
 }
 
 pub(super) fn twist(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(twist::Config::quick).unwrap_or_default();
-    twist::outcome(&twist::run(&config, progress)?)
+    twist::outcome(&twist::run(&twist::Config::new(quick), progress)?)
 }
 
 pub(super) fn bend(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {

@@ -30,6 +30,7 @@ mod report;
 pub use law::{Law, law};
 pub use report::{charts, checks, text_tables};
 
+use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -67,39 +68,25 @@ pub struct Config {
     pub frequencies: Vec<f64>,
 }
 
-impl Default for Config {
-    /// 300 kg on 0.3 kg of cable, ten segments, 10 s at 1/60 s.
-    fn default() -> Self {
+impl Config {
+    /// 300 kg on 0.3 kg of cable, ten segments, 10 s at 1/60 s; quick six segments.
+    pub fn new(quick: bool) -> Self {
         Self {
-            segments: 10,
+            segments: pick(quick, [10, 6]),
             length: 2.0,
             load: 300.0,
             cable: 0.3,
             stretch: 5e6,
             loss: 0.2,
             amplitudes: [0.02, 0.6],
-            factors: vec![0.5, 1.0, 2.0, 4.0],
+            factors: pick(quick, [vec![0.5, 1.0, 2.0, 4.0], vec![1.0, 2.0]]),
             time: 10.0,
             dt: 1.0 / 60.0,
-            frequencies: vec![0.01, 0.1, 1.0, 3.0],
-        }
-    }
-}
-
-impl Config {
-    /// Six segments.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self {
-            segments: 6,
-            factors: vec![1.0, 2.0],
-            frequencies: vec![0.1, 1.0],
-            ..Self::default()
+            frequencies: pick(quick, [vec![0.01, 0.1, 1.0, 3.0], vec![0.1, 1.0]]),
         }
     }
 
     /// The hoist with bending stiffness `ei` (N m²), its ends held as `end`.
-    #[must_use]
     pub fn params(&self, ei: f64, end: End) -> HoistParams {
         let segment = self.length / self.segments as f64;
         HoistParams {
@@ -117,9 +104,6 @@ impl Config {
     }
 
     /// The hanging scene, turning about its anchor with `amplitude` √(g/L).
-    ///
-    /// # Errors
-    /// Parameters that are not sound.
     pub fn scene(&self, params: &HoistParams, amplitude: f64) -> Result<Scene, SceneError> {
         let mut scene = params.hanging_equilibrium()?;
         let omega = Vector3::y() * (amplitude * (GRAVITY / self.length).sqrt());
@@ -153,13 +137,11 @@ pub struct Run {
 
 impl Run {
     /// Share of the energy lost by sample `i`; NaN where the run was lost.
-    #[must_use]
     pub fn loss(&self, i: usize) -> f64 {
         self.energy.get(i).map_or(f64::NAN, |e| 1.0 - e)
     }
 
     /// Share that is predicted to be lost by sample `i`.
-    #[must_use]
     pub fn predicted_loss(&self, i: usize) -> f64 {
         self.predicted.get(i).map_or(f64::NAN, |e| 1.0 - e)
     }
@@ -261,7 +243,6 @@ fn swung(
     Ok((energy, trajectory.failure))
 }
 
-/// One run of the hoist.
 fn swing(
     config: &Config,
     name: &str,
@@ -337,9 +318,6 @@ fn gantry(
 const HANGING: usize = 2;
 
 /// Runs everything. `progress` advances once for each motion.
-///
-/// # Errors
-/// Scenes and options that are not sound.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
     progress.set_length(config.factors.len() as u64 + 10);
     let ei = fitted_stiffness(config)?;
@@ -409,7 +387,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
 }
 
 /// All samples of all runs.
-#[must_use]
 pub fn records(results: &Results, config: &Config) -> Vec<Record> {
     let runs = results.runs.iter().chain(&results.others);
     let runs = runs.chain(std::iter::once(&results.damped));
@@ -428,7 +405,7 @@ pub fn records(results: &Results, config: &Config) -> Vec<Record> {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
+    let config = Config::new(quick);
     let results = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&results, &config),

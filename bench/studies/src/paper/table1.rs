@@ -9,8 +9,9 @@
 //! The scan of the table has lost its exponents. Those of ε are inferred (the masses' ratios that they give reproduce
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
+use crate::checks::each;
+use crate::options::pick;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use serde::Serialize;
 use taut_ground::pace;
 use taut_ground::trajectory::steps_in;
@@ -26,7 +27,6 @@ pub const BAR: f64 = 0.2;
 /// Distance from the paper's decade that still rounds to it.
 const SAME_DECADE: f64 = 0.5;
 
-/// One row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     pub model: ChainModel,
@@ -80,29 +80,17 @@ pub struct Config {
     pub noises: Vec<f64>,
 }
 
-impl Default for Config {
-    fn default() -> Self {
+impl Config {
+    /// All rows; quick one of each kind, coarsely.
+    pub fn new(quick: bool) -> Self {
+        let few = || [0, 2, 6, 8, 9].map(|i| ROWS[i]).to_vec();
         Self {
-            rows: ROWS.to_vec(),
+            rows: if quick { few() } else { ROWS.to_vec() },
             time: 30.0,
-            scan: 0.25,
-            width: 0.01,
+            scan: pick(quick, [0.25, 1.0]),
+            width: pick(quick, [0.01, 0.1]),
             aside: 0.3,
             noises: vec![0.0, 1e-6],
-        }
-    }
-}
-
-impl Config {
-    /// A row of each kind, coarsely.
-    #[must_use]
-    pub fn quick() -> Self {
-        let pick = [0, 2, 6, 8, 9].map(|i| ROWS[i]);
-        Self {
-            rows: pick.to_vec(),
-            scan: 1.0,
-            width: 0.1,
-            ..Self::default()
         }
     }
 }
@@ -173,9 +161,6 @@ pub(super) fn chain(row: &Row, decade: f64) -> ParticleChainParams {
 
 /// Runs a chain until `time`, or until a link's violation over its length reaches `bar`. `each`
 /// sees every state before that.
-///
-/// # Errors
-/// Unsound scenes. A failing step ends the run without an error.
 pub(super) fn drop_chain(
     params: &ParticleChainParams,
     options: StepOptions,
@@ -229,9 +214,6 @@ pub(super) fn drop_chain(
 
 /// Finds every row's limit, in parallel: upwards in steps to the first unstable ratio, then by bisection between it and
 /// the one before. `progress` advances once a row.
-///
-/// # Errors
-/// Scenes and options that are not sound.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
     let noises = &config.noises;
     let tasks: Vec<(&Row, f64)> = config
@@ -239,15 +221,9 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, Exper
         .iter()
         .flat_map(|row| noises.iter().map(move |&noise| (row, noise)))
         .collect();
-    progress.set_length(tasks.len() as u64);
-    tasks
-        .par_iter()
-        .map(|(row, noise)| {
-            let record = measure(config, row, *noise);
-            progress.inc(1);
-            record
-        })
-        .collect()
+    each(&tasks, progress, |(row, noise)| {
+        measure(config, row, *noise)
+    })
 }
 
 fn measure(config: &Config, row: &Row, noise: f64) -> Result<Record, ExperimentError> {
@@ -313,7 +289,6 @@ fn printed(row: &Row) -> String {
     }
 }
 
-/// The row of the table that a record belongs to.
 fn row_of<'a>(config: &'a Config, record: &Record) -> Option<&'a Row> {
     config.rows.iter().find(|row| {
         row.model.scene_name().ends_with(&record.model)
@@ -349,7 +324,6 @@ fn theory(record: &Record) -> Option<Check> {
 }
 
 /// The table's rows against the paper in the plane; what is left of (e) and (f) in space.
-#[must_use]
 pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
     let mut checks = Vec::new();
     for record in records.iter().filter(|r| r.noise_m == 0.0) {
@@ -469,7 +443,7 @@ fn chart(records: &[Record]) -> Chart {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
+    let config = Config::new(quick);
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&config, &records),

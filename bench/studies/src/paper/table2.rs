@@ -32,9 +32,10 @@ pub use report::{charts, checks, text_tables};
 pub use rows::{ROWS, Row};
 pub use search::{Found, largest};
 
+use crate::checks::each;
+use crate::options::pick;
 use crate::stability::predicted_limit;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
 use taut_ground::trajectory::{Failure, simulate};
@@ -248,42 +249,31 @@ fn light_top(rows: &[Row]) -> Vec<Case> {
     cases.map(light).collect()
 }
 
-impl Default for Config {
-    /// All rows with all settings and solvers for 30 s, up to 10⁸; the sweeps with a light top, and two rows from the last
-    /// step's multipliers; and the paper's own joint at the length that fits its column best.
-    fn default() -> Self {
-        let mut cases = product(&ROWS, &Setting::ALL, &Solver::ALL);
-        cases.extend(light_top(&ROWS));
-        let paper = [Setting::ALL[0]];
-        let warm = [Solver::WarmSweeps(3), Solver::WarmSweeps(20)];
-        cases.extend(product(&[ROWS[2], ROWS[7]], &paper, &warm));
-        let fitted = rows::fitted_length();
-        let other = product(&ROWS, &paper, &[Solver::Sweeps(20), Solver::Direct]);
-        cases.extend(other.into_iter().map(|case| Case {
-            length: fitted,
-            ..case
-        }));
-        Self {
-            cases,
-            time: 30.0,
-            decades: 8,
-            per_decade: 4,
-        }
-    }
-}
-
 impl Config {
-    /// Two rows of six segments, 5 s, whole decades.
-    #[must_use]
-    pub fn quick() -> Self {
-        let rows = [ROWS[5], ROWS[7]];
+    /// All rows with all settings and solvers for 30 s, up to 10⁸; the sweeps with a light top, and two rows from the last
+    /// step's multipliers; and the paper's own joint at the length that fits its column best. Quick two rows of six
+    /// segments, 5 s, whole decades.
+    pub fn new(quick: bool) -> Self {
+        let rows = if quick {
+            vec![ROWS[5], ROWS[7]]
+        } else {
+            ROWS.to_vec()
+        };
         let mut cases = product(&rows, &Setting::ALL, &Solver::ALL);
         cases.extend(light_top(&rows));
+        if !quick {
+            let paper = [Setting::ALL[0]];
+            let warm = [Solver::WarmSweeps(3), Solver::WarmSweeps(20)];
+            cases.extend(product(&[ROWS[2], ROWS[7]], &paper, &warm));
+            let length = rows::fitted_length();
+            let other = product(&ROWS, &paper, &[Solver::Sweeps(20), Solver::Direct]);
+            cases.extend(other.into_iter().map(|case| Case { length, ..case }));
+        }
         Self {
             cases,
-            time: 5.0,
+            time: pick(quick, [30.0, 5.0]),
             decades: 8,
-            per_decade: 1,
+            per_decade: pick(quick, [4, 1]),
         }
     }
 }
@@ -300,7 +290,7 @@ pub(super) fn sweeps_only(rows: &[Row]) -> Config {
     );
     Config {
         cases,
-        ..Config::default()
+        ..Config::new(false)
     }
 }
 
@@ -331,7 +321,6 @@ pub struct Record {
     /// When the first unstable ratio of the search above it failed \[s].
     #[serde(rename = "failure_time_s")]
     pub failure_time: Option<f64>,
-    /// How.
     pub failure: Option<String>,
     /// Euler's load of the cable, as a ratio.
     pub euler: f64,
@@ -434,27 +423,15 @@ fn record(case: &Case, found: Found) -> Result<Record, StepError> {
 }
 
 /// Searches every cell, in parallel. `progress` advances once for each.
-///
-/// # Errors
-/// Unsound scenes or options. An unstable run is not an error.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
-    progress.set_length(config.cases.len() as u64);
-    config
-        .cases
-        .par_iter()
-        .with_max_len(1)
-        .map(|case| {
-            let found = largest(config.decades, config.per_decade, |ratio| {
-                fails(case, ratio, config.time)
-            })?;
-            progress.inc(1);
-            record(case, found)
-        })
-        .collect()
+    each(&config.cases, progress, |case| {
+        let fails = |ratio| fails(case, ratio, config.time);
+        record(case, largest(config.decades, config.per_decade, fails)?)
+    })
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
+    let config = Config::new(quick);
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&records, &config),

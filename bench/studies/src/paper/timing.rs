@@ -17,6 +17,7 @@ mod report;
 
 pub use report::{charts, checks, text_tables};
 
+use crate::options::pick;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -46,30 +47,19 @@ pub struct Config {
     pub least: usize,
 }
 
-impl Default for Config {
-    /// 10 … 10⁴ elements.
-    fn default() -> Self {
+impl Config {
+    /// 10 … 10⁴ elements; quick 30 … 1000.
+    pub fn new(quick: bool) -> Self {
+        let all = vec![10, 30, 100, 300, 1000, 3000, 10_000];
         Self {
-            elements: vec![10, 30, 100, 300, 1000, 3000, 10_000],
+            elements: pick(quick, [all, vec![30, 100, 300, 1000]]),
             ratio: 100.0,
             ratios: vec![10.0, 1e3, 1e5],
             loaded: 100,
             sweeps: [3, 20],
             repeats: 4,
-            budget: 0.08,
+            budget: pick(quick, [0.08, 0.02]),
             least: 7,
-        }
-    }
-}
-
-impl Config {
-    /// 30 … 1000 elements.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self {
-            elements: vec![30, 100, 300, 1000],
-            budget: 0.02,
-            ..Self::default()
         }
     }
 }
@@ -80,7 +70,6 @@ pub struct Record {
     pub solver: String,
     /// Sweeps; 0 for the direct solver.
     pub sweeps: usize,
-    /// Number of elements.
     pub elements: usize,
     /// Mass ratio load/element.
     pub ratio: f64,
@@ -174,9 +163,6 @@ fn time(config: &Config, elements: usize, ratio: f64, sweeps: usize) -> Result<R
 
 /// Times all cells one after the other, `repeats` times round, so that a slow spell of the machine hits none alone; the
 /// round with the smallest median of a cell counts, and its least time of all rounds. `progress` advances once a run.
-///
-/// # Errors
-/// A step that fails.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
     let [few, many] = config.sweeps;
     let mut cells = Vec::new();
@@ -212,7 +198,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
 const PAPER_MANY: (usize, f64) = (50, 1e5);
 
 /// Offset and slope \[a, b] of the least-squares line y = a + b x.
-#[must_use]
 pub fn line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |_| 1.0)
 }
@@ -228,20 +213,18 @@ fn weighted_line(points: &[[f64; 2]], weight: impl Fn(&[f64; 2]) -> f64) -> [f64
 }
 
 /// Offset and slope of y = a + b x with the least sum of squared relative errors.
-#[must_use]
 pub fn relative_line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |p| p[1].powi(-2))
 }
 
 /// The exponent p of y = c x^p by least squares of the logarithms.
-#[must_use]
 pub fn exponent(points: &[[f64; 2]]) -> f64 {
     let logs: Vec<_> = points.iter().map(|p| p.map(f64::ln)).collect();
     line(&logs)[1]
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
+    let config = Config::new(quick);
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&records, &config),

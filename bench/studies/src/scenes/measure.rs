@@ -40,9 +40,6 @@ impl Task {
 
 /// The scene in its static equilibrium, with the velocities of a rigid swing about the x axis, on which its anchors
 /// are, and its seeds besides. Where rounding of a thousand short segments hides the equilibrium it starts unstrained.
-///
-/// # Errors
-/// As [`Stepper::new`].
 pub fn swinging(params: &NetworkParams, dt: f64) -> Result<Scene, StepError> {
     let options = reference_choice().plain_options(dt);
     let mut scene = match Stepper::new(params.build()?, options) {

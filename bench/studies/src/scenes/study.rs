@@ -1,20 +1,9 @@
 //! The study of branches and loops: its options, settings and plots.
 
 use super::{BAR, Config};
-use crate::cases::Cases;
-use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, sorted};
-use crate::study::{self, Found, Study, data};
+use crate::study::question::*;
 use crate::systems::Told;
-use clap::{Args, FromArgMatches};
 use taut_model::Network;
-use taut_output::check::ExperimentError;
-use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::row::{Row, has_ended, has_no_error, is, iterations, number_of, text_of};
-use taut_output::settings::{
-    ONE_REFINEMENT, Setting, counts, list, numbers, seconds, set, solvers, step,
-};
-use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
-use taut_output::table::{self, nanoseconds};
 
 /// `taut study scenes`.
 pub(crate) const STUDY: Study = Study {
@@ -23,29 +12,30 @@ pub(crate) const STUDY: Study = Study {
     about: "Cables with branches and loops: every solver, cost against size",
     examples: &["--scene ring --quick --segments 8,12"],
     mark: ("records", "solve_ns_per_row"),
-    options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
+    takes: &[
+        "scenes",
+        "segments",
+        "ratios",
+        "backends",
+        "iterations",
+        "quick",
+    ],
+    options: Own::augment_args,
+    run: |matches, reporter| {
+        let names = Own::from_arg_matches(matches)?.scenes;
+        run(&Asked::read(matches), &names, reporter.cases)
+    },
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
-struct Options {
+struct Own {
     /// Cables with branches and loops: ring, junction, cranes, ladder, net; `--segments` are the ladder's cables, the
     /// net's rows and columns
     #[arg(long = "scene", value_delimiter = ',', value_name = "NAME")]
     scenes: Vec<String>,
-    #[command(flatten)]
-    segments: Segments,
-    #[command(flatten)]
-    ratios: Ratios,
-    #[command(flatten)]
-    backends: Backends,
-    #[command(flatten)]
-    iterations: Iterations,
-    #[command(flatten)]
-    quick: Quick,
 }
 
 fn network(name: &str) -> Result<Network, Refused> {
@@ -54,20 +44,16 @@ fn network(name: &str) -> Result<Network, Refused> {
     found.ok_or_else(|| Refused(format!("`--scene {name}`: choose one of {}", names())))
 }
 
-fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let mut networks = Vec::new();
-    for name in &options.scenes {
-        let network = network(name)?;
-        if !networks.contains(&network) {
-            networks.push(network);
-        }
-    }
-    let sizes = sorted(&options.segments.segments, Vec::new());
-    let mut config = options.quick.of(Config::quick).with(&networks, &sizes);
-    options.ratios.replace(&mut config.ratios)?;
-    options.iterations.replace(&mut config.iterations)?;
-    options.backends.refuse_limits()?;
-    config.choices = options.backends.choices()?;
+fn run(asked: &Asked, names: &[String], cases: &Cases) -> Result<Found, ExperimentError> {
+    let networks = names.iter().map(|name| network(name));
+    let networks = distinct(networks.collect::<Result<Vec<_>, _>>()?.into_iter());
+    let mut sizes = Vec::new();
+    asked.segments(&mut sizes);
+    let mut config = asked.form(Config::quick).with(&networks, &sizes);
+    asked.ratios(&mut config.ratios)?;
+    asked.iterations(&mut config.iterations)?;
+    asked.refuse_limits()?;
+    config.choices = asked.choices()?;
     let results = super::run(&config, cases)?;
     let told = Told {
         settings: settings(&config),

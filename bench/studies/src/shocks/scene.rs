@@ -23,7 +23,6 @@ pub(super) const DROP: f64 = 0.05;
 /// How far the plucked cable's middle is drawn aside, over the cable's length.
 pub(super) const PLUCK: f64 = 0.02;
 
-/// Seed of the direction of the kicks.
 const KICK_SEED: u64 = 1;
 
 /// Disturbance of a hanging cable.

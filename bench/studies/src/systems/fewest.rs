@@ -23,9 +23,6 @@ impl<F: FnMut(usize) -> Result<f64, StepError>> Fewest<F> {
     }
 
     /// Error after so many iterations.
-    ///
-    /// # Errors
-    /// The solver's.
     pub fn error(&mut self, iterations: usize) -> Result<f64, StepError> {
         let place = self.known.partition_point(|(k, _)| *k < iterations);
         match self.known.get(place) {
@@ -39,9 +36,6 @@ impl<F: FnMut(usize) -> Result<f64, StepError>> Fewest<F> {
     }
 
     /// Fewest iterations for an error, as far as it falls with them; none where the limit is not enough.
-    ///
-    /// # Errors
-    /// The solver's.
     pub fn within(&mut self, target: f64) -> Result<Option<usize>, StepError> {
         let (mut short, mut k) = (0, 1);
         while self.error(k)? > target {

@@ -32,7 +32,6 @@ pub struct State {
     exact: Vec<f64>,
 }
 
-/// One solve.
 #[derive(Debug, Clone, Copy)]
 pub struct Solved {
     pub iterations: usize,
@@ -45,9 +44,6 @@ pub struct Solved {
 
 impl State {
     /// The moment where a stepper is.
-    ///
-    /// # Errors
-    /// A system without a reference.
     pub fn of(scene: Scene, stepper: &mut Stepper) -> Result<Self, StepError> {
         let guess = stepper.multipliers().to_vec();
         let moment = Snapshot::of(stepper);
@@ -62,9 +58,6 @@ impl State {
     }
 
     /// The moment after so many steps.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`] and [`Stepper::step`].
     pub fn after(steps: usize, scene: Scene, options: StepOptions) -> Result<Self, StepError> {
         let mut stepper = Stepper::new(scene.clone(), options)?;
         for _ in 0..steps {
@@ -74,9 +67,6 @@ impl State {
     }
 
     /// The beginning, under the tension that the multipliers have there without geometric stiffness.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`], and a system without a reference.
     pub fn tense(scene: Scene, options: &StepOptions) -> Result<Self, StepError> {
         let soft = StepOptions {
             stiffness: GeometricStiffness::Off,
@@ -95,24 +85,20 @@ impl State {
         })
     }
 
-    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
     /// Number of multipliers.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.exact.len()
     }
 
-    #[must_use]
     pub fn exact(&self) -> &[f64] {
         &self.exact
     }
 
     /// Error of what an iteration starts from.
-    #[must_use]
     pub fn guessed(&self, start: Start) -> f64 {
         match start {
             Start::Cold => 1.0,
@@ -121,9 +107,6 @@ impl State {
     }
 
     /// Puts a stepper of the scene there.
-    ///
-    /// # Errors
-    /// As [`Stepper::set_state`].
     pub fn put(&self, stepper: &mut Stepper, start: Start) -> Result<(), StepError> {
         self.moment.put(stepper)?;
         match start {
@@ -133,19 +116,12 @@ impl State {
     }
 
     /// A stepper of the scene there.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`].
     pub fn stepper(&self, options: StepOptions, start: Start) -> Result<Stepper, StepError> {
         let mut stepper = Stepper::new(self.scene.clone(), options)?;
         self.put(&mut stepper, start)?;
         Ok(stepper)
     }
 
-    /// One solve.
-    ///
-    /// # Errors
-    /// As [`Stepper::new`] and [`Stepper::solve`].
     pub fn solve(&self, options: StepOptions, start: Start) -> Result<Solved, StepError> {
         let mut stepper = self.stepper(options, start)?;
         let report = stepper.solve()?;

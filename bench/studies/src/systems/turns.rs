@@ -67,7 +67,6 @@ impl<'a> Rival<'a> {
         }
     }
 
-    /// A turn.
     fn visit(&mut self) {
         let Ok(work) = &mut self.work else {
             return;
@@ -104,15 +103,10 @@ impl<'a> Rival<'a> {
 }
 
 /// The phases of a step, as they are told apart.
-#[must_use]
 pub fn spent(phases: &PhaseTimes) -> Spent {
     [phases.total(), phases.linear(), phases.of(Phase::Refine)]
 }
 
-/// The sum of what passes take.
-///
-/// # Errors
-/// That of the first pass that fails.
 pub fn sum(
     passes: usize,
     mut pass: impl FnMut() -> Result<Spent, StepError>,
@@ -139,7 +133,6 @@ fn summary(samples: impl Iterator<Item = f64>) -> Time {
 
 /// Times of rivals, round by round, until each has had its share and enough samples. Who has had more time than the
 /// rounds so far waits. Without a share a pass of each is all. One that fails neither stops the others nor is waited for.
-#[must_use]
 pub fn times<'a>(
     works: impl IntoIterator<Item = Result<Work<'a>, StepError>>,
     share: Duration,

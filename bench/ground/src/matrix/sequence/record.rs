@@ -1,6 +1,7 @@
 //! Records the systems of a run as a [sequence](super).
 
-use super::{FORMS, HEADING, INDEX, SequenceError, Stretch, Systems, name};
+use super::{FORMS, HEADING, INDEX, Stretch, Systems, name};
+use crate::errors::Cause;
 use crate::files::{Output, make_folder, remove};
 use crate::matrix::dump::{self, body_rows};
 use crate::matrix::prepared::Problem;
@@ -47,7 +48,6 @@ pub struct Recorder {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     pub files: Vec<PathBuf>,
-    /// Number of stretches.
     pub stretches: usize,
     /// Matrix files whose exact solutions were asked for and are out of reach.
     pub inexact: Vec<String>,
@@ -56,10 +56,7 @@ pub struct Written {
 impl Recorder {
     /// Recorder without steps. It removes the index of an earlier sequence from the folder, which
     /// ends that sequence.
-    ///
-    /// # Errors
-    /// A folder that cannot be made, an index there that cannot be removed.
-    pub fn new(wanted: Wanted) -> Result<Self, SequenceError> {
+    pub fn new(wanted: Wanted) -> Result<Self, Cause> {
         make_folder(&wanted.folder)?;
         remove(&wanted.folder.join(INDEX))?;
         Ok(Self {
@@ -74,10 +71,7 @@ impl Recorder {
     }
 
     /// Takes the systems of the step that a stepper is about to make, which stays as it is.
-    ///
-    /// # Errors
-    /// A step that fails, a state that cannot be saved, a stretch of more than 2²⁶ numbers, a file that cannot be written.
-    pub fn take(&mut self, step: u64, stepper: &Stepper) -> Result<(), SequenceError> {
+    pub fn take(&mut self, step: u64, stepper: &Stepper) -> Result<(), Cause> {
         // A copy: a solve more would have another geometric stiffness in the next step.
         let mut copy = Stepper::restore(stepper.save()?)?;
         let systems = dump::assembled(&mut copy)?;
@@ -100,7 +94,10 @@ impl Recorder {
             own.rhs.push(b);
         }
         if self.numbers > MOST_NUMBERS {
-            return Err(SequenceError::TooLarge(MOST_NUMBERS));
+            return Err(format!(
+                "the systems hold more than {MOST_NUMBERS} numbers: write fewer `--steps` at once"
+            )
+            .into());
         }
         let (time, number) = (stepper.time(), self.written + 1);
         self.lines.push(format!("{step},{time:e},{number}"));
@@ -108,10 +105,7 @@ impl Recorder {
     }
 
     /// Writes what is left and the index.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn finish(mut self) -> Result<Written, SequenceError> {
+    pub fn finish(mut self) -> Result<Written, Cause> {
         self.end_stretch()?;
         let path = self.wanted.folder.join(INDEX);
         Output::open(&path)?.write(|out| {
@@ -128,7 +122,7 @@ impl Recorder {
         })
     }
 
-    fn end_stretch(&mut self) -> Result<(), SequenceError> {
+    fn end_stretch(&mut self) -> Result<(), Cause> {
         let Some(stretch) = self.stretch.take() else {
             return Ok(());
         };
@@ -141,7 +135,7 @@ impl Recorder {
         Ok(())
     }
 
-    fn write(&mut self, name: &str, systems: &Systems) -> Result<(), SequenceError> {
+    fn write(&mut self, name: &str, systems: &Systems) -> Result<(), Cause> {
         let Wanted {
             folder,
             comments,
@@ -163,7 +157,7 @@ impl Recorder {
         let mut put = |what: &str, text: &str| {
             let path = write::file(folder, &format!("{name}{what}"), text, *gzip)?;
             self.files.push(path);
-            Ok::<(), SequenceError>(())
+            Ok::<(), Cause>(())
         };
         put("", &write::symmetric(&systems.matrix, &signs, comments))?;
         let array = |columns: &[Vec<f64>], told: &str| {

@@ -113,7 +113,6 @@ struct Return {
     next_stretch_m: f64,
 }
 
-/// A line of a spectrum.
 #[derive(Serialize)]
 struct SpectralLine {
     added_compliance: f64,

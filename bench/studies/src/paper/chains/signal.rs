@@ -5,14 +5,12 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
 /// Root of the mean square.
-#[must_use]
 pub fn rms(signal: &[f64]) -> f64 {
     let squares: f64 = signal.iter().map(|s| s * s).sum();
     (squares / signal.len() as f64).sqrt()
 }
 
 /// Share of the samples within 10 % of the largest size.
-#[must_use]
 pub fn peak_share(signal: &[f64]) -> f64 {
     let largest = signal.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
     let near = signal.iter().filter(|s| s.abs() <= 0.1 * largest).count();
@@ -21,7 +19,6 @@ pub fn peak_share(signal: &[f64]) -> f64 {
 
 /// R² of the least-squares prediction of each sample from the two before it, 0 for a signal too short or without
 /// variation.
-#[must_use]
 pub fn predictability(signal: &[f64]) -> f64 {
     let mean = signal.iter().sum::<f64>() / signal.len().max(1) as f64;
     let (mut normal, mut right, mut total) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
@@ -42,7 +39,6 @@ pub fn predictability(signal: &[f64]) -> f64 {
 }
 
 /// Amplitude spectrum of a signal without its mean, sampled every `dt` (s): (frequency in Hz, amplitude).
-#[must_use]
 pub fn spectrum(signal: &[f64], dt: f64) -> Vec<[f64; 2]> {
     let n = signal.len();
     let mean = signal.iter().sum::<f64>() / n.max(1) as f64;
@@ -61,7 +57,6 @@ pub fn spectrum(signal: &[f64], dt: f64) -> Vec<[f64; 2]> {
 }
 
 /// Mean frequency of a spectrum of amplitudes, weighted by power \[Hz].
-#[must_use]
 pub fn centroid(spectrum: &[[f64; 2]]) -> f64 {
     let weight: f64 = spectrum.iter().map(|[_, a]| a * a).sum();
     spectrum.iter().map(|[f, a]| f * a * a).sum::<f64>() / weight

@@ -17,9 +17,9 @@ pub use plane::growth_out_of_plane;
 pub use shape::deviations;
 
 use super::{Joint, MATERIALS, SEGMENTS, params, relax};
+use crate::checks::each;
 use indicatif::ProgressBar;
 use plane::slowest_mode;
-use rayon::prelude::*;
 use serde::Serialize;
 use shape::{axis, measure, polygon};
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -28,14 +28,12 @@ use taut_output::check::{ExperimentError, Outcome, csv};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Loads from the straight cable to the full circle.
     pub loads: usize,
 }
 
 impl Default for Config {
-    /// 24 loads.
     fn default() -> Self {
         Self {
             segments: SEGMENTS.to_vec(),
@@ -45,8 +43,6 @@ impl Default for Config {
 }
 
 impl Config {
-    /// 12 loads.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             loads: 12,
@@ -84,9 +80,6 @@ pub struct Row {
 }
 
 /// Bends every specimen, in parallel.
-///
-/// # Errors
-/// A scene or a step that fails.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
@@ -100,21 +93,19 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, Experime
             }
         }
     }
-    progress.set_length(tasks.len() as u64);
-    let rows: Vec<Vec<Row>> = tasks
-        .par_iter()
-        .map(|&(material, segments, joint, direction)| {
+    let rows = each(
+        &tasks,
+        progress,
+        |&(material, segments, joint, direction)| {
             let params = SpecimenParams {
                 moment_direction: direction,
                 ..params(Specimen::Bend, material, segments, joint)
             };
             let to = if direction == 0.0 { 1.0 } else { STABLE };
-            let rows = bend(material.0, &params, joint, (config.loads, to));
-            progress.inc(1);
-            rows
-        })
-        .collect::<Result<_, _>>()?;
-    Ok(rows.into_iter().flatten().collect())
+            bend(material.0, &params, joint, (config.loads, to))
+        },
+    )?;
+    Ok(rows.concat())
 }
 
 fn bend(
@@ -173,9 +164,6 @@ pub(in crate::paper) fn bent(
 const STABLE: f64 = 0.75;
 
 /// Checks, tables, rows and charts.
-///
-/// # Errors
-/// Rows that cannot be written.
 pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
     Ok(Outcome {
         checks: report::checks(rows)?,

@@ -1,8 +1,8 @@
 //! Fig. 10: pull. ΔL/L = F/YA, whatever the number of segments.
 
 use super::{BAR, Joint, MATERIALS, SEGMENTS, largest, params, read, settle};
+use crate::checks::each;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use serde::Serialize;
 use taut_model::{Specimen, SpecimenParams};
 use taut_output::check::{Check, ExperimentError, Outcome, csv};
@@ -11,7 +11,6 @@ use taut_output::table::{error, table, text};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments.
     pub segments: Vec<usize>,
     /// F/YA.
     pub strains: Vec<f64>,
@@ -28,8 +27,6 @@ impl Default for Config {
 }
 
 impl Config {
-    /// Two strains.
-    #[must_use]
     pub fn quick() -> Self {
         Self {
             strains: vec![0.01, 0.5],
@@ -63,9 +60,6 @@ pub struct Row {
 }
 
 /// Pulls every specimen, in parallel.
-///
-/// # Errors
-/// A scene or a step that fails.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
@@ -80,15 +74,9 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, Experime
             }
         }
     }
-    progress.set_length(tasks.len() as u64);
-    tasks
-        .par_iter()
-        .map(|&(material, segments, joint, strain)| {
-            let row = pull(material, segments, joint, strain);
-            progress.inc(1);
-            row
-        })
-        .collect()
+    each(&tasks, progress, |&(material, segments, joint, strain)| {
+        pull(material, segments, joint, strain)
+    })
 }
 
 fn pull(
@@ -130,9 +118,6 @@ fn pull(
 }
 
 /// Checks, table, rows and chart.
-///
-/// # Errors
-/// Rows that cannot be written.
 pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {

@@ -22,6 +22,7 @@ pub(in crate::paper) use rest::twisted;
 pub use rest::{Leak, Row, at_rest, leaks};
 
 use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
+use crate::options::pick;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -69,68 +70,65 @@ fn taut(segments: usize, step: Step, tension: f64) -> Motion {
 
 const DT: f64 = 1.0 / 60.0;
 
-impl Default for Config {
-    /// Everything at rest; the paper's N and both steps in motion.
-    fn default() -> Self {
-        let mut motions = Vec::new();
-        for n in SEGMENTS {
-            for joint in Joint::ALL {
-                motions.push(loose(joint, n, Step::Paper, DT));
-                motions.push(loose(joint, n, Step::Default, DT));
-            }
-        }
-        for joint in [Joint::Ordinary, Joint::Alternative] {
-            let straight = Motion {
-                disturbed: false,
-                turns: FARTHEST / TAU,
-                ..loose(joint, 24, Step::Paper, DT)
-            };
-            motions.push(straight);
-        }
-        for joint in [Joint::Ordinary, Joint::Alternative] {
-            let untwisted = Motion {
-                turns: 0.0,
-                ramp: 10.0,
-                ..loose(joint, 24, Step::Paper, DT)
-            };
-            motions.push(untwisted);
-        }
-        for (step, fine) in [(Step::Paper, 4), (Step::Default, 4), (Step::Default, 16)] {
-            let dt = DT / f64::from(fine);
-            motions.push(loose(Joint::Cosserat, 24, step, dt));
-        }
-        for n in [12, 24] {
-            for tension in [0.6, 1.1] {
-                motions.push(taut(n, Step::Paper, tension));
-                motions.push(taut(n, Step::Default, tension));
-                motions.push(taut(n, Step::Stiffened, tension));
-            }
-        }
-        motions.push(taut(24, Step::Default, 2.0));
+impl Config {
+    /// Everything at rest, the paper's N and both steps in motion; quick steel at rest, the paper's joint and the taut
+    /// specimen in motion.
+    pub fn new(quick: bool) -> Self {
         Self {
             segments: SEGMENTS.to_vec(),
-            materials: vec![0, 1, 2],
-            motions,
+            materials: pick(quick, [vec![0, 1, 2], vec![2]]),
+            motions: if quick { few() } else { all() },
         }
     }
 }
 
-impl Config {
-    /// Steel at rest; the paper's joint and the taut specimen in motion.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self {
-            segments: SEGMENTS.to_vec(),
-            materials: vec![2],
-            motions: vec![
-                loose(Joint::Ordinary, 24, Step::Paper, DT),
-                loose(Joint::Cosserat, 24, Step::Default, DT),
-                taut(24, Step::Paper, 1.1),
-                taut(24, Step::Default, 1.1),
-                taut(24, Step::Stiffened, 1.1),
-            ],
+fn few() -> Vec<Motion> {
+    vec![
+        loose(Joint::Ordinary, 24, Step::Paper, DT),
+        loose(Joint::Cosserat, 24, Step::Default, DT),
+        taut(24, Step::Paper, 1.1),
+        taut(24, Step::Default, 1.1),
+        taut(24, Step::Stiffened, 1.1),
+    ]
+}
+
+fn all() -> Vec<Motion> {
+    let mut motions = Vec::new();
+    for n in SEGMENTS {
+        for joint in Joint::ALL {
+            motions.push(loose(joint, n, Step::Paper, DT));
+            motions.push(loose(joint, n, Step::Default, DT));
         }
     }
+    for joint in [Joint::Ordinary, Joint::Alternative] {
+        let straight = Motion {
+            disturbed: false,
+            turns: FARTHEST / TAU,
+            ..loose(joint, 24, Step::Paper, DT)
+        };
+        motions.push(straight);
+    }
+    for joint in [Joint::Ordinary, Joint::Alternative] {
+        let untwisted = Motion {
+            turns: 0.0,
+            ramp: 10.0,
+            ..loose(joint, 24, Step::Paper, DT)
+        };
+        motions.push(untwisted);
+    }
+    for (step, fine) in [(Step::Paper, 4), (Step::Default, 4), (Step::Default, 16)] {
+        let dt = DT / f64::from(fine);
+        motions.push(loose(Joint::Cosserat, 24, step, dt));
+    }
+    for n in [12, 24] {
+        for tension in [0.6, 1.1] {
+            motions.push(taut(n, Step::Paper, tension));
+            motions.push(taut(n, Step::Default, tension));
+            motions.push(taut(n, Step::Stiffened, tension));
+        }
+    }
+    motions.push(taut(24, Step::Default, 2.0));
+    motions
 }
 
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -158,9 +156,6 @@ fn specimen(
 }
 
 /// Twists every specimen at rest and in motion, in parallel.
-///
-/// # Errors
-/// A scene that cannot be built, or an equilibrium that is not found. A motion that breaks is a result.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
     let mut tasks = Vec::new();
     for &m in &config.materials {
@@ -190,9 +185,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, Experimen
 }
 
 /// Checks, tables, rows and charts.
-///
-/// # Errors
-/// Rows that cannot be written.
 pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
     let mut checks = report::at_rest(&results.rows);
     checks.extend(report::in_motion(&results.held));

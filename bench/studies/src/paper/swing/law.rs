@@ -24,7 +24,6 @@ pub struct Law {
 
 impl Law {
     /// The larger of the two distances from the law.
-    #[must_use]
     pub fn error(&self) -> f64 {
         let amplitude = (self.amplitude - self.amplitude_law).abs();
         amplitude.max((self.phase - self.phase_law).abs())
@@ -86,9 +85,6 @@ fn recurrence(x: [f64; 4]) -> [f64; 2] {
 }
 
 /// The stretch and the twist mode with frequency ωΔt = `frequency`, stepped by the paper's step.
-///
-/// # Errors
-/// A step that fails.
 pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
     let square = (frequency / dt).powi(2);
     // ω² = 1/(ε m): the ball's mass; the balls' inertia ⅖ m r², halved, since both turn.

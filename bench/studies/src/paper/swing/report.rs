@@ -28,7 +28,6 @@ fn moments(config: &Config) -> [usize; 2] {
 }
 
 /// The losses of all runs, the modes that matter, the law on single modes.
-#[must_use]
 pub fn text_tables(results: &Results, config: &Config) -> String {
     let [half, last] = moments(config);
     let segment = config.length / config.segments as f64;
@@ -97,7 +96,6 @@ pub fn text_tables(results: &Results, config: &Config) -> String {
 }
 
 /// The paper's loss explained, and what other steps lose.
-#[must_use]
 pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
     let last = moments(config)[1];
     let worst = results
@@ -205,11 +203,10 @@ fn kept(run: &Run, config: &Config, last: usize, damping: &str) -> Check {
     );
     let ours = format!("lost at {}", lost_at(run));
     // Known of the undamped trapezoidal step; of our own step it would be a failure.
-    let verdict = if run.name.starts_with("Spook") {
-        Verdict::Limit
-    } else {
-        Verdict::Fail
-    };
+    let verdict = Verdict::either(
+        run.name.starts_with("Spook"),
+        [Verdict::Limit, Verdict::Fail],
+    );
     Check::claim(case, "no loss", ours, verdict, note)
 }
 
@@ -233,11 +230,7 @@ fn published(config: &Config, results: &Results, [small, large]: [&Run; 2]) -> C
          than that is deformation that the motion started with, and is gone in tenths of a second",
         percent(share)
     );
-    let verdict = if good {
-        Verdict::HoldsOnlyIf
-    } else {
-        Verdict::DoesNotHold
-    };
+    let verdict = Verdict::either(good, [Verdict::HoldsOnlyIf, Verdict::DoesNotHold]);
     Check::claim(
         "loss by deformation",
         "20 % in 10 s",
@@ -248,7 +241,6 @@ fn published(config: &Config, results: &Results, [small, large]: [&Run; 2]) -> C
 }
 
 /// The energies over time, small and large swing.
-#[must_use]
 pub fn charts(results: &Results, config: &Config) -> Vec<Chart> {
     let over_time = |values: &[f64]| -> Vec<[f64; 2]> {
         let samples = values.iter().enumerate();

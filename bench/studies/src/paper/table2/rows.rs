@@ -4,7 +4,6 @@ use super::{GRAVITY, LENGTH};
 use std::f64::consts::PI;
 use taut_model::Material;
 
-/// A row of Table II.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// Young's modulus Y \[GN/m²]; the scan is clear.
@@ -57,20 +56,17 @@ pub const ROWS: [Row; 10] = [
 
 impl Row {
     /// Area of the square section \[m²].
-    #[must_use]
     pub fn area(&self) -> f64 {
         12.0 / self.zeta
     }
 
     /// π² Y N/(ρ g ζ L³), Euler's load over a segment's mass, for a cable of `length` (m) with the density of steel.
-    #[must_use]
     pub fn euler(&self, length: f64) -> f64 {
         let stiffness = PI * PI * self.young * 1e9 * self.segments as f64;
         stiffness / (Material::STEEL.density * GRAVITY * self.zeta * length.powi(3))
     }
 
     /// The length at which Euler's load is the paper's ratio \[m].
-    #[must_use]
     pub fn euler_length(&self) -> f64 {
         LENGTH * (self.euler(LENGTH) / self.ratio).cbrt()
     }

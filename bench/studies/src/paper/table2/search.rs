@@ -14,9 +14,6 @@ pub struct Found {
 }
 
 /// Largest ratio 10^(k/`per_decade`), k ≥ 0, below the first whole decade up to 10^`decades` that fails.
-///
-/// # Errors
-/// Errors of `fails`.
 pub fn largest<E>(
     decades: u32,
     per_decade: u32,

@@ -24,7 +24,6 @@ fn totals(
 }
 
 /// The times, and the fits below them.
-#[must_use]
 pub fn text_tables(records: &[Record], config: &Config) -> String {
     let mut out = "Median times of a step, one run after the other\n".to_owned();
     let t = of_records(
@@ -58,7 +57,6 @@ pub fn text_tables(records: &[Record], config: &Config) -> String {
 }
 
 /// Linearity, independence of the load, the paper's figure beside ours.
-#[must_use]
 pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
     let [few, many] = config.sweeps;
     let mut checks = Vec::new();
@@ -181,7 +179,6 @@ fn load(records: &[Record], config: &Config, sweeps: usize, name: &str) -> Check
 }
 
 /// The paper's figure, and the totals of both solvers.
-#[must_use]
 pub fn charts(records: &[Record], config: &Config) -> Vec<Chart> {
     let few = config.sweeps[0];
     let milli = |sweeps, of| -> Vec<[f64; 2]> {

@@ -21,9 +21,6 @@ pub(super) fn slowest_mode(specimen: &ResolvedSpecimen) -> f64 {
 /// By how much a disturbance out of the plane of a steel specimen with `segments` segments grows, bent to `part` of a
 /// circle and left to creep: largest displacement at the end over that at a sixth of the way, and 0 where it falls to
 /// rounding. `refined` divides the time step by it, over the same time.
-///
-/// # Errors
-/// A scene that is not sound.
 pub fn growth_out_of_plane(
     segments: usize,
     part: f64,
@@ -79,11 +76,10 @@ pub(super) fn stability_of_the_plane() -> Result<Check, ExperimentError> {
             *stable = part;
         }
     }
-    let verdict = if stable[0] >= 1.0 && stable[1] >= 1.0 {
-        Verdict::Holds
-    } else {
-        Verdict::HoldsOnlyIf
-    };
+    let verdict = Verdict::either(
+        stable[0] >= 1.0 && stable[1] >= 1.0,
+        [Verdict::Holds, Verdict::HoldsOnlyIf],
+    );
     Ok(Check::claim(
         format!("bend: the plane circle is stable, N = {segments}"),
         "a cable bent to a circle",

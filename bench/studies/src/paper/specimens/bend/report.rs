@@ -10,9 +10,6 @@ use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table::{error, table, text};
 
 /// The specimens beside the exact polygon, the circle and the paper's deviations.
-///
-/// # Errors
-/// A scene that is not sound.
 pub(super) fn checks(rows: &[Row]) -> Result<Vec<Check>, ExperimentError> {
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
@@ -110,11 +107,7 @@ fn published(full: &impl Fn(fn(&Row) -> f64) -> Vec<(usize, f64)>) -> Vec<Check>
     if let Some((name, measure, _)) = best {
         let [a, b] = PUBLISHED.map(|(n, _)| 100.0 * at(*measure, n));
         let factor = misfit(*measure).exp();
-        let verdict = if factor <= 1.2 {
-            Verdict::HoldsOnlyIf
-        } else {
-            Verdict::DoesNotHold
-        };
+        let verdict = Verdict::either(factor <= 1.2, [Verdict::HoldsOnlyIf, Verdict::DoesNotHold]);
         checks.push(Check::claim(
             "bend: the measure nearest to the paper's",
             "10 %, 2.5 % at N = 6, 24",

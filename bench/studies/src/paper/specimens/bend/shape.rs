@@ -92,7 +92,6 @@ fn radius_of_centres(points: &[Vector3<f64>]) -> f64 {
 }
 
 /// Deviations of one measure at one angle over N: steel, Cosserat joint, in the plane.
-#[must_use]
 pub fn deviations(rows: &[Row], angle: f64, measure: fn(&Row) -> f64) -> Vec<(usize, f64)> {
     let steel = |r: &&Row| {
         r.material == MATERIALS[2].0

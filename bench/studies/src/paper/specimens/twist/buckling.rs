@@ -17,7 +17,6 @@ use std::f64::consts::TAU;
 /// Greenhill's torque of the chain of `n` segments with both ends held in line, in units of YI/L: the least T for which
 /// the linearised tilts have a solution. `slenderness` is YA L²/YI, for the joints' compliance across, `tension` P L²/YI.
 /// NaN where none is below 60.
-#[must_use]
 pub fn buckling_torque(n: usize, slenderness: f64, tension: f64) -> f64 {
     let i = Complex::i();
     let l = 1.0 / n as f64;
@@ -71,7 +70,6 @@ pub fn buckling_torque(n: usize, slenderness: f64, tension: f64) -> f64 {
 pub(super) const SLENDERNESS: f64 = 1.2e5;
 
 /// Greenhill's torque between clamped ends over YI/L: twice the first positive root of tan x = x.
-#[must_use]
 pub fn greenhill() -> f64 {
     let mut x = 4.5_f64;
     for _ in 0..50 {

@@ -140,11 +140,10 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             "twist: default step, no tension, N = 24",
             format!("straight to {limit:.2} turns (buckling)"),
             format!("straight to {:.2} turns", h.straight_to),
-            if h.straight_to > 0.95 * limit {
-                Verdict::Pass
-            } else {
-                Verdict::Limit
-            },
+            Verdict::either(
+                h.straight_to > 0.95 * limit,
+                [Verdict::Pass, Verdict::Limit],
+            ),
             format!(
                 "the turning of the joints' torques is explicit, and the third \
                  difference leaves a reserve of 4a + 8γ − 1 = 0.2 of the implicit \
@@ -170,11 +169,7 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             "twist: tension under the paper's step",
             "keeps a steel specimen straight",
             format!("straight to {:.2} turns", h.straight_to),
-            if h.straight {
-                Verdict::Holds
-            } else {
-                Verdict::Limit
-            },
+            Verdict::either(h.straight, [Verdict::Holds, Verdict::Limit]),
             "without geometric stiffness the tension itself is beyond the step's limit at 1/60 s",
         ));
     }
@@ -197,11 +192,7 @@ pub(super) fn of_leaks(leaks: &[Leak]) -> Vec<Check> {
             "twist: bending in the alternative angle",
             "measures bending too, Ω + θ",
             format!("up to {share:.3} θ"),
-            if share > 0.5 {
-                Verdict::HoldsOnlyIf
-            } else {
-                Verdict::DoesNotHold
-            },
+            Verdict::either(share > 0.5, [Verdict::HoldsOnlyIf, Verdict::DoesNotHold]),
             "bend axes across v: the angle between v_a and v_b is the whole bend \
              about w, none about v",
         ),

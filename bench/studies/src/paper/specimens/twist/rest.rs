@@ -31,9 +31,6 @@ pub struct Row {
 }
 
 /// A specimen at rest under torques that rise in equal steps to the twist `farthest` (rad).
-///
-/// # Errors
-/// A scene that cannot be built, or an equilibrium that is not found.
 pub fn at_rest(
     material: (&str, f64),
     n: usize,
@@ -112,9 +109,6 @@ pub struct Leak {
 }
 
 /// Readings of a bent joint for bends about v, w and between them.
-///
-/// # Errors
-/// A scene that cannot be built.
 pub fn leaks() -> Result<Vec<Leak>, ExperimentError> {
     let mut leaks = Vec::new();
     for direction_rad in [0.0, FRAC_PI_4, FRAC_PI_2] {

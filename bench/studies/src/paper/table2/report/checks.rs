@@ -14,7 +14,6 @@ const ORDINARY: Setting = Setting::Planar(TwistDefinition::Ordinary);
 const HEAVY_TOP: f64 = 0.25;
 
 /// The paper's rows and claims beside the limits found, and the limits beside linear theory.
-#[must_use]
 pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
     let step = 1.0 / f64::from(config.per_decade);
     let mut checks = published_rows(records);
@@ -157,7 +156,6 @@ fn scaling(records: &[Record], step: f64) -> Vec<Check> {
 }
 
 /// k l/(g Δt²): the ratio at which k sweeps leave the load's joint open by a segment's length l.
-#[must_use]
 fn sweep_limit(iterations: usize, segments: usize) -> f64 {
     iterations as f64 * LENGTH / segments as f64 / (GRAVITY * DT * DT)
 }

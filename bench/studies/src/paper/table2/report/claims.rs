@@ -155,11 +155,7 @@ pub(super) fn lengths(records: &[Record]) -> Vec<Check> {
         let cells = records.iter().filter(|r| r.solver.ends_with("warm start"));
         let gains: Vec<f64> = cells.filter_map(gain).collect();
         let worst = gains.iter().copied().fold(f64::INFINITY, f64::min);
-        let verdict = if worst >= 0.0 {
-            Verdict::Pass
-        } else {
-            Verdict::Limit
-        };
+        let verdict = Verdict::either(worst >= 0.0, [Verdict::Pass, Verdict::Limit]);
         let ours = format!("at worst {worst:+.2} decades");
         checks.push(Check::claim(
             "start from last multipliers",

@@ -7,7 +7,6 @@ use taut_output::table::{of_records, table, text};
 
 /// Readings of the scan; the limits by joint and step, by solver, from other starts and at the
 /// fitted length. Every cell is a row of the CSV file.
-#[must_use]
 pub fn text_tables(records: &[Record], config: &Config) -> String {
     let mut out = reading();
     let _ = writeln!(
