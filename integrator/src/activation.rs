@@ -327,11 +327,18 @@ impl Activation {
         }
     }
 
-    /// Rows that a step of `dt` resolves are closed where their gaps say so, in a solve that moves none.
-    pub(crate) fn close_by_gaps(bounded: &mut ActiveSet, system_data: &SystemData, dt: f64) {
+    /// Rows that a step of `dt` resolves are closed where their gaps say so, in a solve that moves none: from a step, at their
+    /// `rate`, before φ = 0 on, where their [kinks](Self::round_kinks) begin.
+    pub(crate) fn close_by_gaps(
+        bounded: &mut ActiveSet,
+        system_data: &SystemData,
+        rate: &[f64],
+        dt: f64,
+    ) {
         for (k, bound) in system_data.rows.bounds.iter().enumerate() {
             if stiff_part(system_data, k, dt) < 0.5 {
-                bounded.put_by_gap(k, bound, system_data.rows.phi[bound.row]);
+                let reach = bound.side() * dt * rate[bound.row].abs();
+                bounded.put_by_gap(k, bound, system_data.rows.phi[bound.row] + reach);
             }
         }
     }

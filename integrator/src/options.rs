@@ -238,8 +238,9 @@ impl fmt::Display for GeometricStiffness {
 /// Where turns at the beginning of the step explain the disagreement, in scenes without cables, limits of force and shapes that
 /// touch, the step is made of 2 to 32 steps of the scheme, which resolve them, and not of implicit ones, which brake them.
 ///
-/// A step in which a rope that is rigid in its eyes is caught, thrown slack or driven at another speed at once is taken back, too,
-/// and made of 32 steps of the scheme ([`StepReport::divided`](crate::StepReport::divided)): about 34 times the solves of one.
+/// A step in which a stiff rope is caught or thrown slack, or one that is rigid in its eyes driven at another speed at once, is taken
+/// back, too, and made of 32 to 128 steps of the scheme ([`StepReport::divided`](crate::StepReport::divided)): with 32 about 34
+/// times the solves of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

@@ -3,10 +3,14 @@
 //! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone.
 //! Where a load lands and its rope catches it again, bodies keep velocities for a part of the step
 //! that they had lost, and the error is of first order. Such a step is taken back and made of
-//! [`PARTS`] steps of the same scheme. The condition is a row, rigid in its eyes, that is caught,
+//! [`PARTS`] steps of the same scheme. The condition is a row, stiff in its eyes, that is caught,
 //! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
-//! in a step. Softer rows have a bounce of their own. Cables that slip over sheaves with friction
-//! divide no step: their parts share one length.
+//! in a step. Cables that slip over sheaves with friction divide no step: their parts share one length.
+//!
+//! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. As many parts as resolve that keep its energy, where a
+//! whole step takes the blow as a rigid row does: half of a lift by a pulley is the rebound of its rope. Each step is divided until
+//! the row is slack again ([`crate::activation`]). Half kicks between whole steps and parts take the row where its gap has it: a
+//! half kick that one side leaves out is Ω²/12 of the speed.
 //!
 //! A body that turns by θ = |ω| Δt in a step parts the gaps from their prediction by the lever arm times θ²/2, d of it. Where the
 //! turns at the beginning of the step explain its disagreement d so, and not a blow in it, the scheme holds in parts: n of them
@@ -81,6 +85,8 @@ pub(crate) struct Division {
     on_time: bool,
     /// True if the step before was divided or implicit.
     pub(super) goes_on: bool,
+    /// True if an elastic rope is caught, whose swing the parts resolve.
+    swings: bool,
     /// True if the velocities of all bodies went half a step back just now, from those of the [`Stepper::substep_start`].
     pub(super) from_start: bool,
     /// Length of this run's steps over that of the run that it accompanies.
@@ -100,6 +106,7 @@ impl Division {
             phi_t: Vec::with_capacity(bounded),
             on_time: true,
             goes_on: false,
+            swings: false,
             from_start: false,
             coarseness: 1.0,
             sum: Aligned::new(rows),
@@ -125,7 +132,7 @@ impl Stepper {
 
     /// Parts that the step just taken needs for this disagreement of its gaps with their prediction: 1 if it stands, `None` if it
     /// has to be implicit.
-    pub(super) fn parts(&self, disagreement: f64, tolerance: f64) -> Option<u32> {
+    pub(super) fn parts(&mut self, disagreement: f64, tolerance: f64) -> Option<u32> {
         let explains =
             || self.is_smooth() && 2.0 * EXPLAINED * disagreement <= self.steady_turn().powi(2);
         let is_turn = disagreement > tolerance && explains();
@@ -138,7 +145,9 @@ impl Stepper {
         if !holds && (!is_turn || is_part) {
             return None;
         }
-        if let Some(omega) = self.caught() {
+        let caught = self.caught();
+        self.division.swings = caught.is_some_and(|omega| omega > 0.0);
+        if let Some(omega) = caught {
             let parts = (SWING * omega) as u32;
             return Some(parts.next_power_of_two().max(PARTS));
         }
@@ -283,7 +292,11 @@ impl Stepper {
             .keep_stretch(&self.system_data, self.substep());
         self.activation.left = 1.0;
         self.started = false;
-        self.start()?;
+        // An elastic row that closes at the beginning had no force before.
+        self.active_set.frozen = self.division.swings && !self.division.goes_on;
+        let started = self.start();
+        self.active_set.frozen = false;
+        started?;
         self.division.sum.fill(0.0);
         let mut left = parts;
         while left > 0 {
@@ -397,7 +410,8 @@ impl Stepper {
         self.linearize(self.options.stiffness)?;
         let dt = self.substep();
         let system_data = &mut self.system_data;
-        Activation::close_by_gaps(&mut self.active_set, system_data, dt);
+        let rate = &self.history.rate_now;
+        Activation::close_by_gaps(&mut self.active_set, system_data, rate, dt);
         let before = system_data.rows.bounds.iter().zip(&self.division.phi_t);
         // The drives of cables that slip hold their slip, which is solved for anew.
         let drives = before

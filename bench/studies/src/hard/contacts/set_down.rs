@@ -115,7 +115,7 @@ fn drive(
         stepper.set_control(0, speed)?;
         for _ in 0..STAGE {
             let (grip, before) = ((friction * stepper.scene().wrap(0)).exp(), rows(&stepper));
-            pace::step(&mut stepper)?;
+            let report = pace::step(&mut stepper)?;
             due -= speed * DT;
             let [a, b] = PARTS.map(|c| stepper.tension(c).unwrap_or(f64::NAN));
             let mut law = 0.0;
@@ -132,7 +132,8 @@ fn drive(
             } else {
                 (a - grip * b).max(b - grip * a).max(0.0)
             };
-            let implicit = scheme == Scheme::LinearlyImplicit;
+            // A divided step tells the mean of its parts' tensions.
+            let implicit = scheme == Scheme::LinearlyImplicit && report.divided == 0;
             let errors = [
                 (length(&stepper) - due).abs(),
                 if implicit { law } else { 0.0 },
