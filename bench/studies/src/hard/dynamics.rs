@@ -1,20 +1,14 @@
-//! Hard cases in motion that are programs: H12, H22 to H36, H48 and H59, and the gantry crane driven for a minute.
+//! Hard cases in motion that are programs: H12, H29 to H36, H48 and H59, and the gantry crane driven for a minute.
 
 mod capstan;
 mod changes;
 mod crane;
 mod damping;
-mod falling;
 pub(super) mod frequency;
 mod gantry;
 mod heavy;
-pub(super) mod line;
 mod resolution;
-mod shape;
 mod spaghetti;
-mod strings;
-mod top;
-mod waves;
 mod winding;
 
 use super::Coded;
@@ -33,24 +27,6 @@ pub const CASES: &[Coded] = &[
         scenes: capstan::scenes,
     },
     Coded {
-        name: "H22",
-        title: "a taut string, a stiff one",
-        run: strings::outcome,
-        scenes: strings::scenes,
-    },
-    Coded {
-        name: "H23",
-        title: "longitudinal waves in a steel bar",
-        run: waves::outcome,
-        scenes: || Ok(vec![waves::pulled()]),
-    },
-    Coded {
-        name: "H26",
-        title: "a folded chain that falls",
-        run: falling::outcome,
-        scenes: || Ok(vec![falling::chain(25)]),
-    },
-    Coded {
         name: "H29",
         title: "frequencies of cranes: trolley, hook and load, two parallel cables, the gantry",
         run: crane::outcome,
@@ -67,12 +43,6 @@ pub const CASES: &[Coded] = &[
         title: "the flying spaghetti",
         run: spaghetti::outcome,
         scenes: spaghetti::scenes,
-    },
-    Coded {
-        name: "H32",
-        title: "a free body about its intermediate axis",
-        run: top::outcome,
-        scenes: || Ok(vec![top::scene(5.0)]),
     },
     Coded {
         name: "H33",

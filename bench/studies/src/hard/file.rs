@@ -24,6 +24,7 @@
 //! | `steps` or `time` | how long |
 //! | `drive` | values of controls, held from the beginning |
 //! | `solvers` | `every`: by every solver; `every-unguarded`: each step is one solve |
+//! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
 //! | `may-fail` | `true`: a step that fails ends the run, and `failed` is 1 |
 //! | `see` | `"NAME = FORMULA"` each, in order, of columns of `taut run`, of [`probes`] and of what is above: one number each |
 //! | `finds` | as above, of all the runs of a row together |
@@ -65,8 +66,8 @@ macro_rules! files {
 }
 
 pub(super) const FILES: &[&str] = files![
-    "H20", "H21", "H24", "H25", "H27", "H28", "H30", "H35", "H37", "H38", "H39", "H41", "H44",
-    "H45", "H56", "H61", "H62", "H63", "H64", "H65", "scale",
+    "H20", "H21", "H22", "H23", "H24", "H25", "H26", "H27", "H28", "H30", "H32", "H35", "H37",
+    "H38", "H39", "H41", "H44", "H45", "H56", "H61", "H62", "H63", "H64", "H65", "scale",
 ];
 
 /// A case as it is written.
@@ -103,6 +104,7 @@ struct Run {
     #[serde(default)]
     drive: BTreeMap<String, Value>,
     solvers: Option<Solvers>,
+    quick_solvers: Option<Fewer>,
     #[serde(default)]
     may_fail: bool,
     #[serde(default)]
@@ -162,6 +164,14 @@ struct Step {
 enum Solvers {
     Every,
     EveryUnguarded,
+}
+
+/// Solvers of a quick run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Fewer {
+    Direct,
+    First,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]

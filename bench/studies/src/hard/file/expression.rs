@@ -91,6 +91,8 @@ const OF_SERIES: &[(&str, usize)] = &[
     ("running", 2),
     // Time between two passages of 0 upwards, from the step \[s].
     ("period", 2),
+    // Time between two passages of 0 in any direction.
+    ("half_period", 2),
     // Angular frequency of an oscillation of about the one expected \[rad/s].
     ("frequency", 3),
 ];
@@ -196,8 +198,8 @@ impl Formula {
                 };
                 (0..all[0].len()).map(mean).collect()
             }
-            "period" => {
-                let found = frequency::passages(&all[0], true, 1.0);
+            "period" | "half_period" => {
+                let found = frequency::passages(&all[0], function == "period", 1.0);
                 let between = found.windows(2).next().map(|pair| pair[1] - pair[0]);
                 vec![between.map_or(f64::NAN, |steps| steps * all[1][0])]
             }

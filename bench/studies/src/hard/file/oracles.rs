@@ -1,12 +1,13 @@
 //! Exact answers that the files of cases may name: each has its derivation and its test where it is.
 
+mod bar;
 mod beam;
 mod catch;
 mod chain;
+mod fall;
 mod hoist;
 
 use super::expression::Function;
-use crate::hard::dynamics::line;
 use crate::hard::special;
 use crate::law;
 use crate::paper::specimens::twist;
@@ -17,9 +18,13 @@ pub(super) const ORACLES: &[Function] = &[
     // Complete elliptic integral of the first kind of the modulus k.
     ("complete_k", 1, |x| special::complete_k(x[0])),
     // θ of the first mode of N masses in a row with an end mass, all together so many times it.
-    ("end_mass", 2, |x| line::end_mass(x[0] as usize, x[1])),
+    ("end_mass", 2, |x| bar::end_mass(x[0] as usize, x[1])),
     // β of β tan β = ratio.
-    ("end_mass_continuum", 1, |x| line::end_mass_continuum(x[0])),
+    ("end_mass_continuum", 1, |x| bar::end_mass_continuum(x[0])),
+    // √(k/m) t of the front's arrival at mass j of N.
+    ("bar_front", 2, |x| bar::front(x[0] as usize, x[1] as usize)),
+    // √(g/L) t in which the tip of a folded chain falls by x L.
+    ("folded_fall", 1, |x| fall::time(x[0])),
     // Greenhill's torque of N segments over EI/L, from EA L²/EI and P L²/EI.
     ("buckling_torque", 3, |x| {
         twist::buckling_torque(x[0] as usize, x[1], x[2])

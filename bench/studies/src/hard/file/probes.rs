@@ -43,6 +43,10 @@ impl Seen<'_> {
         self.stepper.scene()
     }
 
+    fn angular_momentum(&self) -> Vector3<f64> {
+        self.scene().angular_momentum(&Vector3::zeros())
+    }
+
     /// The largest way of a body from its place at the beginning, as `of` measures it.
     fn farthest(&self, of: fn(Vector3<f64>) -> f64) -> f64 {
         let first = &self.first.bodies.position;
@@ -75,6 +79,15 @@ pub(super) const PROBES: &[Probe] = &[
         (sum / all.len() as f64).sqrt()
     }),
     ("momentum_x", "kg m/s", |s| s.scene().momentum().x),
+    // About the origin.
+    ("angular_x", "kg m²/s", |s| s.angular_momentum().x),
+    ("angular_y", "kg m²/s", |s| s.angular_momentum().y),
+    ("angular_z", "kg m²/s", |s| s.angular_momentum().z),
+    // Angular velocity of the first body about its own second axis.
+    ("own_spin", "rad/s", |s| {
+        let bodies = &s.scene().bodies;
+        (bodies.orientation[0].inverse() * bodies.angular_velocity[0]).y
+    }),
     // Energy of the state, and the stepper's, at the instant that its forces belong to.
     ("state_energy", "J", |s| {
         s.scene().kinetic_energy() + s.scene().potential_energy()

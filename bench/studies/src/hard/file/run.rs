@@ -3,7 +3,7 @@
 use super::expression::Values;
 use super::probes::{PROBES, Probe, Seen, Swing};
 use super::text::{Names, defined};
-use super::{CaseError, CaseFile, CheckEntry, Distance, Rows, Run, Solvers};
+use super::{CaseError, CaseFile, CheckEntry, Distance, Fewer, Rows, Run, Solvers};
 use crate::hard::{solvers, together};
 use indicatif::ProgressBar;
 use std::collections::BTreeMap;
@@ -150,7 +150,15 @@ fn checked(
     let choices = match run.solvers {
         _ if most.is_some() => vec![None],
         None => vec![None],
-        Some(_) => solvers().into_iter().map(Some).collect(),
+        Some(_) => {
+            let mut all = solvers();
+            match run.quick_solvers.filter(|_| shared.is_quick()) {
+                Some(Fewer::Direct) => all.retain(|choice| !choice.backend.is_iterative()),
+                Some(Fewer::First) => all.truncate(1),
+                None => {}
+            }
+            all.into_iter().map(Some).collect()
+        }
     };
     let mut found: Vec<(Option<String>, Vec<Names>)> = Vec::new();
     for choice in choices {
