@@ -1,8 +1,7 @@
 //! Energies of a stepper's scene.
 //!
-//! A spring stores ½ ε λ² where ε λ = −φ; ½ φ²/ε of a stiff row would be that of its drift. A damped row has
-//! −ε λ = φ + τ φ̇ and stores no more than its gap: s²/(2ε), with s the number within τ |φ̇| of −ε λ that is next to φ.
-//! The multipliers after a divided step are means of its parts: where the row's gap at the end holds less, that counts.
+//! A spring stores ½ ε λ² where ε λ = −φ; ½ φ²/ε of a stiff row would be that of its drift. The multipliers after a divided step
+//! are means of its parts: where the row's gap at the end holds less, that counts.
 
 use crate::gyroscopic;
 use crate::stepper::{Stage, Stepper};
@@ -18,7 +17,7 @@ pub struct Energy {
     pub kinetic: f64,
     /// −m g·x, zero at the origin \[J].
     pub gravity: f64,
-    /// ½ ε λ² of what springs hold, without dampers \[J].
+    /// ½ ε λ² \[J].
     pub elastic: f64,
 }
 
@@ -70,20 +69,19 @@ impl Stepper {
         energy
     }
 
-    /// Elastic energy ½ Σ ε λ² of the springs' part of the last solve's multipliers \[J].
+    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]. With damping (τ > 0) the multipliers of moving rows hold the
+    /// dissipative force too, and this is no longer stored energy alone.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
         let is_mean = matches!(self.stage, Stage::Advanced { implicit: true, .. });
         let stored = |r: usize| {
-            let (compliance, phi) = (rows.compliance[r], rows.phi[r]);
-            let stretch = -compliance * (self.mu[r] / self.mu_dt);
-            let damper = rows.damping[r] * self.history.rate[r].abs();
-            let spring = match is_mean {
-                true => stretch.abs().min(phi.abs()),
-                false => phi.max(stretch - damper).min(stretch + damper),
-            };
-            spring * spring / compliance
+            let (compliance, lambda) = (rows.compliance[r], self.mu[r] / self.mu_dt);
+            let by_force = compliance * lambda.powi(2);
+            match is_mean {
+                true => by_force.min(rows.phi[r].powi(2) / compliance),
+                false => by_force,
+            }
         };
         // Transverse rows are a filter, not a spring. Rigid ones store nothing: 0 λ² would be NaN where λ² overflows.
         let stores = |r: &usize| rows.compliance[*r] > 0.0 && !self.system_data.is_transverse(*r);
