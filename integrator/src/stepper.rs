@@ -475,7 +475,7 @@ impl Stepper {
     /// the schemes that keep it there, v_0 − (Δt/2) a_0.
     fn start(&mut self) -> Result<(), StepError> {
         self.division.from_start = false;
-        self.division.goes_on = matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        self.note_stage();
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }
@@ -523,6 +523,7 @@ impl Stepper {
 
     /// M̃, Δt f, Σ and c of the scheme at the present state.
     pub(crate) fn linearize(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
+        self.note_stage();
         self.stage = Stage::Unsolved;
         let dt = self.substep();
         if self.contacts.can_be() {

@@ -115,6 +115,13 @@ impl Division {
 }
 
 impl Stepper {
+    /// Before the stage of the last step is forgotten, as by a question about the next one.
+    pub(super) fn note_stage(&mut self) {
+        if let Stage::Advanced { implicit, .. } = self.stage {
+            self.division.goes_on = implicit;
+        }
+    }
+
     /// Before a step that may come to be divided.
     pub(super) fn begin_division(&mut self) {
         if self.division.parts > 1 {
