@@ -60,12 +60,13 @@ pub(crate) const UNKNOWN: u8 = u8::MAX;
 /// less, 0.4 for 0.6 at Ω = 2, of a rebound that the step resolves no more.
 const HALF: f64 = 3.0;
 
-/// Least Ω, with its damper's part, of a row whose catch divides a step into 32, and each step until it is thrown slack: a softer one
-/// rebounds over several steps, which resolve it. Those of a lift by a pulley are 20 % to 60 % short in undivided steps from there on.
+/// Least Ω, with its damper's part, of a row that divides its step where it is caught or thrown slack. Undivided, lifts by a pulley
+/// are a third short from Ω = 1 on, half from here on. From Ω = 1 on, parts gained energy: 8 J in three masses in a row, at Ω
+/// of 1 to 3 in a whole step, which resolves part of the swing.
 const SOFT: f64 = 3.0;
 
-/// Least Ω of a row that is taut and whose drive jumps, or whose load lands: parts do not resolve its swing, and it takes the new
-/// speed at once, as in a whole step. A softer one would kick where a winch starts.
+/// Least Ω of a row that counts as rigid: its parts do not resolve a swing. It alone divides a step while it is taut, where its drive
+/// jumps or its load lands; a softer one would be kicked by a winch that starts.
 const STIFF: f64 = 96.0;
 
 /// A row without bounds that an event has made, and the steps since then.
@@ -238,13 +239,16 @@ impl Activation {
         }
     }
 
-    /// The largest Ω that the parts of a step have to resolve, up to [`STIFF`], in the linear step of `dt` that has been taken but not
-    /// accepted; `None` if no blow divides it. A stiff one-sided row does that is caught or thrown open faster than `least`, or
-    /// whose rate or drive changes by more, with the rates `before`, the drives of the steps before and now, and the places of
-    /// `bounded` \[m/s]. One from [`SOFT`] to [`STIFF`] is, taut, no blow but where the step `goes_on` from a divided one. So
-    /// does a row whose load lands so fast: the floor may take that in two steps, in the first of which the rope still pulls,
-    /// and its other end is braked with it. `landing` is that speed, `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry,
-    /// 0 of rows that are left out \[1/kg].
+    /// Tells whether blows on one-sided rows divide the linear step of `dt` (s) that has been taken but not accepted: the largest Ω
+    /// that its parts have to resolve, 0 where all rows struck count as rigid; `None` if nothing divides it.
+    ///
+    /// A row is struck where it is caught or thrown slack faster than `least` (m/s), where its rate changes by more while it is
+    /// taut, where its drive jumps by more, or where its load lands faster: the floor may take the load in two steps, in the
+    /// first of which the rope still pulls, and its other end is braked with it. Rows from [`SOFT`] to [`STIFF`] are struck only
+    /// as they cross φ = 0, or taut where the step `goes_on` from a divided one, and not by drives.
+    ///
+    /// `before` are the rates of the step before, `driven` the drives of both \[m/s], `landing` the speed of a row's load \[m/s],
+    /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg].
     pub(crate) fn struck(
         &self,
         (system_data, bounded): (&SystemData, &ActiveSet),
@@ -289,9 +293,9 @@ impl Activation {
         all.reduce(f64::max)
     }
 
-    /// Elastic one-sided rows after a divided step: whole steps remember nothing of a swing that its parts resolved. What is slack
-    /// has been open for long; what is taut is young.
-    pub(crate) fn outlive(&mut self, rows: &Linearized) {
+    /// After a divided step elastic one-sided rows are young where they are taut, and open where they are slack: the rates of a
+    /// swing in parts tell a whole step nothing.
+    pub(crate) fn make_young(&mut self, rows: &Linearized) {
         let bounds = self.ages.iter_mut().zip(&rows.bounds);
         for (age, bound) in bounds.filter(|(_, b)| rows.compliance[b.row] > 0.0 && b.side() != 0.0)
         {
@@ -320,15 +324,15 @@ impl Activation {
         }
     }
 
-    /// Rows that the parts of a divided step, `dt` long, resolve have no drift: their gap is the stretch of their force.
-    pub(crate) fn keep_stretch(&mut self, system_data: &SystemData, dt: f64) {
+    /// Takes the drift from rows that the parts of a divided step, `dt` long, resolve: their gap is the stretch of their force.
+    pub(crate) fn drop_resolved_drift(&mut self, system_data: &SystemData, dt: f64) {
         for (k, drift) in self.drift.iter_mut().enumerate() {
             *drift *= stiff_part(system_data, k, dt);
         }
     }
 
-    /// Rows that a step of `dt` resolves are closed where their gaps say so, in a solve that moves none: from a step, at their
-    /// `rate`, before φ = 0 on, where their [kinks](Self::round_kinks) begin.
+    /// Closes and opens the rows that a step of `dt` resolves by their gaps, before a solve that moves none. A row closes a step,
+    /// at its `rate` (m/s), before φ = 0, where its [kink](Self::round_kinks) begins.
     pub(crate) fn close_by_gaps(
         bounded: &mut ActiveSet,
         system_data: &SystemData,

@@ -70,7 +70,8 @@ impl Stepper {
     }
 
     /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]. With damping (τ > 0) the multipliers of moving rows hold the
-    /// dissipative force too, and this is no longer stored energy alone.
+    /// dissipative force too, and this is no longer stored energy alone. After a step that the guard redid or divided, at most
+    /// ½ φ²/ε of each row, and none of slack ones.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
@@ -85,10 +86,8 @@ impl Stepper {
         };
         // Transverse rows are a filter, not a spring. Rigid ones store nothing: 0 λ² would be NaN where λ² overflows.
         let stores = |r: &usize| rows.compliance[*r] > 0.0 && !self.system_data.is_transverse(*r);
-        let is_slack = |b: &&RowBounds| {
-            let (r, idle) = (b.row, is_mean || self.mu[b.row] == 0.0);
-            stores(&r) && idle && b.side() * rows.phi[r] < 0.0
-        };
+        let is_slack =
+            |b: &&RowBounds| is_mean && stores(&b.row) && b.side() * rows.phi[b.row] < 0.0;
         let slack = rows.bounds.iter().filter(is_slack);
         let all: f64 = (0..self.mu.len()).filter(stores).map(stored).sum();
         0.5 * (all - slack.map(|b| stored(b.row)).sum::<f64>())

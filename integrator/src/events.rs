@@ -19,7 +19,7 @@ impl Stepper {
     }
 
     /// The force by which each of the [`fired`](Self::fired) events was due, the largest of the step \[N]; `None` of those that
-    /// wait for no force. What an event removes tells no force of this step by itself.
+    /// wait for no force. A constraint that an event removes no longer tells its force.
     #[must_use]
     pub fn fired_forces(&self) -> &[Option<f64>] {
         &self.fired.forces

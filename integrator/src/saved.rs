@@ -359,7 +359,11 @@ impl Stepper {
         run.fresh.clone_from(&self.fresh);
         run.advanced = self.stage.advanced();
         run.holding = self.holding;
-        run.implicit = matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        run.implicit = match self.stage {
+            Stage::Advanced { implicit, .. } => implicit,
+            // A question about the next step came between.
+            _ => !self.started && self.division.goes_on,
+        };
         refill(&mut run.impulses, self.mu.iter().copied());
         run.impulse_time = self.mu_dt;
         let told = self.told.forces().into_iter().flatten();
@@ -431,6 +435,7 @@ impl Stepper {
                 implicit: saved.implicit,
             };
         }
+        stepper.division.goes_on = saved.implicit;
         stepper.holding = saved.holding;
         stepper.mu = saved.impulses.into();
         stepper.mu_dt = saved.impulse_time;

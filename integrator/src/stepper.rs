@@ -104,7 +104,7 @@ pub struct Stepper {
     /// Steps that the guard still takes implicitly.
     pub(crate) holding: usize,
     /// State of a step divided because a rope catches or is thrown slack.
-    division: Division,
+    pub(crate) division: Division,
     pub(crate) account: Account,
     /// States at the beginning of the step and of its sub-step.
     pub(crate) step_start: State,

@@ -3,14 +3,14 @@
 //! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone.
 //! Where a load lands and its rope catches it again, bodies keep velocities for a part of the step
 //! that they had lost, and the error is of first order. Such a step is taken back and made of
-//! [`PARTS`] steps of the same scheme. The condition is a row, stiff in its eyes, that is caught,
+//! [`PARTS`] or more steps of the same scheme. The condition is a row, stiff in its eyes, that is caught,
 //! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
 //! in a step. Cables that slip over sheaves with friction divide no step: their parts share one length.
 //!
-//! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. As many parts as resolve that keep its energy, where a
-//! whole step takes the blow as a rigid row does: half of a lift by a pulley is the rebound of its rope. Each step is divided until
-//! the row is slack again ([`crate::activation`]). Half kicks between whole steps and parts take the row where its gap has it: a
-//! half kick that one side leaves out is Ω²/12 of the speed.
+//! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
+//! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row's rate
+//! changes fast, until it is slack ([`crate::activation`]). At the ends of a division half a kick is taken back or added; there
+//! the gap tells whether the row is closed: without the force of a row that is, the speed is off by Ω²/12 of a part.
 //!
 //! A body that turns by θ = |ω| Δt in a step parts the gaps from their prediction by the lever arm times θ²/2, d of it. Where the
 //! turns at the beginning of the step explain its disagreement d so, and not a blow in it, the scheme holds in parts: n of them
@@ -46,7 +46,7 @@ use taut_model::{Constraint, Drive};
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
 const PARTS: u32 = 32;
 
-/// Parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, takes four of them at least.
+/// Least number of parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, then takes four of them or more.
 const SWING: f64 = 1.5;
 
 /// Least rate that divides a step, over the largest one without restitution: |g| Δt.
@@ -84,7 +84,7 @@ pub(crate) struct Division {
     /// True if the velocities at the beginning belong to the same instant as the positions.
     on_time: bool,
     /// True if the step before was divided or implicit.
-    pub(super) goes_on: bool,
+    pub(crate) goes_on: bool,
     /// True if an elastic rope is caught, whose swing the parts resolve.
     swings: bool,
     /// True if the velocities of all bodies went half a step back just now, from those of the [`Stepper::substep_start`].
@@ -115,7 +115,7 @@ impl Division {
 }
 
 impl Stepper {
-    /// Before the stage of the last step is forgotten, as by a question about the next one.
+    /// Keeps whether the last step was divided or implicit, before a solve of the present state replaces the stage.
     pub(super) fn note_stage(&mut self) {
         if let Stage::Advanced { implicit, .. } = self.stage {
             self.division.goes_on = implicit;
@@ -287,7 +287,7 @@ impl Stepper {
             // To the last bit, as a restored run begins.
             self.time = end;
             self.system_data.rows.update_state(&self.scene, end);
-            self.activation.outlive(&self.system_data.rows);
+            self.activation.make_young(&self.system_data.rows);
         }
         done
     }
@@ -296,7 +296,7 @@ impl Stepper {
         self.activation
             .take_drift(&self.system_data.rows, &self.tension);
         self.activation
-            .keep_stretch(&self.system_data, self.substep());
+            .drop_resolved_drift(&self.system_data, self.substep());
         self.activation.left = 1.0;
         self.started = false;
         // An elastic row that closes at the beginning had no force before.
