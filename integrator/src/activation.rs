@@ -63,7 +63,7 @@ const HALF: f64 = 3.0;
 /// Least Ω, with its damper's part, of a row that divides its step where it is caught or thrown slack. Undivided, lifts by a pulley
 /// are a third short from Ω = 1 on, half from here on. From Ω = 1 on, parts gained energy: 8 J in three masses in a row, at Ω
 /// of 1 to 3 in a whole step, which resolves part of the swing.
-const SOFT: f64 = 3.0;
+const SOFT: f64 = 0.1;
 
 /// Least Ω of a row that counts as rigid: its parts do not resolve a swing. It alone divides a step while it is taut, where its drive
 /// jumps or its load lands; a softer one would be kicked by a winch that starts.
@@ -263,8 +263,8 @@ impl Activation {
             let end = system_data.predicted[r];
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
             let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
-            let crosses = (side * begin < 0.0) != (side * end < 0.0);
-            let passes = crosses || was_open != opens;
+            let (was_slack, is_slack) = (side * begin < 0.0, side * end < 0.0);
+            let passes = was_slack != is_slack || was_open != opens;
             let (compliance, damping) =
                 (system_data.rows.compliance[r], system_data.rows.damping[r]);
             let is_stiff = |response: f64, least: f64| {
@@ -274,20 +274,21 @@ impl Activation {
             if side == 0.0 || !passes && opens || !is_stiff(own, SOFT) {
                 return None;
             }
-            let after = (end - begin) / dt;
+            let (is_rigid, omega) = (is_stiff(own, STIFF), dt * (own / compliance).sqrt());
+            let (after, before) = ((end - begin) / dt, before[r]);
             let rate = match passes {
-                true => after.abs().max(before[r].abs()),
-                false => (after - before[r]).abs(),
+                true => after.abs().max(before.abs()),
+                false if goes_on && !is_rigid => before.hypot((after - before) / omega),
+                false => (after - before).abs(),
             };
             let drive = (driven[1][r] - driven[0][k]).abs();
-            let is_hit = rate > least || !was_open && landing(k) > least;
-            let swings = drive <= least && (crosses || goes_on);
+            let lands = !was_open && landing(k) > least;
+            let is_hit = rate > least || lands;
+            let is_caught = was_slack && !is_slack;
+            let swings = drive <= least && (is_caught || lands || goes_on);
             let bar = if swings { SOFT } else { STIFF };
             let divides = (is_hit || drive > least) && is_stiff(loaded(k), bar);
-            divides.then(|| match is_stiff(own, STIFF) {
-                true => 0.0,
-                false => dt * (own / compliance).sqrt(),
-            })
+            divides.then_some(if is_rigid { 0.0 } else { omega })
         };
         let all = bounded.places().enumerate().filter_map(struck);
         all.reduce(f64::max)
@@ -324,10 +325,14 @@ impl Activation {
         }
     }
 
-    /// Takes the drift from rows that the parts of a divided step, `dt` long, resolve: their gap is the stretch of their force.
-    pub(crate) fn drop_resolved_drift(&mut self, system_data: &SystemData, dt: f64) {
+    /// Takes the drift from rows that the parts of a divided step, `dt` long, resolve: their gap is the stretch of their force. So
+    /// it is of dampers, and of all rows where the step `goes_on` from parts; a whole step leaves its gaps unfelt.
+    pub(crate) fn drop_resolved_drift(&mut self, system_data: &SystemData, goes_on: bool, dt: f64) {
         for (k, drift) in self.drift.iter_mut().enumerate() {
-            *drift *= stiff_part(system_data, k, dt);
+            let is_damped = system_data.rows.damping[system_data.rows.bounds[k].row] > 0.0;
+            if goes_on || is_damped {
+                *drift *= stiff_part(system_data, k, dt);
+            }
         }
     }
 
@@ -338,10 +343,11 @@ impl Activation {
         system_data: &SystemData,
         rate: &[f64],
         dt: f64,
+        ahead: f64,
     ) {
         for (k, bound) in system_data.rows.bounds.iter().enumerate() {
             if stiff_part(system_data, k, dt) < 0.5 {
-                let reach = bound.side() * dt * rate[bound.row].abs();
+                let reach = bound.side() * ahead * rate[bound.row].abs();
                 bounded.put_by_gap(k, bound, system_data.rows.phi[bound.row] + reach);
             }
         }

@@ -133,8 +133,7 @@ impl Stepper {
         division.phi_t.clear();
         let phi_t = bounds.iter().map(|b| self.history.phi_t[b.row]);
         division.phi_t.extend(phi_t);
-        division.on_time = !self.options.scheme.is_staggered()
-            || matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        division.on_time = !self.options.scheme.is_staggered();
     }
 
     /// Parts that the step just taken needs for this disagreement of its gaps with their prediction: 1 if it stands, `None` if it
@@ -295,8 +294,9 @@ impl Stepper {
     fn take_parts(&mut self, guard: Guard, parts: u32, turns: bool) -> Result<(), StepError> {
         self.activation
             .take_drift(&self.system_data.rows, &self.tension);
+        let goes_on = self.division.goes_on || self.division.from_start;
         self.activation
-            .drop_resolved_drift(&self.system_data, self.substep());
+            .drop_resolved_drift(&self.system_data, goes_on, self.substep());
         self.activation.left = 1.0;
         self.started = false;
         // An elastic row that closes at the beginning had no force before.
@@ -356,8 +356,7 @@ impl Stepper {
 
     /// True if velocities lag half a step behind.
     fn is_late(&self) -> bool {
-        let implicit = matches!(self.stage, Stage::Advanced { implicit: true, .. });
-        self.options.scheme.is_staggered() && self.started && !implicit
+        self.options.scheme.is_staggered() && self.started
     }
 
     /// Brings late velocities up to the present state with the forces of the rows that are about to go: a load that is let go
@@ -418,7 +417,8 @@ impl Stepper {
         let dt = self.substep();
         let system_data = &mut self.system_data;
         let rate = &self.history.rate_now;
-        Activation::close_by_gaps(&mut self.active_set, system_data, rate, dt);
+        let ahead = if past { 0.0 } else { dt };
+        Activation::close_by_gaps(&mut self.active_set, system_data, rate, dt, ahead);
         let before = system_data.rows.bounds.iter().zip(&self.division.phi_t);
         // The drives of cables that slip hold their slip, which is solved for anew.
         let drives = before
