@@ -151,8 +151,10 @@ impl ActiveSet {
         } else {
             RowState::Lower
         };
-        self.rows[k].place = match bound.side() * phi {
-            x if x > 0.0 => RowState::Inside,
+        let place = &mut self.rows[k].place;
+        *place = match bound.side() * phi {
+            // One at its limit of force stays there.
+            x if x > 0.0 && *place == open => RowState::Inside,
             x if x < 0.0 => open,
             _ => return,
         };

@@ -114,6 +114,8 @@ pub(crate) struct Touch {
     pub(crate) softness: f64,
     /// b of the normal row of a rigid contact, as in a blow \[m/s].
     pub(crate) rigid: f64,
+    /// `softness` and `offset` before the contact was made rigid.
+    spring: [f64; 2],
     /// `hit`: the shapes close fast enough for a blow. `arrives`: the contact carried nothing
     /// before.
     pub(crate) hit: bool,
@@ -158,6 +160,7 @@ impl Touch {
             turn: [0.0; 2],
             softness: 0.0,
             rigid: found.gap / dt,
+            spring: [0.0; 2],
             hit: false,
             arrives: false,
             rebound: None,

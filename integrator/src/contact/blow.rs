@@ -9,7 +9,8 @@
 //! force in the last step, they have to close faster than the swing of what it carries on its own spring, g √(ε m) with the
 //! mass m of both bodies as seen along the normal: a weight on a spring that is let go reaches no more. What a driven body
 //! pushes gives way by compliance alone, so that in its island only contacts that had carried nothing become rigid as they are
-//! hit.
+//! hit. So does what joints hold, as a motor at its speed does: where they leave nothing of the contact's W but rounding, it keeps
+//! its spring, until a motor comes to its limit of force.
 
 use super::Touch;
 use super::operator::Operator;
@@ -67,10 +68,18 @@ impl Touch {
     fn harden(&mut self) -> bool {
         let soft = self.softness != 0.0;
         if soft {
+            self.spring = [self.softness, self.offset];
             self.softness = 0.0;
             self.offset = self.rigid;
         }
         soft
+    }
+
+    /// Gives the contact its spring back: joints hold its bodies against each other.
+    pub(super) fn soften(&mut self) {
+        if self.struck && self.softness == 0.0 {
+            [self.softness, self.offset] = self.spring;
+        }
     }
 }
 

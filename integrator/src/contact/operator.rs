@@ -32,6 +32,12 @@ const CLOSE: f64 = 1e-4;
 /// Factor by which an island is softened at a time, and number of times at most.
 const SOFTER: (f64, usize) = (100.0, 3);
 
+/// W over its part without joints below which it is rounding: the joints hold the bodies against each other.
+const HELD: f64 = 1e-10;
+
+/// Least regularisation over W without joints, where these leave none.
+const LEAST: f64 = 1e-13;
+
 /// The factor of the joints' system, for right-hand sides of rows.
 pub(crate) struct Factor<'a> {
     pub(crate) solver: &'a mut dyn LinearSolver,
@@ -109,9 +115,11 @@ pub(crate) struct Operator {
     pub(super) impulses: Vec<f64>,
     friction: Vec<f64>,
     regularization: Vec<f64>,
-    /// Regularisation, and mean of W of each contact's own rows, in the order of the contacts.
+    /// Regularisation, mean of W of each contact's own rows, and W of its normal row without joints, in the order of the
+    /// contacts.
     floor: Vec<f64>,
     own: Vec<f64>,
+    direct: Vec<f64>,
     /// Workspace of − G S⁻¹ Gᵀ.
     pub(super) through: Through,
     /// −W p of all contacts.
@@ -158,13 +166,14 @@ impl Operator {
     pub(crate) fn build(
         &mut self,
         system_data: &SystemData,
-        touches: &[Touch],
+        touches: &mut [Touch],
         factor: &mut Factor<'_>,
     ) -> Result<SolveReport, SolveError> {
         self.couple(system_data, touches);
         self.floor.clear();
         self.floor.resize(touches.len(), 0.0);
         self.own.resize(touches.len(), 1.0);
+        self.direct.resize(touches.len(), 0.0);
         self.blocks.clear();
         let mut total = 0;
         for k in 0..self.groups.count() {
@@ -186,7 +195,8 @@ impl Operator {
             let (members, first) = (groups.members(k), self.blocks[k]);
             let block = &mut w[first..first + 9 * members.len().pow(2)];
             self.touch_directly(members, &groups.order, touches, block);
-            let (of, at) = ((members, &groups.order[..]), (system_data, touches));
+            self.keep_direct(members, &groups.order, block);
+            let (of, at) = ((members, &groups.order[..]), (system_data, &*touches));
             match self.touch_through_joints(of, at, factor, block, &groups.slots) {
                 Ok(of) => report = report.and(of),
                 Err(e) => done = Err(e),
@@ -224,14 +234,32 @@ impl Operator {
         }
     }
 
+    /// Keeps the normal part of H M̃⁻¹ Hᵀ of a group.
+    fn keep_direct(&mut self, members: &[usize], order: &[usize], w: &[f64]) {
+        let n = 3 * members.len();
+        for (a, place) in members.iter().enumerate() {
+            self.direct[order[*place]] = w[3 * a * (n + 1)];
+        }
+    }
+
     /// + diag σ of a group.
-    fn regularize(&mut self, members: &[usize], order: &[usize], touches: &[Touch], w: &mut [f64]) {
+    fn regularize(
+        &mut self,
+        members: &[usize],
+        order: &[usize],
+        touches: &mut [Touch],
+        w: &mut [f64],
+    ) {
         let n = 3 * members.len();
         for (a, place) in members.iter().enumerate() {
             let (i, at) = (order[*place], |k: usize| (3 * a + k) * (n + 1));
-            let own = (w[at(0)] + w[at(1)] + w[at(2)]) / 3.0;
+            let (own, direct) = ((w[at(0)] + w[at(1)] + w[at(2)]) / 3.0, self.direct[i]);
+            if w[at(0)] <= HELD * direct {
+                touches[i].soften();
+            }
             self.own[i] = own;
-            self.floor[i] = (FLOOR * own).max(f64::MIN_POSITIVE);
+            let floor = (FLOOR * own).max(LEAST * direct);
+            self.floor[i] = floor.max(f64::MIN_POSITIVE);
             for (k, sigma) in self.sigma(i, touches).into_iter().enumerate() {
                 w[at(k)] += sigma;
             }
