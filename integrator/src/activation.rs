@@ -88,20 +88,24 @@ pub(crate) struct Activation {
     made: Vec<Made>,
     /// φ at the beginning of the step or implicit sub-step \[m].
     begin: Vec<f64>,
-    /// φ + ε λ at the beginning of a step that is redone \[m].
+    /// φ + ε λ at the beginning of a step that is redone, one a row \[m].
     drift: Vec<f64>,
     /// Part of the drift left to the sub-steps after the present one, 0 … 1.
     pub(crate) left: f64,
+    /// Part of the step that the present sub-step takes.
+    pub(crate) share: f64,
 }
 
 impl Activation {
-    pub(crate) fn new(rows: usize) -> Self {
+    /// For a scene with `rows` rows, `bounded` of them with bounds.
+    pub(crate) fn new(rows: usize, bounded: usize) -> Self {
         Self {
-            ages: vec![UNKNOWN; rows],
+            ages: vec![UNKNOWN; bounded],
             made: Vec::new(),
-            begin: vec![0.0; rows],
+            begin: vec![0.0; bounded],
             drift: vec![0.0; rows],
             left: 0.0,
+            share: 1.0,
         }
     }
 
@@ -310,15 +314,19 @@ impl Activation {
         self.drift.fill(0.0);
     }
 
-    /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`.
-    pub(crate) fn take_drift(&mut self, rows: &Linearized, tension: &[f64]) {
-        for (drift, bound) in self.drift.iter_mut().zip(&rows.bounds) {
-            let (lambda, side) = (tension[bound.row], bound.side());
-            let left = rows.phi[bound.row] + rows.compliance[bound.row] * lambda;
-            *drift = if side != 0.0 {
-                side * (side * left).max(0.0)
-            } else if lambda > bound.lower && lambda < bound.upper {
-                left
+    /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`. Implicit sub-steps take
+    /// the drift of rows `without` bounds back at once.
+    pub(crate) fn take_drift(&mut self, rows: &Linearized, tension: &[f64], without: bool) {
+        let left = |r: usize| rows.phi[r] + rows.compliance[r] * tension[r];
+        for (r, drift) in self.drift.iter_mut().enumerate() {
+            *drift = if without { left(r) } else { 0.0 };
+        }
+        for bound in &rows.bounds {
+            let (r, side) = (bound.row, bound.side());
+            self.drift[r] = if side != 0.0 {
+                side * (side * left(r)).max(0.0)
+            } else if tension[r] > bound.lower && tension[r] < bound.upper {
+                left(r)
             } else {
                 0.0
             };
@@ -328,10 +336,19 @@ impl Activation {
     /// Takes the drift from rows that the parts of a divided step, `dt` long, resolve: their gap is the stretch of their force. So
     /// it is of dampers, and of all rows where the step `goes_on` from parts; a whole step leaves its gaps unfelt.
     pub(crate) fn drop_resolved_drift(&mut self, system_data: &SystemData, goes_on: bool, dt: f64) {
-        for (k, drift) in self.drift.iter_mut().enumerate() {
-            let is_damped = system_data.rows.damping[system_data.rows.bounds[k].row] > 0.0;
-            if goes_on || is_damped {
-                *drift *= stiff_part(system_data, k, dt);
+        let rows = &system_data.rows;
+        for bound in &rows.bounds {
+            if goes_on || rows.damping[bound.row] > 0.0 {
+                self.drift[bound.row] *= stiff_part(system_data, bound, dt);
+            }
+        }
+        for constraint in 0..rows.constraints() {
+            for r in rows.row_range(constraint) {
+                let is_soft = rows.compliance[r] > 0.0 && (goes_on || rows.damping[r] > 0.0);
+                if is_soft && self.drift[r] != 0.0 && !rows.bounds.iter().any(|b| b.row == r) {
+                    let response = response_of_row(system_data, constraint, r);
+                    self.drift[r] *= share(response, rows.compliance[r], dt);
+                }
             }
         }
     }
@@ -346,34 +363,57 @@ impl Activation {
         ahead: f64,
     ) {
         for (k, bound) in system_data.rows.bounds.iter().enumerate() {
-            if stiff_part(system_data, k, dt) < 0.5 {
+            if stiff_part(system_data, bound, dt) < 0.5 {
                 let reach = bound.side() * ahead * rate[bound.row].abs();
                 bounded.put_by_gap(k, bound, system_data.rows.phi[bound.row] + reach);
             }
         }
     }
 
-    /// Leaves the part `left` of the drift to the sub-steps after this one, of `dt`, whose rows have been regularised.
+    /// Leaves the part `left` of the drift to the sub-steps after this one, of `dt`, whose rows have been regularised; that of a row
+    /// whose weights take φ at the beginning of the sub-step is the part left then.
     pub(crate) fn leave_drift(&self, system_data: &mut SystemData, dt: f64) {
-        for (k, drift) in self.drift.iter().enumerate() {
-            let r = system_data.rows.bounds[k].row;
-            system_data.add_violation(r, -self.left * drift, dt);
+        for (r, drift) in self.drift.iter().enumerate() {
+            if *drift != 0.0 {
+                let here = 1.0 - system_data.regularization.ahead(r);
+                let left = self.left + here * self.share;
+                system_data.add_violation(r, -left * drift, dt);
+            }
+        }
+    }
+
+    /// A one-sided row with drift that has been slack since is taken back no faster than the others, after
+    /// [`leave_drift`](Self::leave_drift); λ of the last solve is in `tension`.
+    pub(crate) fn return_slowly(&self, system_data: &mut SystemData, tension: &[f64], dt: f64) {
+        for k in 0..self.begin.len() {
+            let bound = system_data.rows.bounds[k];
+            let (r, side) = (bound.row, bound.side());
+            let drift = side * self.drift[r];
+            if drift > 0.0 {
+                let gap = self.begin[k] + system_data.rows.compliance[r] * tension[r];
+                let ahead = side * gap - (self.left + self.share) * drift;
+                let young = system_data.regularization.ahead(r).max(0.0);
+                let more = young * stiff_part(system_data, &bound, dt) * ahead.max(0.0);
+                system_data.add_violation(r, -side * more, dt);
+            }
         }
     }
 
     /// Both in the rows' `gaps` φ + τ r of an implicit sub-step `dt` long.
     pub(crate) fn leave_gaps(&self, rows: &Linearized, gaps: &mut [f64], dt: f64) {
-        for (k, (drift, bound)) in self.drift.iter().zip(&rows.bounds).enumerate() {
-            let damped = rows.damping[bound.row] * self.slack(k, bound);
-            gaps[bound.row] += damped / dt - self.left * drift;
+        for (k, bound) in rows.bounds.iter().enumerate() {
+            gaps[bound.row] += rows.damping[bound.row] * self.slack(k, bound) / dt;
+        }
+        for (gap, drift) in gaps.iter_mut().zip(&self.drift) {
+            *gap -= self.left * drift;
         }
     }
 }
 
-/// The [`share`] of bounded row `k`.
-fn stiff_part(system_data: &SystemData, k: usize, dt: f64) -> f64 {
-    let compliance = system_data.rows.compliance[system_data.rows.bounds[k].row];
-    share(response(system_data, k), compliance, dt)
+/// The [`share`] of a bounded row.
+fn stiff_part(system_data: &SystemData, bound: &RowBounds, dt: f64) -> f64 {
+    let response = response_of_row(system_data, bound.constraint, bound.row);
+    share(response, system_data.rows.compliance[bound.row], dt)
 }
 
 /// The share w of linearly implicit weights of a young row with this J M̃⁻¹ Jᵀ and this compliance.

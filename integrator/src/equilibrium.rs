@@ -297,7 +297,7 @@ impl Stepper {
         self.slip.grip(&self.scene);
         self.activation.begin(&self.system_data.rows);
         self.activation
-            .take_drift(&self.system_data.rows, &self.tension);
+            .take_drift(&self.system_data.rows, &self.tension, false);
         self.activation.left = (1.0 - dt / FIRST).max(0.0);
         let pass = Pass::FromRest(ACCELERATION);
         let disagreement = match self.newton_pass(pass, dt, self.time) {

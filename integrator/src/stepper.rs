@@ -306,7 +306,7 @@ impl Stepper {
             resolving: Resolving::new(&scene).map(Box::new),
             contacts,
             columns: Default::default(),
-            activation: Activation::new(system_data.rows.bounds.len()),
+            activation: Activation::new(system_data.rows.rows(), system_data.rows.bounds.len()),
             system_data,
             elimination,
             chosen,
@@ -603,6 +603,8 @@ impl Stepper {
         self.activation.damp_from_taut(system_data, dt);
         if self.division.parts > 1 {
             self.activation.leave_drift(system_data, dt);
+            self.activation
+                .return_slowly(system_data, &self.tension, dt);
         }
     }
 

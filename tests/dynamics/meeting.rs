@@ -3,7 +3,7 @@
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::SceneSource;
 
-fn stepper(text: &str, dt: f64) -> Stepper {
+pub(super) fn stepper(text: &str, dt: f64) -> Stepper {
     let source = SceneSource::parse(text, &[]).expect("reads");
     let scene = source.build().expect("builds");
     Stepper::new(

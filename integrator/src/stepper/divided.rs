@@ -293,7 +293,7 @@ impl Stepper {
 
     fn take_parts(&mut self, guard: Guard, parts: u32, turns: bool) -> Result<(), StepError> {
         self.activation
-            .take_drift(&self.system_data.rows, &self.tension);
+            .take_drift(&self.system_data.rows, &self.tension, true);
         let goes_on = self.division.goes_on || self.division.from_start;
         self.activation
             .drop_resolved_drift(&self.system_data, goes_on, self.substep());
@@ -309,6 +309,7 @@ impl Stepper {
         while left > 0 {
             (self.division.taken, self.division.left) = (1, if turns { left } else { 1 });
             self.activation.left = f64::from(left - 1) / f64::from(parts);
+            self.activation.share = f64::from(parts).recip();
             let implicit = self.tally.implicit_substeps;
             self.guarded_substep(guard)?;
             if self.tally.implicit_substeps > implicit {

@@ -116,12 +116,13 @@ impl Stepper {
         let least = first / f64::from(1u32 << guard.halvings);
         let (mut done, mut length) = (0.0, first);
         self.activation
-            .take_drift(&self.system_data.rows, &self.tension);
+            .take_drift(&self.system_data.rows, &self.tension, false);
         // In units of the least length all sums are exact to far less than half of it.
         while whole - done > 0.5 * least {
             let dt = length.min(whole - done);
             let shortest = dt <= 1.5 * least || self.effort.is_spent();
             self.activation.left = 1.0 - (done + dt) / whole;
+            self.activation.share = dt / whole;
             // The rows of the last sub-step are those of the step's end, to the last bit.
             let last = whole - (done + dt) <= 0.5 * least;
             let end = begin + if last { whole } else { done + dt };
