@@ -1,5 +1,7 @@
 //! Motions under the time step.
 
+/// Elastic ropes that catch and swing their load, motors and winches against stops.
+mod caught;
 /// Bounded rows, motors, winches, driven bodies.
 mod driven;
 /// Contacts beside motors and ropes.

@@ -380,7 +380,7 @@ impl Stepper {
             changed.begin_past_of(&edit.reshaped);
             // The parts of a segment have their past from the whole.
             if changed.started && edit.parted.is_empty() && edit.closed.is_empty() {
-                changed.begin_young(&moved);
+                changed.begin_young(|row| moved.rows[row].is_none());
             }
             changed.companion = self.companion.take();
             changed.effort = std::mem::take(&mut self.effort);
@@ -437,15 +437,16 @@ impl Stepper {
         }
     }
 
-    /// New rows without bounds whose bodies part or approach at once are young.
-    fn begin_young(&mut self, moved: &Moved) {
+    /// New rows without bounds whose bodies part or approach at once are young. Returns true if there are any.
+    pub(crate) fn begin_young(&mut self, is_new: impl Fn(usize) -> bool) -> bool {
         let (rows, dt) = (&self.system_data.rows, self.substep());
         let slowest = slowest(&self.scene, dt);
         let mut made = self.activation.made().to_vec();
+        let before = made.len();
         for constraint in 0..rows.constraints() {
             let is_bounded = rows.bounds.iter().any(|b| b.constraint == constraint);
             let new = rows.row_range(constraint).filter(|row| {
-                moved.rows[*row].is_none() && !is_bounded && self.history.rate[*row].abs() > slowest
+                is_new(*row) && !is_bounded && self.history.rate[*row].abs() > slowest
             });
             made.extend(new.map(|row| Made {
                 constraint,
@@ -453,7 +454,9 @@ impl Stepper {
                 age: 0,
             }));
         }
+        let any = made.len() > before;
         self.activation.make(made);
+        any
     }
 }
 

@@ -491,6 +491,11 @@ impl Stepper {
         if self.options.scheme.is_staggered() {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
+            // Rows that the velocities given break would ring from −1.5 of their rate on.
+            let begins = !self.started && !self.division.goes_on;
+            if begins && self.begin_young(|_| true) {
+                self.solve_scheme(self.options.stiffness)?;
+            }
             self.system_data.update_velocity_change(&self.mu);
             if self.started {
                 let fresh = std::mem::take(&mut self.fresh);

@@ -25,7 +25,7 @@ fn lifted([a, b]: [f64; 2], height: f64, stretch: f64, dt: f64) -> f64 {
     let speed = (2.0 * acceleration * height).sqrt();
     let caught = speed / acceleration + 2.0 * speed / G;
     let back = 2.0 * speed * b / (a + b) / acceleration;
-    let (mut highest, end) = (0.0_f64, caught + back + 0.3);
+    let (mut highest, end) = (0.0_f64, caught + back + 1.3);
     while stepper.time() < end {
         stepper.step().expect("a step");
         if stepper.time() > caught - speed / G {
@@ -38,8 +38,8 @@ fn lifted([a, b]: [f64; 2], height: f64, stretch: f64, dt: f64) -> f64 {
 /// Of the lift, undivided steps lose 16 % at Ω = 0.6 and 47 % at 2.5.
 #[test]
 fn elastic_ropes_lift_what_has_landed_to_its_height() {
-    for (k, omega) in [0.15, 0.3, 0.6, 1.2, 2.5, 5.0].into_iter().enumerate() {
-        for mass in [[100.0, 30.0], [2000.0, 1500.0]] {
+    for (k, omega) in [0.25, 0.4, 0.6, 1.2, 2.5, 5.0].into_iter().enumerate() {
+        for mass in [[100.0_f64, 30.0], [2000.0, 1500.0]] {
             let height = 0.5 + 0.3 * k as f64;
             let response = mass[0].recip() + mass[1].recip();
             let stretch = response / (omega * 60.0_f64).powi(2);
@@ -128,9 +128,9 @@ fn a_motor_presses_its_body_against_a_wall() {
                     stepper.scene().bodies.position[0].x,
                     stepper.scene().bodies.velocity[0].norm(),
                 ];
-                // The surface yields by 10⁻¹⁰ m/N.
+                // Both surfaces yield by 10⁻¹⁰ m/N.
                 assert!(
-                    (x - 0.4).abs() < 1e-6 + 1e-10 * force && speed < 1e-3,
+                    (x - 0.4).abs() < 1e-6 + 2e-10 * force && speed < 1e-3,
                     "{mass} kg, {force} N, {rate}/s: {x} m, {speed} m/s"
                 );
             }

@@ -297,7 +297,7 @@ impl Stepper {
         let goes_on = self.division.goes_on || self.division.from_start;
         self.activation
             .drop_resolved_drift(&self.system_data, goes_on, self.substep());
-        self.activation.left = 1.0;
+        (self.activation.left, self.activation.share) = (1.0, 0.0);
         self.started = false;
         // An elastic row that closes at the beginning had no force before.
         self.active_set.frozen = self.division.swings && !self.division.goes_on;

@@ -345,12 +345,21 @@ fn balance(case: &Case) -> Fault {
 
 /// Kinetic energy and that of taut ropes without mass at the beginning of step `n` \[J], and both with that of gravity.
 fn energy(case: &Case, n: usize) -> (f64, f64) {
+    // Velocities stand half a sub-step before the beginning; the first are given there. So may be those that a divided step left.
+    let late = 0.5 / case.choices.steps.substeps as f64;
+    match n.checked_sub(1).map(|last| case.run.steps[last].report.divided) {
+        None => energy_with(case, n, 0.0),
+        Some(0) => energy_with(case, n, late),
+        Some(_) => {
+            let both = [0.0, late].map(|part| energy_with(case, n, part));
+            if both[0].1 < both[1].1 { both[0] } else { both[1] }
+        }
+    }
+}
+
+/// [`energy`] with the `part` of the step's change of velocities that stands between them and the beginning.
+fn energy_with(case: &Case, n: usize, part: f64) -> (f64, f64) {
     let (before, after) = (case.before(n), &case.run.steps[n].bodies);
-    // Velocities stand half a sub-step before the beginning; the first are given there.
-    let part = match n {
-        0 => 0.0,
-        _ => 0.5 / case.choices.steps.substeps as f64,
-    };
     let mut middle = case.scene.clone();
     middle.bodies = before.clone();
     for i in middle.dynamic_bodies().collect::<Vec<_>>() {
