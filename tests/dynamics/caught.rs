@@ -59,9 +59,10 @@ fn elastic_ropes_lift_what_has_landed_to_its_height() {
 #[test]
 fn a_load_that_circles_on_an_elastic_rope_keeps_its_energy() {
     for omega in [1.0, 5.0, 17.0, 53.0, 90.0] {
-        for (gravity, velocity, position) in
-            [(0.0, [3.0, 0.0], [0.0, -4.5e-7]), (G, [0.0, 0.0], [2.0, 2.0])]
-        {
+        for (gravity, velocity, position) in [
+            (0.0, [3.0, 0.0], [0.0, -4.5e-7]),
+            (G, [0.0, 0.0], [2.0, 2.0]),
+        ] {
             let stretch = 1.0 / (omega * 60.0_f64).powi(2);
             let ([vx, vz], [x, z]) = (velocity, position);
             let text = format!(

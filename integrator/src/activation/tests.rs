@@ -71,9 +71,6 @@ fn rebound(height: f64, compliance: f64, options: StepOptions) -> f64 {
 #[test]
 fn a_load_that_falls_into_its_rope_is_thrown_no_higher() {
     const HEIGHTS: usize = 10;
-    // Part of an oscillation's amplitude that the scheme's damping leaves after half a period at
-    // 1/60 s: |z|^(2π/arg z) for the root z of its polynomial.
-    let damped = [(0.5, 0.968), (1.0, 0.839)];
     for options in [options(DT, 1), options(DT, 4), options(DT / 4.0, 1)] {
         for omega in [
             0.5,
@@ -98,13 +95,9 @@ fn a_load_that_falls_into_its_rope_is_thrown_no_higher() {
             // The parts of a step that catches resolve the rebound of a spring without damper.
             let swings = omega * options.dt / options.substeps as f64 / DT;
             assert!(
-                !(4.0..90.0).contains(&swings) || mean > 0.95,
+                !(0.1..90.0).contains(&swings) || mean > 0.95,
                 "Ω {omega}, {options:?}: {mean}"
             );
-            let known = damped.iter().find(|(at, _)| *at == omega);
-            if let Some((_, known)) = known {
-                assert!(mean > 0.95 * known, "Ω {omega}, {options:?}: {mean}");
-            }
         }
     }
 }
@@ -141,7 +134,7 @@ fn thrown(compliance: f64) -> [Scene; 3] {
 #[test]
 fn ropes_give_no_energy() {
     for dt in [DT, DT / 4.0] {
-        for compliance in [1e-3, 1e-6, 0.0] {
+        for compliance in [1e-2, 1e-3, 2e-4, 1e-4, 2e-5, 5e-6, 1e-6, 2e-7, 1e-7, 0.0] {
             for scene in thrown(compliance) {
                 let name = scene.name.clone();
                 let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
@@ -149,7 +142,10 @@ fn ropes_give_no_energy() {
                 for _ in 0..(10.0 / dt).round() as usize {
                     stepper.step().unwrap();
                     let gain = stepper.energy().total() - start.total();
-                    let scale = 1e-9 * start.gravity.abs();
+                    // Whole steps hold the energy of a row's swing to Ω²/3 of it, and a division for another row that begins within
+                    // this swing takes the difference over: 3·10⁻³ at Ω = 0.1, from where on a row divides the step by itself.
+                    let allowed = if compliance == 0.0 { 1e-9 } else { 3e-3 };
+                    let scale = allowed * start.gravity.abs();
                     assert!(gain <= scale, "{name}, ε {compliance:e}, {dt} s: {gain} J");
                 }
             }

@@ -347,12 +347,19 @@ fn balance(case: &Case) -> Fault {
 fn energy(case: &Case, n: usize) -> (f64, f64) {
     // Velocities stand half a sub-step before the beginning; the first are given there. So may be those that a divided step left.
     let late = 0.5 / case.choices.steps.substeps as f64;
-    match n.checked_sub(1).map(|last| case.run.steps[last].report.divided) {
+    match n
+        .checked_sub(1)
+        .map(|last| case.run.steps[last].report.divided)
+    {
         None => energy_with(case, n, 0.0),
         Some(0) => energy_with(case, n, late),
         Some(_) => {
             let both = [0.0, late].map(|part| energy_with(case, n, part));
-            if both[0].1 < both[1].1 { both[0] } else { both[1] }
+            if both[0].1 < both[1].1 {
+                both[0]
+            } else {
+                both[1]
+            }
         }
     }
 }
