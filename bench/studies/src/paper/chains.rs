@@ -18,9 +18,8 @@ mod figures;
 mod runs;
 mod signal;
 
-pub(super) use figures::{distribution, return_maps, spectra};
-pub use runs::Scalars;
-pub use signal::{centroid, peak_share, predictability, rms, spectrum};
+pub(super) use figures::{bending, links, return_maps, spectra};
+pub use signal::{peak_share, predictability, rms};
 
 use super::table1::{BAR, ROWS, Row, chain, drop_chain, options};
 use nalgebra::Vector3;
@@ -38,7 +37,6 @@ const DT: f64 = 1.0 / 60.0;
 /// One sample of the uppermost link.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sample {
-    /// Time \[s].
     #[serde(rename = "time_s")]
     pub time: f64,
     /// Stretch φ_d \[m].

@@ -1,6 +1,6 @@
 //! The study of the paper: its options, the experiments that it runs, the files that each writes.
 
-use super::{EXPERIMENTS, named};
+use super::{experiments, named};
 use crate::checks::{self, Catalogue, Experiment};
 use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
@@ -51,14 +51,14 @@ struct Record<'a> {
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
     // Before minutes of work, not after them.
     files::make_folder(&options.out)?;
-    let mut experiments = options.names.clone();
-    if experiments.is_empty() {
-        experiments.extend(EXPERIMENTS);
+    let mut chosen = options.names.clone();
+    if chosen.is_empty() {
+        chosen.extend(experiments());
     }
     let catalogue = Catalogue {
         legend: LEGEND,
         reference: "paper, theory",
-        experiments,
+        experiments: chosen,
         quick: options.quick,
     };
     let machine = reporter.machine.clone();

@@ -14,6 +14,7 @@ mod report;
 mod shape;
 
 pub use plane::growth_out_of_plane;
+pub use report::outcome;
 pub use shape::deviations;
 
 use super::{Joint, MATERIALS, SEGMENTS, params, relax};
@@ -21,10 +22,10 @@ use crate::checks::each;
 use indicatif::ProgressBar;
 use plane::slowest_mode;
 use serde::Serialize;
-use shape::{axis, measure, polygon};
+use shape::{axis, measure, shape};
 use std::f64::consts::{FRAC_PI_4, TAU};
 use taut_model::{Scene, Specimen, SpecimenParams};
-use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::check::{ExperimentError, Outcome};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -79,32 +80,37 @@ pub struct Row {
     pub ends_missing_deviation: f64,
 }
 
+/// Joints, and the directions of their moments.
+const LOADED: [(Joint, f64); 3] = [
+    (Joint::Cosserat, 0.0),
+    (Joint::Cosserat, FRAC_PI_4),
+    (Joint::Ordinary, 0.0),
+];
+
+pub(in crate::paper) fn reproduced(
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
+    let config = quick.then(Config::quick).unwrap_or_default();
+    outcome(&run(&config, progress)?)
+}
+
 /// Bends every specimen, in parallel.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
-        for &segments in &config.segments {
-            for (joint, direction) in [
-                (Joint::Cosserat, 0.0),
-                (Joint::Cosserat, FRAC_PI_4),
-                (Joint::Ordinary, 0.0),
-            ] {
-                tasks.push((material, segments, joint, direction));
-            }
+        for &n in &config.segments {
+            tasks.extend(LOADED.map(|(joint, direction)| (material, n, joint, direction)));
         }
     }
-    let rows = each(
-        &tasks,
-        progress,
-        |&(material, segments, joint, direction)| {
-            let params = SpecimenParams {
-                moment_direction: direction,
-                ..params(Specimen::Bend, material, segments, joint)
-            };
-            let to = if direction == 0.0 { 1.0 } else { STABLE };
-            bend(material.0, &params, joint, (config.loads, to))
-        },
-    )?;
+    let rows = each(&tasks, progress, |&(material, n, joint, direction)| {
+        let params = SpecimenParams {
+            moment_direction: direction,
+            ..params(Specimen::Bend, material, n, joint)
+        };
+        let to = if direction == 0.0 { 1.0 } else { STABLE };
+        bend(material.0, &params, joint, (config.loads, to))
+    })?;
     Ok(rows.concat())
 }
 
@@ -120,9 +126,7 @@ fn bend(
     let axis = axis(params);
     if joint != Joint::Cosserat {
         // Its scalar angle has no direction when straight: it starts from half the first load's shape.
-        let (positions, turns) = polygon(&specimen, &axis, 0.5 * TAU / loads as f64);
-        scene.bodies.position = positions;
-        scene.bodies.orientation = turns;
+        shape(&mut scene, &specimen, &axis, 0.5 * TAU / loads as f64);
     }
     let unit = specimen.stiffness.ei / params.length;
     let dt = 10.0 / slowest_mode(&specimen);
@@ -152,8 +156,7 @@ pub(in crate::paper) fn bent(
     let params = params(Specimen::Bend, material, segments, Joint::Cosserat);
     let (specimen, axis, angle) = (params.resolve()?, axis(&params), part * TAU);
     let mut scene = params.build()?;
-    let (positions, turns) = polygon(&specimen, &axis, 0.9 * angle);
-    (scene.bodies.position, scene.bodies.orientation) = (positions, turns);
+    shape(&mut scene, &specimen, &axis, 0.9 * angle);
     scene.bodies.torque[segments] = axis * (angle * specimen.stiffness.ei / params.length);
     let scene = relax(scene, 10.0 / slowest_mode(&specimen))?;
     let row = measure(&scene, &specimen, &axis, angle);
@@ -162,14 +165,3 @@ pub(in crate::paper) fn bent(
 
 /// Part of a circle to which specimens without exact zeros are bent.
 const STABLE: f64 = 0.75;
-
-/// Checks, tables, rows and charts.
-pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
-    Ok(Outcome {
-        checks: report::checks(rows)?,
-        text: report::tables(rows),
-        csv: csv(rows)?,
-        charts: report::charts(rows),
-        ..Outcome::default()
-    })
-}

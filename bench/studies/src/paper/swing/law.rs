@@ -1,5 +1,6 @@
 //! The damping law on single deformation modes: a ball on a spring, and two balls that twist against each other.
 
+use crate::law::{fitted, roots};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 use taut_integrator::{StepError, StepOptions, Stepper};
@@ -72,18 +73,6 @@ fn pair(compliance: f64) -> Scene {
 const MASS: f64 = 2.0;
 const RADIUS: f64 = 0.1;
 
-/// Amplitude factor and phase of x_{n+2} = 2 a cos θ x_{n+1} − a² x_n, from four samples.
-fn recurrence(x: [f64; 4]) -> [f64; 2] {
-    let determinant = x[1] * x[1] - x[0] * x[2];
-    let square = (x[2] * x[2] - x[1] * x[3]) / determinant;
-    let trace = (x[1] * x[2] - x[0] * x[3]) / determinant;
-    let amplitude = square.sqrt();
-    // Near a cosine of 1 the sine determines the angle better.
-    let cosine = 0.5 * trace / amplitude;
-    let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
-    [amplitude, sine.atan2(cosine)]
-}
-
 /// The stretch and the twist mode with frequency ωΔt = `frequency`, stepped by the paper's step.
 pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
     let square = (frequency / dt).powi(2);
@@ -104,7 +93,8 @@ pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
             *sample = stepper.linearized().phi[row];
             stepper.step()?;
         }
-        let [amplitude, phase] = recurrence(x);
+        let found = roots(&fitted(&x, 2));
+        let [amplitude, phase] = found.first().copied().unwrap_or([f64::NAN; 2]);
         Ok(Law {
             mode,
             frequency,
@@ -116,16 +106,4 @@ pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
     };
     let [stretch, twist] = scenes.map(measure);
     Ok([stretch?, twist?])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_recurrence_is_found_again() {
-        let x = [0.0, 1.0, 2.0, 3.0].map(|n: f64| 0.9_f64.powf(n) * (0.3 * n + 0.2).cos());
-        let [amplitude, phase] = recurrence(x);
-        assert!((amplitude - 0.9).abs() < 1e-14 && (phase - 0.3).abs() < 1e-13);
-    }
 }

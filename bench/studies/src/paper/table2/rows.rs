@@ -1,6 +1,7 @@
 //! The rows of the paper's table: what the scan shows, and how it is read here.
 
 use super::{GRAVITY, LENGTH};
+use serde_json::{Value, json};
 use std::f64::consts::PI;
 use taut_model::Material;
 
@@ -69,6 +70,21 @@ impl Row {
     /// The length at which Euler's load is the paper's ratio \[m].
     pub fn euler_length(&self) -> f64 {
         LENGTH * (self.euler(LENGTH) / self.ratio).cbrt()
+    }
+
+    /// The row of the scan, and how it is read.
+    pub(super) fn scanned(&self) -> Value {
+        json!({
+            "young": self.young,
+            "segments": self.segments,
+            "scanned_zeta": self.scanned_zeta,
+            "zeta": self.zeta,
+            "scanned_ratio": self.scanned_ratio,
+            "ratio": self.ratio,
+            "certain": if self.inferred { "inferred" } else { "legible" },
+            "euler": self.euler(LENGTH),
+            "length": self.euler_length(),
+        })
     }
 }
 
