@@ -30,14 +30,26 @@ type Run = fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>;
 /// The tables, figures and claims of the paper that hold results, in its order. Its Figs 1 and 6–8 are drawings.
 const RUNS: [(&str, Run); 15] = [
     ("table1", table1::outcome),
-    ("fig2", chains::links),
-    ("fig3", chains::bending),
+    ("fig2", |quick, progress| {
+        chains::distribution(chains::LINKS, "fig2", quick, progress)
+    }),
+    ("fig3", |quick, progress| {
+        chains::distribution(chains::BENDING, "fig3", quick, progress)
+    }),
     ("fig4", chains::return_maps),
     ("fig5", chains::spectra),
     ("fig9", pictures::specimens),
-    ("fig10", pull::reproduced),
-    ("fig11", twist::reproduced),
-    ("fig12", bend::reproduced),
+    ("fig10", |quick, progress| {
+        let config = quick.then(pull::Config::quick).unwrap_or_default();
+        pull::outcome(&pull::run(&config, progress)?)
+    }),
+    ("fig11", |quick, progress| {
+        twist::outcome(&twist::run(&twist::Config::new(quick), progress)?)
+    }),
+    ("fig12", |quick, progress| {
+        let config = quick.then(bend::Config::quick).unwrap_or_default();
+        bend::outcome(&bend::run(&config, progress)?)
+    }),
     ("table2", table2::outcome),
     ("fig13", timing::outcome),
     ("fig14", pictures::gantry),

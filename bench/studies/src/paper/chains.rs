@@ -18,7 +18,7 @@ mod figures;
 mod runs;
 mod signal;
 
-pub(super) use figures::{bending, links, return_maps, spectra};
+pub(super) use figures::{distribution, return_maps, spectra};
 pub use signal::{peak_share, predictability, rms};
 
 use super::table1::{BAR, ROWS, Row, chain, drop_chain, options};

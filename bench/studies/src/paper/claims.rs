@@ -15,7 +15,7 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use taut_integrator::{StepError, Stepper};
-use taut_model::{ChainModel, Constraint, Linearized, Scene};
+use taut_model::{BodyVectors, ChainModel, Constraint, Linearized, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::plot::{Chart, Mark, Series};
 use taut_output::settings::distinct;
@@ -53,11 +53,10 @@ const AS_ROWS: &str = "regularised rows";
 /// The bending, its compliance \[rad/(N m)], the particles with the load.
 type Task = (&'static str, f64, usize);
 
-/// The rows of bending of a chain, to be evaluated at another chain's positions.
+/// A chain whose rows of bending are evaluated at another chain's positions.
 struct BendingForces {
     scene: Scene,
     rows: Linearized,
-    bends: Vec<usize>,
 }
 
 impl BendingForces {
@@ -65,32 +64,29 @@ impl BendingForces {
         let mut params = chain(row, 0.0);
         params.particles = particles;
         let scene = params.build()?;
-        let is_bend = |c: &Constraint| matches!(c, Constraint::LinkBend(_));
-        let bends = (0..scene.constraints.len()).filter(|&c| is_bend(&scene.constraints[c]));
-        Ok(Self {
-            rows: Linearized::new(&scene),
-            bends: bends.collect(),
-            scene,
-        })
+        let rows = Linearized::new(&scene);
+        Ok(Self { scene, rows })
     }
 
     /// Puts −Jᵀ φ/ε at the stepper's present state on its bodies.
     fn apply(&mut self, stepper: &mut Stepper) -> Result<(), StepError> {
+        let (rows, scene) = (&mut self.rows, &mut self.scene);
         let positions = &stepper.scene().bodies.position;
-        self.scene.bodies.position.clone_from(positions);
-        self.rows.update(&self.scene, 0.0);
-        let mut forces = vec![Vector3::zeros(); positions.len()];
-        for &bend in &self.bends {
-            for slot in self.rows.slot_range(bend) {
-                let block = self.rows.block(slot);
-                for (row, j) in self.rows.row_range(bend).zip(block.chunks_exact(6)) {
-                    let lambda = -self.rows.phi[row] / self.rows.compliance[row];
-                    forces[self.rows.slots[slot].body] += Vector3::new(j[0], j[1], j[2]) * lambda;
+        scene.bodies.position.clone_from(positions);
+        rows.update(scene, 0.0);
+        let mut lambda = vec![0.0; rows.rows()];
+        for (i, constraint) in scene.constraints.iter().enumerate() {
+            if matches!(constraint, Constraint::LinkBend(_)) {
+                for row in rows.row_range(i) {
+                    lambda[row] = -rows.phi[row] / rows.compliance[row];
                 }
             }
         }
-        for (i, force) in forces.into_iter().enumerate() {
-            stepper.set_load(i, force, Vector3::zeros())?;
+        let mut forces = BodyVectors::new(positions.len());
+        rows.add_transposed(&lambda, &mut forces);
+        for i in 0..scene.bodies.len() {
+            let [x, y, z, ..] = forces.get(i);
+            stepper.set_load(i, Vector3::new(x, y, z), Vector3::zeros())?;
         }
         Ok(())
     }

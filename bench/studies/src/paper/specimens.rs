@@ -11,6 +11,7 @@ pub mod bend;
 pub mod pull;
 pub mod twist;
 
+use super::words::rows as rows_of;
 use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::Value;
@@ -201,20 +202,22 @@ pub(crate) fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
 }
 
-/// The last rows of steel in groups of rows that `same` joins, each as a row of a table with the group's largest errors.
-fn summed<R: Serialize>(
-    rows: &[R],
-    same: impl FnMut(&R, &R) -> bool,
-    material: fn(&R) -> &str,
-    errors: &[(&str, fn(&R) -> f64)],
-) -> Vec<Value> {
-    let groups = rows.chunk_by(same).filter_map(|group| {
-        let last = group.last().filter(|r| material(r) == MATERIALS[2].0)?;
-        let mut row = serde_json::to_value(last).ok()?;
-        for (key, error) in errors {
-            row[*key] = largest(group.iter().map(error)).into();
+/// The last rows of steel of groups that have the same in some columns, each with the group's largest errors.
+fn summed(rows: &[impl Serialize], same: &[&str], errors: &[&str]) -> Vec<Value> {
+    let rows = rows_of(rows);
+    let groups = rows.chunk_by(|a, b| same.iter().all(|key| a[*key] == b[*key]));
+    let groups = groups.filter_map(|group| {
+        let mut row = group.last()?.clone();
+        for key in errors {
+            row[*key] = worst(group, key).into();
         }
-        Some(row)
+        (row["material"] == MATERIALS[2].0).then_some(row)
     });
     groups.collect()
+}
+
+/// The largest error of a column; NaN where a row has none.
+fn worst<'a>(rows: impl IntoIterator<Item = &'a Value>, key: &str) -> f64 {
+    let errors = rows.into_iter().map(|row| row[key].as_f64());
+    largest(errors.map(|error| error.unwrap_or(f64::NAN)))
 }

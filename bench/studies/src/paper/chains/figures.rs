@@ -21,23 +21,8 @@ const COMPLIANCES: [f64; 3] = [0.1, 0.005, 1e-4];
 /// Peak share of an even distribution.
 const EVEN_SHARE: f64 = 0.1;
 
-/// Fig. 2.
-pub(in crate::paper) fn links(
-    quick: bool,
-    progress: &ProgressBar,
-) -> Result<Outcome, ExperimentError> {
-    distribution(LINKS, "fig2", quick, progress)
-}
-
-/// Fig. 3.
-pub(in crate::paper) fn bending(
-    quick: bool,
-    progress: &ProgressBar,
-) -> Result<Outcome, ExperimentError> {
-    distribution(BENDING, "fig3", quick, progress)
-}
-
-fn distribution(
+/// Fig. 2 (links alone) or Fig. 3.
+pub(in crate::paper) fn distribution(
     row: Row,
     figure: &str,
     quick: bool,

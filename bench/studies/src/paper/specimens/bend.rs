@@ -25,7 +25,7 @@ use serde::Serialize;
 use shape::{axis, measure, shape};
 use std::f64::consts::{FRAC_PI_4, TAU};
 use taut_model::{Scene, Specimen, SpecimenParams};
-use taut_output::check::{ExperimentError, Outcome};
+use taut_output::check::ExperimentError;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -86,14 +86,6 @@ const LOADED: [(Joint, f64); 3] = [
     (Joint::Cosserat, FRAC_PI_4),
     (Joint::Ordinary, 0.0),
 ];
-
-pub(in crate::paper) fn reproduced(
-    quick: bool,
-    progress: &ProgressBar,
-) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
-    outcome(&run(&config, progress)?)
-}
 
 /// Bends every specimen, in parallel.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {

@@ -1,6 +1,6 @@
 //! Fig. 10: pull. ΔL/L = F/YA, whatever the number of segments.
 
-use super::{Joint, MATERIALS, SEGMENTS, largest, params, read, settle, summed};
+use super::{Joint, MATERIALS, SEGMENTS, largest, params, read, settle, summed, worst};
 use crate::checks::each;
 use crate::paper::words::{self, chart, diagonal, rows as rows_of, series, table, tell};
 use indicatif::ProgressBar;
@@ -60,14 +60,6 @@ pub struct Row {
     pub sideways_m: f64,
 }
 
-pub(in crate::paper) fn reproduced(
-    quick: bool,
-    progress: &ProgressBar,
-) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(Config::quick).unwrap_or_default();
-    outcome(&run(&config, progress)?)
-}
-
 /// Pulls every specimen, in parallel.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
@@ -123,27 +115,23 @@ fn pull(
 
 /// Checks, table, rows and chart.
 pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
+    let all = rows_of(rows);
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
-        let of = |measure: fn(&Row) -> f64| {
-            largest(rows.iter().filter(|r| r.material == material).map(measure))
+        let said = |name, key| {
+            let own = all.iter().filter(|row| row["material"] == material);
+            tell(name, json!({ "material": material })).off(worst(own, key))
         };
-        let said = |name| tell(name, json!({ "material": material }));
-        checks.push(said("pull-gap").off(of(|r| r.gap_error)));
-        checks.push(said("pull-elongation").off(of(|r| r.elongation_error)));
+        checks.push(said("pull-gap", "gap_error"));
+        checks.push(said("pull-elongation", "elongation_error"));
     }
-    let whole = largest(rows.iter().map(|r| r.elongation_error.max(r.centres_error)));
-    checks.push(tell("pull", json!({})).off(whole));
-    let same = |a: &Row, b: &Row| (a.segments, &a.joint) == (b.segments, &b.joint);
-    let errors: [(&str, fn(&Row) -> f64); 2] = [
-        ("gap_error", |r| r.gap_error),
-        ("elongation_error", |r| r.elongation_error),
-    ];
-    let steel = summed(rows, same, |r| &r.material, &errors);
+    let whole = ["elongation_error", "centres_error"].map(|key| worst(&all, key));
+    checks.push(tell("pull", json!({})).off(largest(whole.into_iter())));
+    let errors = ["gap_error", "elongation_error"];
+    let steel = summed(rows, &["segments", "joint"], &errors);
     let axes = ["strain", "strain_theory"];
-    let end = largest(rows.iter().map(|r| r.strain_theory));
-    let mut lines = vec![diagonal("theory", end)];
-    lines.extend(series(&rows_of(rows), "N = {segments}", axes, Mark::Points));
+    let mut lines = vec![diagonal("theory", worst(&all, "strain_theory"))];
+    lines.extend(series(&all, "N = {segments}", axes, Mark::Points));
     let text = format!("steel\n{}", table("pull", &steel));
     let charts = vec![chart("pull", &Value::Null, lines)];
     Ok(words::outcome(checks, text, csv(rows)?, charts))

@@ -28,7 +28,7 @@ use crate::options::pick;
 use indicatif::ProgressBar;
 use std::f64::consts::TAU;
 use taut_model::{Specimen, SpecimenParams};
-use taut_output::check::{ExperimentError, Outcome};
+use taut_output::check::ExperimentError;
 
 /// The paper's largest twist \[rad].
 pub const FARTHEST: f64 = 233.0;
@@ -161,11 +161,4 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, Experimen
         held: each(&config.motions, progress, motion::in_motion)?,
         leaks: leaks()?,
     })
-}
-
-pub(in crate::paper) fn reproduced(
-    quick: bool,
-    progress: &ProgressBar,
-) -> Result<Outcome, ExperimentError> {
-    outcome(&run(&Config::new(quick), progress)?)
 }

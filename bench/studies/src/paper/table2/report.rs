@@ -277,9 +277,8 @@ fn fitted(records: &[Record]) -> Option<Check> {
 /// Readings of the scan; the limits by joint and step, by solver, from other starts and at the
 /// fitted length. Every cell is a row of the CSV file.
 pub fn text_tables(records: &[Record], config: &Config) -> String {
-    let scan: Vec<Value> = ROWS.iter().map(Row::scanned).collect();
-    let settings: Vec<Value> = ROWS.iter().filter_map(|r| by_setting(records, r)).collect();
-    let solvers: Vec<Value> = ROWS.iter().filter_map(|r| by_solver(records, r)).collect();
+    let scan: Vec<Value> = ROWS.iter().map(Row::read).collect();
+    let rows: Vec<Value> = ROWS.iter().filter_map(|r| cells(records, r)).collect();
     let is_other =
         |r: &&Record| r.length_m != LENGTH || matches!(r.case.solver, Solver::WarmSweeps(_));
     let more = |r: &Record| {
@@ -299,37 +298,24 @@ pub fn text_tables(records: &[Record], config: &Config) -> String {
         "dt": DT,
         "length": LENGTH,
         "scan": table("scan", &scan),
-        "settings": table("table2-settings", &settings),
-        "solvers": table("table2-solvers", &solvers),
+        "settings": table("table2-settings", &rows),
+        "solvers": table("table2-solvers", &rows),
         "others": others,
     });
     text("table2", &row)
 }
 
-fn by_setting(records: &[Record], row: &Row) -> Option<Value> {
-    let mut cells = with(
-        find(records, row, HEAVY, (PAPER, Solver::Direct))?,
-        &json!({}),
-    );
-    for setting in Setting::ALL {
-        let cell = find(records, row, HEAVY, (setting, Solver::Direct));
-        cells[setting.to_string()] = cell.map(Record::cell).into();
-    }
-    Some(cells)
-}
-
-fn by_solver(records: &[Record], row: &Row) -> Option<Value> {
-    let heavy = Solver::ALL
-        .iter()
-        .find_map(|s| find(records, row, HEAVY, (PAPER, *s)))?;
-    let mut cells = with(heavy, &json!({}));
-    for ends in [Ends::Heavy, Ends::Light] {
-        for setting in [PAPER, Setting::Stiffened] {
-            for solver in Solver::ALL {
-                let cell = find(records, row, ends, (setting, solver));
-                cells[format!("{ends}, {setting}, {solver}")] = cell.map(Record::cell).into();
-            }
-        }
+/// All cells of a row of the paper that is among the records.
+fn cells(records: &[Record], row: &Row) -> Option<Value> {
+    let own = || {
+        records
+            .iter()
+            .filter(|r| r.case.row == *row && r.length_m == LENGTH)
+    };
+    let paper = own().find(|r| r.case.setting == PAPER)?;
+    let mut cells = with(paper, &Value::Null);
+    for r in own() {
+        cells[format!("{}, {}, {}", r.ends, r.setting, r.solver)] = r.cell().into();
     }
     Some(cells)
 }

@@ -3,8 +3,8 @@
 use super::Row;
 use super::plane::stability_of_the_plane;
 use super::shape::{MEASURES, deviations};
-use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, largest, order, summed};
-use crate::paper::words::{self, chart, diagonal, series, table, tell, with};
+use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, largest, order, summed, worst};
+use crate::paper::words::{self, chart, diagonal, rows as rows_of, series, table, tell, with};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use taut_output::check::{Check, ExperimentError, Outcome, csv};
@@ -28,21 +28,21 @@ pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
 
 /// The specimens beside the exact polygon and the circle.
 fn against_theory(rows: &[Row]) -> Vec<Check> {
+    let all = rows_of(rows);
     let mut checks = Vec::new();
-    let worst = |takes: &dyn Fn(&Row) -> bool, measure: fn(&Row) -> f64| {
-        largest(rows.iter().filter(|r| takes(r)).map(measure))
-    };
+    let straight = |row: &Value| row["direction_rad"] == 0.0;
     for (material, _) in MATERIALS {
-        let mut say = |name, takes: fn(&Row) -> bool, measure: fn(&Row) -> f64| {
-            let error = worst(&|r| r.material == material && takes(r), measure);
+        let mut say = |name, takes: &dyn Fn(&Value) -> bool, key| {
+            let own = all.iter().filter(|row| row["material"] == material);
+            let error = worst(own.filter(|row| takes(row)), key);
             checks.push(tell(name, json!({ "material": material })).off(error));
         };
-        say("bend-angle", |_| true, |r| r.angle_error);
-        say("bend-end", |r| r.direction_rad == 0.0, |r| r.tip_error);
-        say("bend-diagonal", |r| r.direction_rad != 0.0, |r| r.tip_error);
+        say("bend-angle", &|_| true, "angle_error");
+        say("bend-end", &straight, "tip_error");
+        say("bend-diagonal", &|row| !straight(row), "tip_error");
     }
-    let full = |r: &Row| (r.angle_theory - TAU).abs() < 1e-9 && r.direction_rad == 0.0;
-    let closing = worst(&full, |r| r.tip_from_arc);
+    let is_full = |r: &&Row| (r.angle_theory - TAU).abs() < 1e-9 && r.direction_rad == 0.0;
+    let closing = largest(rows.iter().filter(is_full).map(|r| r.tip_from_arc));
     checks.push(tell("bend-closes", json!({})).off(closing));
     for (name, measure, expected) in MEASURES {
         let found = finest(&deviations(rows, 0.25 * TAU, measure)).unwrap_or(f64::NAN);
@@ -93,19 +93,8 @@ fn tables(rows: &[Row]) -> String {
         row["order"] = finest(&deviations(rows, TAU, measure)).into();
         row
     });
-    let key = |r: &Row| {
-        (
-            r.material.clone(),
-            r.segments,
-            r.joint.clone(),
-            r.direction_rad,
-        )
-    };
-    let errors: [(&str, fn(&Row) -> f64); 2] = [
-        ("angle_error", |r| r.angle_error),
-        ("tip_error", |r| r.tip_error),
-    ];
-    let steel = summed(rows, |a, b| key(a) == key(b), |r| &r.material, &errors);
+    let same = ["material", "segments", "joint", "direction_rad"];
+    let steel = summed(rows, &same, &["angle_error", "tip_error"]);
     let [radius, steel] = [table("bend-radius", &radius), table("bend", &steel)];
     format!("{radius}\nsteel, largest over all loads\n{steel}")
 }

@@ -3,7 +3,7 @@
 
 use super::buckling::{SLENDERNESS, buckling_torque, greenhill, turns};
 use super::{FARTHEST, Held, Leak, Results, Row};
-use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, largest, summed};
+use crate::paper::specimens::{Joint, SEGMENTS, largest, summed, worst};
 use crate::paper::words::{
     self, chart, diagonal, filled, rows as rows_of, series, table, tell, text, with,
 };
@@ -29,17 +29,14 @@ pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
 }
 
 fn at_rest(rows: &[Row]) -> Vec<Check> {
+    let all = rows_of(rows);
     let mut checks = Vec::new();
-    for (material, _) in MATERIALS {
-        let of = || rows.iter().filter(|r| r.material == material);
-        if of().next().is_none() {
-            continue;
-        }
-        let row = json!({ "material": material, "farthest": largest(of().map(|r| r.twist)) });
-        let joint = largest(of().map(|r| r.angle_error));
+    for group in all.chunk_by(|a, b| a["material"] == b["material"]) {
+        let farthest = worst(group, "twist");
+        let row = json!({ "material": group[0]["material"], "farthest": farthest });
+        let joint = worst(group, "angle_error");
         checks.push(tell("twist-joint", row.clone()).off(joint));
-        let whole = largest(of().map(|r| r.total_error));
-        checks.push(tell("twist-whole", row).off(whole));
+        checks.push(tell("twist-whole", row).off(worst(group, "total_error")));
     }
     checks
 }
@@ -111,13 +108,8 @@ fn of_leaks(leaks: &[Leak]) -> Vec<Check> {
 }
 
 fn tables(results: &Results) -> String {
-    let key = |r: &Row| (r.material.clone(), r.segments, r.joint.clone());
-    let errors: [(&str, fn(&Row) -> f64); 2] = [
-        ("angle_error", |r| r.angle_error),
-        ("total_error", |r| r.total_error),
-    ];
-    let same = |a: &Row, b: &Row| key(a) == key(b);
-    let rest = summed(&results.rows, same, |r| &r.material, &errors);
+    let errors = ["angle_error", "total_error"];
+    let rest = summed(&results.rows, &["material", "segments", "joint"], &errors);
     let mut limits = json!({ "rod": turns(greenhill()) });
     for n in SEGMENTS {
         limits[n.to_string()] = turns(buckling_torque(n, SLENDERNESS, 0.0)).into();
