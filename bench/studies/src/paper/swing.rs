@@ -299,18 +299,13 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     progress.set_length(config.factors.len() as u64 + 10);
     let ei = fitted_stiffness(config)?;
     let params = config.params(ei, End::Clamped);
-    let paper = StepOptions {
-        dt: config.dt,
-        ..StepOptions::paper()
-    };
+    let dt = config.dt;
+    let at = |options| StepOptions { dt, ..options };
+    let [paper, default] = [StepOptions::paper(), StepOptions::default()].map(at);
     let spook = StepOptions {
         scheme: Scheme::Spook,
         stiffness: GeometricStiffness::Inertia { alpha: 0.5 },
         ..paper.clone()
-    };
-    let default = StepOptions {
-        dt: config.dt,
-        ..StepOptions::default()
     };
     let ours = |name: &str, params: &HoistParams, amplitude, options: &StepOptions| {
         let run = swing(config, name, params, amplitude, options);
