@@ -1,8 +1,7 @@
 //! The figures: distributions (Figs 2 and 3), return maps (Fig. 4) and spectra (Fig. 5), with the paper's words on them.
 
-use super::runs::{Scalars, runs, span, tables};
 use super::signal::{histogram, spectrum};
-use super::{BENDING, DT, LINKS, Sample};
+use super::{BENDING, DT, LINKS, Sample, Scalars, runs, span, tables};
 use crate::paper::table1::{Row, letter};
 use crate::paper::words::{self, chart, series, tell};
 use indicatif::ProgressBar;

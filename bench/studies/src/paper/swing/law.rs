@@ -1,6 +1,5 @@
 //! The damping law on single deformation modes: a ball on a spring, and two balls that twist against each other.
 
-use crate::law::{fitted, roots};
 use crate::paper::words::filled;
 use serde::Serialize;
 use serde_json::json;
@@ -39,6 +38,18 @@ const INERTIA: f64 = 0.5 * 0.4 * MASS * 0.1 * 0.1;
 /// The modes, and their rows in the scene.
 const MODES: [(&str, usize); 2] = [("stretch", 0), ("twist", 8)];
 
+/// Amplitude factor and phase of x_{n+2} = 2 a cos θ x_{n+1} − a² x_n, from four samples.
+fn recurrence(x: [f64; 4]) -> [f64; 2] {
+    let determinant = x[1] * x[1] - x[0] * x[2];
+    let square = (x[2] * x[2] - x[1] * x[3]) / determinant;
+    let trace = (x[1] * x[2] - x[0] * x[3]) / determinant;
+    let amplitude = square.sqrt();
+    // Near a cosine of 1 the sine determines the angle better.
+    let cosine = 0.5 * trace / amplitude;
+    let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+    [amplitude, sine.atan2(cosine)]
+}
+
 /// The stretch and the twist mode with frequency ωΔt = `frequency`, stepped by the paper's step.
 pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
     // ω² = 1/(ε m).
@@ -58,8 +69,7 @@ pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
         stepper.step()?;
     }
     Ok([0, 1].map(|i| {
-        let found = roots(&fitted(&samples[i], 2));
-        let [amplitude, phase] = found.first().copied().unwrap_or([f64::NAN; 2]);
+        let [amplitude, phase] = recurrence(samples[i]);
         Law {
             mode: MODES[i].0,
             frequency,
@@ -69,4 +79,16 @@ pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
             phase_law: frequency.atan(),
         }
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recurrence_is_found_again() {
+        let x = [0.0, 1.0, 2.0, 3.0].map(|n: f64| 0.9_f64.powf(n) * (0.3 * n + 0.2).cos());
+        let [amplitude, phase] = recurrence(x);
+        assert!((amplitude - 0.9).abs() < 1e-14 && (phase - 0.3).abs() < 1e-13);
+    }
 }
