@@ -193,7 +193,7 @@ pub fn bending_checks(rows: &[Value]) -> Vec<Check> {
     ]
 }
 
-/// What is added to the chain of links, and what it gains; nothing where a limit is not known.
+/// Gains of the additions to the chain of links; none where a limit is not known.
 fn supplementary(records: &[table1::Record]) -> Vec<Check> {
     let limit = |model: &str| {
         let of = records.iter().filter(|r| r.model == model);

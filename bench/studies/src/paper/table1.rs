@@ -282,7 +282,7 @@ fn theory(record: &Record) -> Option<Check> {
     is_stiff.then(|| tell("chain-theory", row).off((record.limit_log10 - decade).abs()))
 }
 
-/// What is left of (e) and (f) in space, beside the paper's bending in the plane with the same compliances.
+/// Limit of (e) and (f) in space beside that of the paper's bending in the plane with the same compliances.
 fn in_space(records: &[Record], record: &Record) -> Option<Check> {
     let key = |r: &Record| (r.links_compliance, r.added_compliance);
     let is_planar = |r: &&Record| r.row.model == ChainModel::BendAngle && r.noise_m == 0.0;

@@ -14,7 +14,7 @@ fn moments(config: &Config) -> [usize; 2] {
     [last / 2, last]
 }
 
-/// What a run loses by half of the time and by its end.
+/// Losses of a run by half of the time and by its end.
 fn row(run: &Run, config: &Config) -> Value {
     let [half, end] = moments(config);
     let lost = run.failure.as_ref().map(|f| format!("{:.2} s", f.time));
