@@ -9,98 +9,65 @@
 pub mod chains;
 pub mod claims;
 mod pictures;
+mod search;
 pub mod specimens;
 mod study;
 pub mod swing;
 pub mod table1;
 pub mod table2;
 pub mod timing;
+mod words;
 
 pub(crate) use study::STUDY;
 
 use crate::checks::Experiment;
+use indicatif::ProgressBar;
+use specimens::{bend, pull, twist};
+use taut_output::check::{ExperimentError, Outcome};
+
+type Run = fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>;
 
 /// The tables, figures and claims of the paper that hold results, in its order. Its Figs 1 and 6–8 are drawings.
-pub const EXPERIMENTS: [Experiment; 15] = [
-    Experiment {
-        name: "table1",
-        title: "Table I: largest stable load/particle mass ratio of particle chains",
-        run: table1::outcome,
-    },
-    Experiment {
-        name: "fig2",
-        title: "Fig. 2: distribution of stretch and bend, link chain (a)",
-        run: |quick, progress| chains::distribution(chains::LINKS, "fig2", quick, progress),
-    },
-    Experiment {
-        name: "fig3",
-        title: "Fig. 3: distribution of stretch and bend, chain with regularised bending (e)",
-        run: |quick, progress| chains::distribution(chains::BENDING, "fig3", quick, progress),
-    },
-    Experiment {
-        name: "fig4",
-        title: "Fig. 4: return maps of the stretch, chains (a) and (e)",
-        run: chains::return_maps,
-    },
-    Experiment {
-        name: "fig5",
-        title: "Fig. 5: spectrum of the bend angle for three bending compliances",
-        run: chains::spectra,
-    },
-    Experiment {
-        name: "fig9",
-        title: "Fig. 9: snapshots of bending and twisting",
-        run: pictures::specimens,
-    },
-    Experiment {
-        name: "fig10",
-        title: "Fig. 10: pull",
-        run: specimens::pull,
-    },
-    Experiment {
-        name: "fig11",
-        title: "Fig. 11: twist",
-        run: specimens::twist,
-    },
-    Experiment {
-        name: "fig12",
-        title: "Fig. 12: bend",
-        run: specimens::bend,
-    },
-    Experiment {
-        name: "table2",
-        title: "Table II: largest stable load/segment mass ratio of rigid-body cables",
-        run: table2::outcome,
-    },
-    Experiment {
-        name: "fig13",
-        title: "Fig. 13: time a step over the number of elements",
-        run: timing::outcome,
-    },
-    Experiment {
-        name: "fig14",
-        title: "Fig. 14: the gantry crane",
-        run: pictures::gantry,
-    },
-    Experiment {
-        name: "fig15",
-        title: "Fig. 15: the load on the ground, the cable slack",
-        run: pictures::landing,
-    },
-    Experiment {
-        name: "fig16",
-        title: "Fig. 16: energy of the swinging cable",
-        run: swing::outcome,
-    },
-    Experiment {
-        name: "claims",
-        title: "The paper's claims in words",
-        run: claims::outcome,
-    },
+const RUNS: [(&str, Run); 15] = [
+    ("table1", table1::outcome),
+    ("fig2", |quick, progress| {
+        chains::distribution(chains::LINKS, "fig2", quick, progress)
+    }),
+    ("fig3", |quick, progress| {
+        chains::distribution(chains::BENDING, "fig3", quick, progress)
+    }),
+    ("fig4", chains::return_maps),
+    ("fig5", chains::spectra),
+    ("fig9", pictures::specimens),
+    ("fig10", |quick, progress| {
+        let config = quick.then(pull::Config::quick).unwrap_or_default();
+        pull::outcome(&pull::run(&config, progress)?)
+    }),
+    ("fig11", |quick, progress| {
+        twist::outcome(&twist::run(&twist::Config::new(quick), progress)?)
+    }),
+    ("fig12", |quick, progress| {
+        let config = quick.then(bend::Config::quick).unwrap_or_default();
+        bend::outcome(&bend::run(&config, progress)?)
+    }),
+    ("table2", table2::outcome),
+    ("fig13", timing::outcome),
+    ("fig14", pictures::gantry),
+    ("fig15", pictures::landing),
+    ("fig16", swing::outcome),
+    ("claims", claims::outcome),
 ];
 
+pub fn experiments() -> [Experiment; 15] {
+    RUNS.map(|(name, run)| Experiment {
+        name,
+        title: words::title(name),
+        run,
+    })
+}
+
 pub fn named(name: &str) -> Result<Experiment, String> {
-    let found = EXPERIMENTS.into_iter().find(|e| e.name == name);
-    let names = || EXPERIMENTS.map(|e| e.name).join(", ");
+    let found = experiments().into_iter().find(|e| e.name == name);
+    let names = || RUNS.map(|(name, _)| name).join(", ");
     found.ok_or_else(|| format!("choose one of {}; the other figures are drawings", names()))
 }

@@ -15,17 +15,20 @@
 //! differ in every sample and agree in their statistics only, so that its numbers are ranges over several runs.
 
 mod figures;
-mod runs;
 mod signal;
 
 pub(super) use figures::{distribution, return_maps, spectra};
-pub use runs::Scalars;
-pub use signal::{centroid, peak_share, predictability, rms, spectrum};
+pub use signal::{peak_share, predictability, rms};
 
-use super::table1::{BAR, ROWS, Row, chain, drop_chain, options};
+use super::table1::{BAR, ROWS, Row, TIME, chain, drop_chain, letter, options};
+use super::words::{table, text};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use serde::Serialize;
+use serde_json::{Value, json};
+use signal::{centroid, spectrum};
 use taut_integrator::Stepper;
+use taut_model::ChainModel;
 use taut_output::check::ExperimentError;
 
 /// Rows of Table I: chain (a), and (e) with the compliance of Figs 3 and 4.
@@ -38,7 +41,6 @@ const DT: f64 = 1.0 / 60.0;
 /// One sample of the uppermost link.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sample {
-    /// Time \[s].
     #[serde(rename = "time_s")]
     pub time: f64,
     /// Stretch φ_d \[m].
@@ -76,4 +78,104 @@ fn sample(stepper: &Stepper) -> Sample {
         stretch: stepper.linearized().phi[0],
         bend: d1.cross(&d2).dot(&Vector3::y()).atan2(d1.dot(&d2)),
     }
+}
+
+/// A number of a signal: its smallest and its largest value over perturbed runs.
+type Range = [f64; 2];
+
+/// The numbers of a sampled signal.
+struct Scalars {
+    row: Row,
+    /// `stretch` (m) or `bend` (rad).
+    signal: &'static str,
+    /// Root of the mean square \[m or rad].
+    rms: Range,
+    peak_share: Range,
+    /// R² of the prediction from two samples.
+    predictability: Range,
+    /// Centroid of the power spectrum \[Hz].
+    centroid: Range,
+    runs: usize,
+    /// How many of them kept the bar of Table I.
+    kept: usize,
+}
+
+/// Perturbed runs of a chain: that of the paper, and others whose links are longer by micrometres.
+struct Runs {
+    row: Row,
+    samples: Vec<Vec<Sample>>,
+    /// How many of them kept Table I's bar.
+    kept: usize,
+}
+
+fn runs(row: Row, decade: f64, quick: bool) -> Result<Runs, ExperimentError> {
+    let count = if quick { 3 } else { 10 };
+    let runs: Vec<_> = (0..count)
+        .into_par_iter()
+        .map(|k| samples(&row, decade, 1e-6 * f64::from(k), TIME))
+        .collect::<Result<_, _>>()?;
+    let kept = runs.iter().filter(|(_, kept)| *kept).count();
+    let samples = runs.into_iter().map(|(samples, _)| samples).collect();
+    Ok(Runs { row, samples, kept })
+}
+
+impl Runs {
+    /// Both signals in numbers: stretch, then bend.
+    fn scalars(&self) -> [Scalars; 2] {
+        [
+            self.scalars_of("stretch", |s| s.stretch),
+            self.scalars_of("bend", |s| s.bend),
+        ]
+    }
+
+    fn scalars_of(&self, signal: &'static str, pick: fn(&Sample) -> f64) -> Scalars {
+        let pick = |run: &Vec<Sample>| -> Vec<f64> { run.iter().map(pick).collect() };
+        let signals: Vec<Vec<f64>> = self.samples.iter().map(pick).collect();
+        let range = |f: &dyn Fn(&[f64]) -> f64| {
+            let ends = [f64::INFINITY, f64::NEG_INFINITY];
+            let values = signals.iter().map(|s| f(s));
+            values.fold(ends, |[low, high], v| [low.min(v), high.max(v)])
+        };
+        Scalars {
+            row: self.row,
+            signal,
+            rms: range(&rms),
+            peak_share: range(&peak_share),
+            predictability: range(&predictability),
+            centroid: range(&|s| centroid(&spectrum(s, DT))),
+            runs: signals.len(),
+            kept: self.kept,
+        }
+    }
+}
+
+/// A range in text, one number where its ends look the same.
+fn span(ends: Range, digits: usize) -> String {
+    let [low, high] = ends.map(|x| match x != 0.0 && x.abs() < 0.01 {
+        true => format!("{x:.digits$e}"),
+        false => format!("{x:.digits$}"),
+    });
+    if low == high {
+        low
+    } else {
+        format!("{low} – {high}")
+    }
+}
+
+fn tables(all: &[Scalars]) -> String {
+    let row = |s: &Scalars| {
+        json!({
+            "chain": letter(s.row.model),
+            "bend": (s.row.model != ChainModel::Links).then_some(s.row.added),
+            "signal": s.signal,
+            "rms": span(s.rms, 3),
+            "peaks": span(s.peak_share, 2),
+            "order": span(s.predictability, 4),
+            "centroid": span(s.centroid, 2),
+            "kept": s.kept,
+            "runs": s.runs,
+        })
+    };
+    let rows: Vec<Value> = all.iter().map(row).collect();
+    text("chains", &json!({ "rows": table("chains", &rows) }))
 }

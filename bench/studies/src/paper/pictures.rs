@@ -9,14 +9,16 @@
 //! Masses and g of the crane are the paper's where its scan can be read: 300 kg of load on 0.3 kg of cable, 10 m/s².
 
 use super::specimens::{MATERIALS, bend, twist};
+use super::words::tell;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
+use serde_json::json;
 use std::f64::consts::{PI, TAU};
-use taut_ground::trajectory::{Limits, Simulation, steps_in};
+use taut_ground::trajectory::{Limits, Simulation, load_position, steps_in};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::collide::{Collider, DEFAULT_GROUP, Shape};
 use taut_model::{Controls, GantryParams, Material, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::check::{ExperimentError, Outcome};
 use taut_recording::{Recorder, Recording, still};
 
 /// Segments of the specimens.
@@ -71,17 +73,14 @@ pub(super) fn specimens(_: bool, progress: &ProgressBar) -> Result<Outcome, Expe
     let (mut checks, mut pictures) = (Vec::new(), Vec::new());
     for part in BENDS {
         let (scene, row) = bend::bent(nylon, SEGMENTS, part)?;
-        let case = format!("bent to {part} of a circle");
-        let ours = format!("{:.2e} L", row.tip_error);
-        let by = "distance of the grip from the end of the polygon that theory makes, over L";
-        checks.push(Check::within(case, "the polygon", ours, row.tip_error, 1e-9).by(by));
+        checks.push(tell("bent", json!({ "part": part })).off(row.tip_error));
         pictures.push((format!("bend-{part}").into(), portrait(scene)?));
         progress.inc(1);
     }
     for turns in TWISTS {
         let (scene, twist) = twist::twisted(nylon, SEGMENTS, turns)?;
-        let case = format!("twisted by {turns} turns");
-        checks.push(Check::relative(case, [turns, twist / TAU], "turns", 1e-9));
+        let said = tell("twisted", json!({ "turns": turns }));
+        checks.push(said.beside([turns, twist / TAU]));
         pictures.push((format!("twist-{turns}").into(), portrait(scene)?));
         progress.inc(1);
     }
@@ -97,8 +96,8 @@ const CABLE: f64 = 0.3;
 const LINKS: usize = 16;
 const RADIUS: f64 = 0.01;
 
-/// The crane with something to see: its beam, and the ground so deep (m) below it, which load and cable touch.
-fn crane(load: f64, ei: Option<f64>, ground: f64) -> Result<Scene, ExperimentError> {
+/// The crane with something to see: its beam, and the ground below it, which load and cable touch.
+fn crane(load: f64, ei: Option<f64>) -> Result<Scene, ExperimentError> {
     let segment_mass = CABLE / LINKS as f64;
     let params = GantryParams {
         segments: LINKS,
@@ -114,33 +113,32 @@ fn crane(load: f64, ei: Option<f64>, ground: f64) -> Result<Scene, ExperimentErr
     };
     let mut scene = params.build()?;
     let size = Vector3::repeat(params.resolve()?.load_edge);
+    let beam = Vector3::new(12.0, 0.3, 0.4);
     let capsule = Shape::Capsule {
         length: params.cable_length / LINKS as f64,
         radius: RADIUS,
     };
-    let beam = Vector3::new(12.0, 0.3, 0.4);
     let mut shapes = vec![
-        (scene.load, Shape::Cuboid { size }, DEFAULT_GROUP),
-        (None, Shape::HalfSpace, DEFAULT_GROUP),
-        (Some(0), Shape::Cuboid { size: beam }, OWN),
+        (scene.load, Shape::Cuboid { size }, DEFAULT_GROUP, 0.0),
+        (None, Shape::HalfSpace, DEFAULT_GROUP, -GROUND),
+        (Some(0), Shape::Cuboid { size: beam }, OWN, 0.55),
     ];
     let segments = scene.cables[0].bodies.iter();
-    shapes.extend(segments.map(|body| (Some(*body), capsule, OWN)));
-    for (k, (body, shape, groups)) in shapes.into_iter().enumerate() {
+    shapes.extend(segments.map(|body| (Some(*body), capsule, OWN, 0.0)));
+    for (k, (body, shape, groups, z)) in shapes.into_iter().enumerate() {
         let mut collider = Collider {
             groups,
             meets: DEFAULT_GROUP,
             ..Collider::new(format!("shape-{k}"), body, shape)
         };
-        collider.position.z = match shape {
-            Shape::HalfSpace => -ground,
-            _ if body == Some(0) => 0.55,
-            _ => 0.0,
-        };
+        collider.position.z = z;
         scene.add_collider(collider);
     }
     Ok(scene)
 }
+
+/// Depth of the ground below the beam \[m].
+const GROUND: f64 = 12.0;
 
 /// The group of beam and cable, which meet load and ground but not each other.
 const OWN: u32 = 2;
@@ -155,32 +153,20 @@ pub(super) fn gantry(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
     let (mut checks, mut pictures) = (Vec::new(), Vec::new());
     let time = if quick { 4.0 } else { 10.0 };
     for load in loads {
-        let run = recorded(
-            crane(load, None, 12.0)?,
-            steps_in(time, DT),
-            |stepper, time| {
-                let trolley_speed = if time < 2.0 { 0.8 } else { 0.0 };
-                let hoist_speed = if (1.0..3.0).contains(&time) { 0.3 } else { 0.0 };
-                stepper.set_controls(&Controls {
-                    trolley_speed,
-                    hoist_speed,
-                })?;
-                Ok(())
-            },
-        );
-        let case = format!("driven for {time} s, load/cable {}", load / CABLE);
-        let reference = "stable, with the cable's inertia times 20 at 10⁴";
-        match run {
-            Ok((_, recording)) => {
-                checks.push(
-                    Check::stated(case, reference, "stable, with its own inertia", true)
-                        .published(),
-                );
-                if pictures.is_empty() {
-                    pictures.push(("swing".into(), still(&recording, 3.5)?.png));
-                }
-            }
-            Err(e) => checks.push(Check::failed(case, reference, &e).published()),
+        let scene = crane(load, None)?;
+        let run = recorded(scene, steps_in(time, DT), |stepper, time| {
+            let trolley_speed = if time < 2.0 { 0.8 } else { 0.0 };
+            let hoist_speed = if (1.0..3.0).contains(&time) { 0.3 } else { 0.0 };
+            drive(stepper, trolley_speed, hoist_speed)
+        });
+        let (ours, error) = match &run {
+            Ok(_) => ("stable, with its own inertia", String::new()),
+            Err(e) => ("failed", e.to_string()),
+        };
+        let row = json!({ "time": time, "ratio": load / CABLE, "ours": ours, "error": error });
+        checks.push(tell("gantry", row).so(run.is_ok()));
+        if let (Ok((_, recording)), true) = (run, pictures.is_empty()) {
+            pictures.push(("swing".into(), still(&recording, 3.5)?.png));
         }
         progress.inc(1);
     }
@@ -191,14 +177,22 @@ pub(super) fn gantry(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
     })
 }
 
+fn drive(
+    stepper: &mut Stepper,
+    trolley_speed: f64,
+    hoist_speed: f64,
+) -> Result<(), ExperimentError> {
+    Ok(stepper.set_controls(&Controls {
+        trolley_speed,
+        hoist_speed,
+    })?)
+}
+
 /// How far a slack cable bulges: the largest distance of a segment from the vertical through the load \[m].
 fn bulge(scene: &Scene) -> f64 {
-    let bodies = &scene.bodies;
-    let load = scene
-        .load
-        .map_or_else(Vector3::zeros, |i| bodies.position[i]);
+    let load = load_position(scene);
     let segments = scene.cables[0].bodies.iter();
-    let aside = segments.map(|i| (bodies.position[*i] - load).xy().norm());
+    let aside = segments.map(|i| (scene.bodies.position[*i] - load).xy().norm());
     aside.fold(0.0, f64::max)
 }
 
@@ -233,34 +227,21 @@ pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, Experi
     progress.set_length(stiffnesses.len() as u64);
     let (mut checks, mut pictures, mut bulges) = (Vec::new(), Vec::new(), Vec::new());
     for (name, ei) in stiffnesses {
-        let scene = crane(load, Some(ei), 12.0)?;
+        let scene = crane(load, Some(ei))?;
         let (stepper, recording) = recorded(scene, steps_in(12.0, DT), |stepper, time| {
-            let hoist_speed = if time < 6.0 { -0.4 } else { 0.0 };
-            stepper.set_controls(&Controls {
-                trolley_speed: 0.0,
-                hoist_speed,
-            })?;
-            Ok(())
+            drive(stepper, 0.0, if time < 6.0 { -0.4 } else { 0.0 })
         })?;
         let scene = stepper.scene();
         let [ground, cable] = carried(&stepper)?;
-        let case = format!("{name}: what the ground carries");
-        let by = "relative; weight of the load, with what the slack cable adds by its joint and where it lies on the load";
-        checks.push(Check::relative(case, [load * GRAVITY - cable, ground], "N", 1e-6).by(by));
+        let said = tell("ground", json!({ "name": name }));
+        checks.push(said.beside([load * GRAVITY - cable, ground]));
         bulges.push(bulge(scene));
         pictures.push((name.into(), still(&recording, stepper.time())?.png));
         progress.inc(1);
     }
-    let ours = format!("bulges of {:.2} and {:.2} m", bulges[0], bulges[1]);
     let differ = (bulges[0] / bulges[1]).ln().abs() > 0.1;
-    let case = "shape of the slack cable";
-    checks.push(Check::claim(
-        case,
-        "depends on its elasticity",
-        ours,
-        Verdict::of(differ),
-        "",
-    ));
+    let row = json!({ "steel": bulges[0], "soft": bulges[1] });
+    checks.push(tell("slack", row).so(differ));
     Ok(Outcome {
         checks,
         pictures,

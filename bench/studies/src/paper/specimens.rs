@@ -11,14 +11,15 @@ pub mod bend;
 pub mod pull;
 pub mod twist;
 
-use indicatif::ProgressBar;
+use super::words::rows as rows_of;
 use nalgebra::Vector3;
+use serde::Serialize;
+use serde_json::Value;
 use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper, static_equilibrium};
 use taut_model::{
     Constraint, JointKind, Linearized, Material, RowKind, Scene, Specimen, SpecimenParams,
     TwistDefinition, update_windings,
 };
-use taut_output::check::{ExperimentError, Outcome};
 use taut_solver::Backend;
 
 /// Bar on relative errors against the exact discrete answer.
@@ -45,15 +46,18 @@ pub enum Joint {
 }
 
 impl Joint {
-    /// All three.
     pub const ALL: [Self; 3] = [Self::Cosserat, Self::Ordinary, Self::Alternative];
 
     /// Name in tables.
     pub fn name(self) -> &'static str {
+        ["cosserat", "paper, ordinary", "paper, alternative"][self as usize]
+    }
+
+    fn law(self) -> (JointKind, TwistDefinition) {
         match self {
-            Self::Cosserat => "cosserat",
-            Self::Ordinary => "paper, ordinary",
-            Self::Alternative => "paper, alternative",
+            Self::Cosserat => (JointKind::Cosserat, TwistDefinition::Ordinary),
+            Self::Ordinary => (JointKind::Paper, TwistDefinition::Ordinary),
+            Self::Alternative => (JointKind::Paper, TwistDefinition::Alternative),
         }
     }
 }
@@ -65,11 +69,7 @@ pub fn params(
     segments: usize,
     joint: Joint,
 ) -> SpecimenParams {
-    let (kind, twist_definition) = match joint {
-        Joint::Cosserat => (JointKind::Cosserat, TwistDefinition::Ordinary),
-        Joint::Ordinary => (JointKind::Paper, TwistDefinition::Ordinary),
-        Joint::Alternative => (JointKind::Paper, TwistDefinition::Alternative),
-    };
+    let (kind, twist_definition) = joint.law();
     SpecimenParams {
         segments,
         material: material.to_owned(),
@@ -103,10 +103,7 @@ pub struct Reading {
 pub fn read(scene: &Scene, segments: usize) -> Vec<Reading> {
     let mut rows = Linearized::new(scene);
     rows.update(scene, 0.0);
-    let joint = |j: usize| {
-        let phi = &rows.phi[rows.row_range(j)];
-        reading(&scene.constraints[j], phi)
-    };
+    let joint = |j: usize| reading(&scene.constraints[j], &rows.phi[rows.row_range(j)]);
     (0..=segments).map(joint).collect()
 }
 
@@ -156,13 +153,17 @@ pub fn passes_from_rest(
 ) -> Result<Scene, StepError> {
     let mut stepper = Stepper::new(scene, options)?;
     for _ in 0..passes {
-        let mut bodies = stepper.scene().bodies.clone();
-        bodies.velocity.fill(Vector3::zeros());
-        bodies.angular_velocity.fill(Vector3::zeros());
-        stepper.set_state(&bodies, 0.0)?;
-        stepper.step()?;
+        step_from_rest(&mut stepper)?;
     }
     Ok(stepper.into_scene())
+}
+
+fn step_from_rest(stepper: &mut Stepper) -> Result<(), StepError> {
+    let mut bodies = stepper.scene().bodies.clone();
+    bodies.velocity.fill(Vector3::zeros());
+    bodies.angular_velocity.fill(Vector3::zeros());
+    stepper.set_state(&bodies, 0.0)?;
+    stepper.step().map(|_| ())
 }
 
 /// Settlings of a load at most: a pass reduces what is left a thousandfold or more.
@@ -201,16 +202,22 @@ pub(crate) fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
 }
 
-pub(super) fn pull(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(pull::Config::quick).unwrap_or_default();
-    pull::outcome(&pull::run(&config, progress)?)
+/// The last rows of steel of groups that have the same in some columns, each with the group's largest errors.
+fn summed(rows: &[impl Serialize], same: &[&str], errors: &[&str]) -> Vec<Value> {
+    let rows = rows_of(rows);
+    let groups = rows.chunk_by(|a, b| same.iter().all(|key| a[*key] == b[*key]));
+    let groups = groups.filter_map(|group| {
+        let mut row = group.last()?.clone();
+        for key in errors {
+            row[*key] = worst(group, key).into();
+        }
+        (row["material"] == MATERIALS[2].0).then_some(row)
+    });
+    groups.collect()
 }
 
-pub(super) fn twist(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    twist::outcome(&twist::run(&twist::Config::new(quick), progress)?)
-}
-
-pub(super) fn bend(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(bend::Config::quick).unwrap_or_default();
-    bend::outcome(&bend::run(&config, progress)?)
+/// The largest error of a column; NaN where a row has none.
+fn worst<'a>(rows: impl IntoIterator<Item = &'a Value>, key: &str) -> f64 {
+    let errors = rows.into_iter().map(|row| row[key].as_f64());
+    largest(errors.map(|error| error.unwrap_or(f64::NAN)))
 }

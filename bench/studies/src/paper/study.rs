@@ -1,13 +1,13 @@
 //! The study of the paper: its options, the experiments that it runs, the files that each writes.
 
-use super::{EXPERIMENTS, named};
+use super::{experiments, named};
 use crate::checks::{self, Catalogue, Experiment};
 use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
-use serde::Serialize;
+use serde_json::json;
 use std::path::PathBuf;
 use taut_ground::files;
-use taut_output::check::{self, Check, ExperimentError, Outcome};
+use taut_output::check::{self, ExperimentError, Outcome};
 
 /// `taut paper`.
 pub(crate) const STUDY: Study = Study {
@@ -38,27 +38,17 @@ const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends; holds, holds only if, does not hold: what
 the paper says, in our measurement. Numbers at the end of a row: the notes below the table that it needs";
 
-/// Content of `NAME.json`.
-#[derive(Serialize)]
-struct Record<'a> {
-    experiment: &'static str,
-    title: &'static str,
-    machine: &'a str,
-    quick: bool,
-    checks: &'a [Check],
-}
-
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
     // Before minutes of work, not after them.
     files::make_folder(&options.out)?;
-    let mut experiments = options.names.clone();
-    if experiments.is_empty() {
-        experiments.extend(EXPERIMENTS);
+    let mut chosen = options.names.clone();
+    if chosen.is_empty() {
+        chosen.extend(experiments());
     }
     let catalogue = Catalogue {
         legend: LEGEND,
         reference: "paper, theory",
-        experiments,
+        experiments: chosen,
         quick: options.quick,
     };
     let machine = reporter.machine.clone();
@@ -81,13 +71,13 @@ fn write(
     for (ending, rows) in &outcome.more_csv {
         files::write_text(&file(&format!("-{ending}.csv")), rows)?;
     }
-    let record = Record {
-        experiment: experiment.name,
-        title: experiment.title,
-        machine,
-        quick: options.quick,
-        checks: &outcome.checks,
-    };
+    let record = json!({
+        "experiment": experiment.name,
+        "title": experiment.title,
+        "machine": machine,
+        "quick": options.quick,
+        "checks": outcome.checks,
+    });
     files::write_json(&file(".json"), &record)?;
     for (ending, picture) in &outcome.pictures {
         files::write_bytes(&file(&format!("-{ending}.png")), picture)?;

@@ -28,22 +28,24 @@ mod law;
 mod report;
 
 pub use law::{Law, law};
-pub use report::{charts, checks, text_tables};
+pub use report::{checks, text_tables};
 
+use super::words;
 use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::Serialize;
+use serde_json::{Value, json};
 use taut_ground::inputs::Inputs;
 use taut_ground::modes::{Mode, modes, predicted};
-use taut_ground::trajectory::{Failure, Limits, Sample, simulate_driven, steps_in};
+use taut_ground::trajectory::{Failure, Limits, Sample, load_position, simulate_driven, steps_in};
 use taut_integrator::{
     GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
 };
 use taut_model::{End, GantryParams, HoistParams, Scene, SceneError};
-use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::check::{ExperimentError, Outcome};
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Config {
     pub segments: usize,
     /// Length of the cable \[m].
@@ -87,7 +89,7 @@ impl Config {
     }
 
     /// The hoist with bending stiffness `ei` (N m²), its ends held as `end`.
-    pub fn params(&self, ei: f64, end: End) -> HoistParams {
+    fn params(&self, ei: f64, end: End) -> HoistParams {
         let segment = self.length / self.segments as f64;
         HoistParams {
             segments: self.segments,
@@ -104,15 +106,20 @@ impl Config {
     }
 
     /// The hanging scene, turning about its anchor with `amplitude` √(g/L).
-    pub fn scene(&self, params: &HoistParams, amplitude: f64) -> Result<Scene, SceneError> {
+    fn scene(&self, params: &HoistParams, amplitude: f64) -> Result<Scene, SceneError> {
         let mut scene = params.hanging_equilibrium()?;
-        let omega = Vector3::y() * (amplitude * (GRAVITY / self.length).sqrt());
-        let bodies = &mut scene.bodies;
-        for (v, x) in bodies.velocity.iter_mut().zip(&bodies.position) {
-            *v = omega.cross(x);
-        }
-        bodies.angular_velocity.fill(omega);
+        turn(&mut scene, 0, amplitude * (GRAVITY / self.length).sqrt());
         Ok(scene)
+    }
+}
+
+/// Turns the bodies from one on about the origin with `omega` (rad/s).
+fn turn(scene: &mut Scene, from: usize, omega: f64) {
+    let omega = Vector3::y() * omega;
+    let bodies = &mut scene.bodies;
+    for i in from..bodies.len() {
+        bodies.velocity[i] = omega.cross(&bodies.position[i]);
+        bodies.angular_velocity[i] = omega;
     }
 }
 
@@ -165,25 +172,6 @@ pub struct Results {
     pub laws: Vec<Law>,
 }
 
-/// A row of the CSV file: a sample of one run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Record {
-    pub run: String,
-    /// Bending stiffness \[N m²].
-    #[serde(rename = "ei_n_m2")]
-    pub ei: f64,
-    /// Angular velocity at the start over √(g/L).
-    pub amplitude: f64,
-    /// Time \[s].
-    #[serde(rename = "time_s")]
-    pub time: f64,
-    /// Energy over that at the start.
-    #[serde(rename = "energy_share")]
-    pub energy: f64,
-    /// `energy` as predicted by the modes.
-    pub predicted: Option<f64>,
-}
-
 /// The bending stiffness for which the modes predict the loss that is wanted: by halving a bracket of its logarithm.
 fn fitted_stiffness(config: &Config) -> Result<f64, SceneError> {
     let loss = |ei: f64| -> Result<f64, SceneError> {
@@ -222,10 +210,11 @@ fn energies(samples: &[Sample], scheme: Scheme, elastic: f64) -> Vec<f64> {
 /// A run of a swinging scene; its energy is measured from that of the scene at rest, without numbers where it is lost.
 fn swung(
     config: &Config,
+    (name, ei, amplitude): (&str, f64, f64),
     [rest, moving]: [Scene; 2],
     limits: Limits,
     options: &StepOptions,
-) -> Result<(Vec<f64>, Option<Failure>), StepError> {
+) -> Result<Run, StepError> {
     let rest = {
         let mut stepper = Stepper::new(rest, options.clone())?;
         stepper.step()?;
@@ -240,7 +229,14 @@ fn swung(
     for e in &mut energy {
         *e = (*e - rest.total()) / first;
     }
-    Ok((energy, trajectory.failure))
+    Ok(Run {
+        name: name.to_owned(),
+        ei,
+        amplitude,
+        energy,
+        predicted: Vec::new(),
+        failure: trajectory.failure,
+    })
 }
 
 fn swing(
@@ -254,30 +250,19 @@ fn swing(
     let scene = config.scene(params, amplitude)?;
     let modes = (options.scheme == Scheme::LinearlyImplicit).then(|| modes(&scene));
     let scenes = [config.scene(params, 0.0)?, scene];
-    let (energy, failure) = swung(config, scenes, limits, options)?;
-    let at = |i: usize| i as f64 * config.dt;
-    let predicted = modes.map_or_else(Vec::new, |modes| {
-        let samples = 0..=steps_in(config.time, config.dt);
-        samples
-            .map(|i| predicted(&modes, config.dt, at(i)))
-            .collect()
-    });
-    Ok(Run {
-        name: name.to_owned(),
-        ei: params.resolve()?.stiffness.ei,
-        amplitude,
-        energy,
-        predicted,
-        failure,
-    })
+    let case = (name, params.resolve()?.stiffness.ei, amplitude);
+    let mut run = swung(config, case, scenes, limits, options)?;
+    if let Some(modes) = modes {
+        let times = (0..=steps_in(config.time, config.dt)).map(|i| i as f64 * config.dt);
+        run.predicted = times.map(|t| predicted(&modes, config.dt, t)).collect();
+    }
+    Ok(run)
 }
 
 /// One run of the gantry, whose hook, cable and load turn about the trolley at first.
 fn gantry(
     config: &Config,
-    name: &str,
-    ei: f64,
-    amplitude: f64,
+    (name, ei, amplitude): (&str, f64, f64),
     options: &StepOptions,
 ) -> Result<Run, StepError> {
     let segment_mass = config.cable / config.segments as f64;
@@ -294,24 +279,16 @@ fn gantry(
     };
     let rest = static_equilibrium(params.build()?, &options.backend)?;
     let mut moving = rest.clone();
-    let load = moving.load.unwrap_or_default();
-    let bodies = &mut moving.bodies;
-    let depth = -bodies.position[load].z;
-    let omega = Vector3::y() * (amplitude * (GRAVITY / depth).sqrt());
-    for i in HANGING..bodies.len() {
-        bodies.velocity[i] = omega.cross(&bodies.position[i]);
-        bodies.angular_velocity[i] = omega;
-    }
+    let depth = -load_position(&moving).z;
+    turn(&mut moving, HANGING, amplitude * (GRAVITY / depth).sqrt());
     let limits = Limits::Scene(moving.gap_limits());
-    let (energy, failure) = swung(config, [rest, moving], limits, options)?;
-    Ok(Run {
-        name: name.to_owned(),
-        ei,
-        amplitude,
-        energy,
-        predicted: Vec::new(),
-        failure,
-    })
+    swung(
+        config,
+        (name, ei, amplitude),
+        [rest, moving],
+        limits,
+        options,
+    )
 }
 
 /// The first body of the gantry that hangs: below crane and trolley.
@@ -322,23 +299,17 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     progress.set_length(config.factors.len() as u64 + 10);
     let ei = fitted_stiffness(config)?;
     let params = config.params(ei, End::Clamped);
-    let paper = StepOptions {
-        dt: config.dt,
-        ..StepOptions::paper()
-    };
+    let dt = config.dt;
+    let at = |options| StepOptions { dt, ..options };
+    let [paper, default] = [StepOptions::paper(), StepOptions::default()].map(at);
     let spook = StepOptions {
         scheme: Scheme::Spook,
         stiffness: GeometricStiffness::Inertia { alpha: 0.5 },
         ..paper.clone()
     };
-    let default = StepOptions {
-        dt: config.dt,
-        ..StepOptions::default()
-    };
     let ours = |name: &str, params: &HoistParams, amplitude, options: &StepOptions| {
         let run = swing(config, name, params, amplitude, options);
-        progress.inc(1);
-        run
+        run.inspect(|_| progress.inc(1))
     };
     let mut runs = Vec::new();
     for (name, options) in [
@@ -365,9 +336,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     let free = config.params(ei, End::Spherical);
     others.push(ours("ball joints at the ends", &free, small, &paper)?);
     let on_gantry = |name: &str, options: &StepOptions| {
-        let run = gantry(config, name, ei, large, options);
-        progress.inc(1);
-        run
+        gantry(config, (name, ei, large), options).inspect(|_| progress.inc(1))
     };
     let gantry = [
         on_gantry("gantry, paper's step", &paper)?,
@@ -386,32 +355,29 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     })
 }
 
-/// All samples of all runs.
-pub fn records(results: &Results, config: &Config) -> Vec<Record> {
-    let runs = results.runs.iter().chain(&results.others);
-    let runs = runs.chain(std::iter::once(&results.damped));
-    let runs = runs.chain(&results.gantry);
-    runs.flat_map(|run| {
-        run.energy.iter().enumerate().map(|(i, &energy)| Record {
-            run: run.name.clone(),
-            ei: run.ei,
-            amplitude: run.amplitude,
-            time: i as f64 * config.dt,
-            energy,
-            predicted: run.predicted.get(i).copied(),
+/// All samples of a run.
+fn samples(run: &Run, dt: f64) -> Vec<Value> {
+    let sample = |(i, energy): (usize, &f64)| {
+        json!({
+            "run": run.name,
+            "ei_n_m2": run.ei,
+            "amplitude": run.amplitude,
+            "time_s": i as f64 * dt,
+            "energy_share": energy,
+            "predicted": run.predicted.get(i),
         })
-    })
-    .collect()
+    };
+    run.energy.iter().enumerate().map(sample).collect()
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = Config::new(quick);
     let results = run(&config, progress)?;
-    Ok(Outcome {
-        checks: checks(&results, &config),
-        text: text_tables(&results, &config),
-        csv: csv(&records(&results, &config))?,
-        charts: charts(&results, &config),
-        ..Outcome::default()
-    })
+    let runs = results.runs.iter().chain(&results.others);
+    let runs = runs.chain([&results.damped]).chain(&results.gantry);
+    let samples: Vec<_> = runs.map(|run| samples(run, config.dt)).collect();
+    let charts = report::charts(&results, &config);
+    let (checks, text) = (checks(&results, &config), text_tables(&results, &config));
+    let csv = words::lines(&samples.concat())?;
+    Ok(words::outcome(checks, text, csv, charts))
 }

@@ -9,23 +9,22 @@
 //! The scan of the table has lost its exponents. Those of ε are inferred (the masses' ratios that they give reproduce
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
+use super::search::largest;
+use super::words::{self, chart, diagonal, filled, table, tell, text, with};
 use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
 use serde::Serialize;
+use serde_json::{Value, json};
 use taut_ground::pace;
 use taut_ground::trajectory::steps_in;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
 use taut_output::check::{Check, ExperimentError, Outcome, csv};
-use taut_output::plot::{Axis, Chart, Mark, Series};
-use taut_output::table;
+use taut_output::plot::{Chart, Mark, Series};
 
 /// Largest |φ_d|/d of a stable run.
 pub const BAR: f64 = 0.2;
-
-/// Distance from the paper's decade that still rounds to it.
-const SAME_DECADE: f64 = 0.5;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
@@ -65,17 +64,19 @@ pub const ROWS: [Row; 12] = {
     ]
 };
 
+/// Simulated time \[s].
+pub(super) const TIME: f64 = 30.0;
+
+/// How far off the limit both of its sides are shown, in decades.
+const ASIDE: f64 = 0.3;
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub rows: Vec<Row>,
-    /// Simulated time \[s].
-    pub time: f64,
     /// Step of the upward scan, in decades.
     pub scan: f64,
     /// Width to which the limit is bisected, in decades.
     pub width: f64,
-    /// How far off the limit both of its sides are shown, in decades.
-    pub aside: f64,
     /// Displacements out of the plane \[m].
     pub noises: Vec<f64>,
 }
@@ -86,10 +87,8 @@ impl Config {
         let few = || [0, 2, 6, 8, 9].map(|i| ROWS[i]).to_vec();
         Self {
             rows: if quick { few() } else { ROWS.to_vec() },
-            time: 30.0,
             scan: pick(quick, [0.25, 1.0]),
             width: pick(quick, [0.01, 0.1]),
-            aside: 0.3,
             noises: vec![0.0, 1e-6],
         }
     }
@@ -98,6 +97,8 @@ impl Config {
 /// One measured row.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
+    #[serde(skip)]
+    row: Row,
     /// Letter of the model.
     pub model: String,
     /// Compliance of the links \[m/N].
@@ -175,14 +176,10 @@ pub(super) fn drop_chain(
         x.y += noise * sign;
     }
     let mut stepper = Stepper::new(scene, options)?;
-    let names = &stepper.scene().constraint_names;
     let starts = &stepper.linearized().row_start;
-    let links: Vec<usize> = names
-        .iter()
-        .zip(starts)
-        .filter(|(name, _)| name.starts_with("link-"))
-        .map(|(_, row)| *row)
-        .collect();
+    let rows = stepper.scene().constraint_names.iter().zip(starts);
+    let links = rows.filter(|(name, _)| name.starts_with("link-"));
+    let links: Vec<usize> = links.map(|(_, row)| *row).collect();
     let mut violation = 0.0_f64;
     for _ in 0..steps_in(time, stepper.options().dt) {
         if pace::step(&mut stepper).is_err() {
@@ -190,11 +187,7 @@ pub(super) fn drop_chain(
         }
         for &row in &links {
             let phi = stepper.linearized().phi[row].abs() / params.spacing;
-            violation = if phi.is_nan() {
-                f64::INFINITY
-            } else {
-                violation.max(phi)
-            };
+            violation = violation.max(if phi.is_nan() { f64::INFINITY } else { phi });
         }
         if violation >= bar {
             return Ok(Fate {
@@ -212,98 +205,67 @@ pub(super) fn drop_chain(
     })
 }
 
-/// Finds every row's limit, in parallel: upwards in steps to the first unstable ratio, then by bisection between it and
-/// the one before. `progress` advances once a row.
+/// Finds every row's limit, in parallel. `progress` advances once a row.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
-    let noises = &config.noises;
-    let tasks: Vec<(&Row, f64)> = config
-        .rows
-        .iter()
-        .flat_map(|row| noises.iter().map(move |&noise| (row, noise)))
-        .collect();
-    each(&tasks, progress, |(row, noise)| {
-        measure(config, row, *noise)
+    let mut tasks = Vec::new();
+    for row in &config.rows {
+        tasks.extend(config.noises.iter().map(|&noise| (*row, noise)));
+    }
+    each(&tasks, progress, |&(row, noise)| {
+        measure(config, row, noise)
     })
 }
 
-fn measure(config: &Config, row: &Row, noise: f64) -> Result<Record, ExperimentError> {
+fn measure(config: &Config, row: Row, noise: f64) -> Result<Record, ExperimentError> {
     let fate = |decade: f64| {
-        drop_chain(
-            &chain(row, decade),
-            options(),
-            noise,
-            (config.time, BAR),
-            |_| Ok(()),
-        )
+        drop_chain(&chain(&row, decade), options(), noise, (TIME, BAR), |_| {
+            Ok(())
+        })
     };
-    let (mut low, mut high) = (0.0, f64::INFINITY);
-    let mut decade = 0.0;
-    while decade <= TOP {
-        if !fate(decade)?.stable {
-            high = decade;
-            break;
-        }
-        low = decade;
-        decade += config.scan;
-    }
-    while high - low > config.width && high.is_finite() {
-        let middle = 0.5 * (low + high);
-        if fate(middle)?.stable {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let (below, above) = (fate(low - config.aside)?, fate(low + config.aside)?);
-    let distance = |paper: &&f64| (low - **paper).abs();
-    let paper = row
-        .paper
-        .iter()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let found = largest([TOP, config.scan, config.width], |decade| {
+        Ok::<_, ExperimentError>((!fate(decade)?.stable).then_some(()))
+    })?;
+    let limit = found.stable.unwrap_or(0.0);
+    let (below, above) = (fate(limit - ASIDE)?, fate(limit + ASIDE)?);
+    let distance = |paper: &f64| (limit - paper).abs();
+    let papers = row.paper.iter().copied();
     Ok(Record {
+        row,
         model: letter(row.model).to_owned(),
         links_compliance: row.links,
         added_compliance: row.added,
         noise_m: noise,
-        paper_log10: paper.copied(),
-        limit_log10: low,
-        at_least: high.is_infinite(),
+        paper_log10: papers.min_by(|a, b| distance(a).total_cmp(&distance(b))),
+        limit_log10: limit,
+        at_least: found.failure.is_none(),
         below: below.violation,
         above: above.violation,
         above_ends_s: above.time,
     })
 }
 
-/// A power of ten with one decimal in its exponent.
-fn power(decade: f64) -> String {
-    format!("10^{decade:.2}")
-}
-
-/// Ratio of a row as the scan shows it.
-fn printed(row: &Row) -> String {
-    let readings: Vec<String> = row.paper.iter().map(|p| format!("10^{p}")).collect();
-    match readings.len() {
-        0 => "not in the paper".to_owned(),
-        1 => readings.concat(),
-        _ => format!("{} (unreadable)", readings.join(" or ")),
+impl Record {
+    fn has_bending(&self) -> bool {
+        matches!(
+            self.row.model,
+            ChainModel::BendAngle | ChainModel::BendVector
+        )
     }
-}
 
-fn row_of<'a>(config: &'a Config, record: &Record) -> Option<&'a Row> {
-    config.rows.iter().find(|row| {
-        row.model.scene_name().ends_with(&record.model)
-            && row.links == record.links_compliance
-            && row.added == record.added_compliance
-    })
-}
-
-fn name(record: &Record) -> String {
-    match record.model.as_str() {
-        "a" => format!("a {:.0e}", record.links_compliance),
-        model => format!(
-            "{model} {:.0e} {:.0e}",
-            record.links_compliance, record.added_compliance
-        ),
+    /// The record with its name, and the paper's ratio as the scan shows it.
+    fn told(&self) -> Value {
+        let paper: Vec<String> = self.row.paper.iter().map(|p| format!("10^{p}")).collect();
+        let printed = match paper.len() {
+            0 | 1 => paper.concat(),
+            _ => format!("{} (unreadable)", paper.join(" or ")),
+        };
+        let mut row = with(self, &json!({ "printed": printed, "added": "" }));
+        if self.row.model != ChainModel::Links {
+            row["added"] = filled("{added_compliance:.0e}", &row).into();
+        }
+        let name = filled("{model} {links_compliance:.0e} {added}", &row);
+        row["name"] = name.trim_end().into();
+        row
     }
 }
 
@@ -311,145 +273,82 @@ fn name(record: &Record) -> String {
 /// ε ≤ 4 sin²(π/2N)/(3 M g d), what the longest wave of N links needs.
 fn theory(record: &Record) -> Option<Check> {
     let params = ParticleChainParams::default();
-    let stiff = ["e", "f"].contains(&record.model.as_str()) && record.added_compliance < 1e-6;
     let wave = (0.5 * std::f64::consts::PI / params.particles as f64).sin();
     let weight = 3.0 * params.gravity * params.spacing * params.mass * record.added_compliance;
     let decade = (4.0 * wave * wave / weight).log10();
-    stiff.then(|| {
-        let case = format!("table1 {} in theory", name(record));
-        let error = (record.limit_log10 - decade).abs();
-        Check::within(case, power(decade), power(record.limit_log10), error, 0.3)
-            .by("distance in decades from M = 4 sin²(π/2N)/(3 ε g d): the longest wave under three times the load's weight")
+    let mut row = record.told();
+    row["theory"] = decade.into();
+    let is_stiff = record.has_bending() && record.added_compliance < 1e-6;
+    is_stiff.then(|| tell("chain-theory", row).off((record.limit_log10 - decade).abs()))
+}
+
+/// Limit of (e) and (f) in space beside that of the paper's bending in the plane with the same compliances.
+fn in_space(records: &[Record], record: &Record) -> Option<Check> {
+    let key = |r: &Record| (r.links_compliance, r.added_compliance);
+    let is_planar = |r: &&Record| r.row.model == ChainModel::BendAngle && r.noise_m == 0.0;
+    let mut angles = records.iter().filter(is_planar);
+    let planar = angles.find(|r| key(r) == key(record))?.limit_log10;
+    let mut row = record.told();
+    row["planar"] = planar.into();
+    Some(match record.paper_log10 {
+        Some(paper) => tell("chain-angle", row).off((record.limit_log10 - paper).abs()),
+        None => tell("chain-vector", row).off((planar - record.limit_log10).abs()),
     })
 }
 
 /// The table's rows against the paper in the plane; what is left of (e) and (f) in space.
-pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
-    let mut checks = Vec::new();
-    for record in records.iter().filter(|r| r.noise_m == 0.0) {
-        let (Some(row), Some(paper)) = (row_of(config, record), record.paper_log10) else {
-            continue;
-        };
-        let error = (record.limit_log10 - paper).abs();
-        let case = format!("table1 {}", name(record));
-        checks.push(
-            Check::within(
-                case,
-                printed(row),
-                power(record.limit_log10),
-                error,
-                SAME_DECADE,
-            )
-            .published()
-            .by("distance in decades from the nearest reading, in exactly planar motion"),
-        );
-    }
-    checks.extend(
-        records
-            .iter()
-            .filter(|r| r.noise_m == 0.0)
-            .filter_map(theory),
-    );
-    let space = records.iter().filter(|r| r.noise_m > 0.0);
-    for record in space.filter(|r| ["e", "f"].contains(&r.model.as_str())) {
-        // Limit of the paper's bending in the plane, with the same compliances.
-        let planar = records.iter().find(|r| {
-            r.model == "e"
-                && r.noise_m == 0.0
-                && (r.links_compliance, r.added_compliance)
-                    == (record.links_compliance, record.added_compliance)
-        });
-        let Some(planar) = planar else {
-            continue;
-        };
-        let lost = planar.limit_log10 - record.limit_log10;
-        let case = format!("table1 {} in space", name(record));
-        let ours = power(record.limit_log10);
-        let (row, paper) = (row_of(config, record), record.paper_log10);
-        let check = match (row, paper) {
-            (Some(row), Some(paper)) => {
-                let error = (record.limit_log10 - paper).abs();
-                Check::within(case, printed(row), ours, error, SAME_DECADE).published()
-                    .by("distance in decades from the paper's, with the particles 10⁻⁶ m out of the plane")
-                    .noting("one scalar angle resists one of two transverse directions")
-            }
-            _ => {
-                let reference = format!("(e) in the plane: {}", power(planar.limit_log10));
-                Check::within(case, reference, ours, lost.abs(), 0.25)
-                    .by("decades lost with the particles 10⁻⁶ m out of the plane")
-            }
-        };
-        checks.push(check);
-    }
+pub fn checks(_: &Config, records: &[Record]) -> Vec<Check> {
+    let planar = || records.iter().filter(|r| r.noise_m == 0.0);
+    let beside = |r: &Record| {
+        let error = (r.limit_log10 - r.paper_log10?).abs();
+        Some(tell("chain", r.told()).off(error))
+    };
+    let mut checks: Vec<Check> = planar().filter_map(beside).collect();
+    checks.extend(planar().filter_map(theory));
+    let space = records
+        .iter()
+        .filter(|r| r.noise_m > 0.0 && r.has_bending());
+    checks.extend(space.filter_map(|r| in_space(records, r)));
     checks
 }
 
-fn text(records: &[Record]) -> String {
-    let mut t = table::table(&[
-        "model",
-        "ε links",
-        "ε added",
-        "noise m",
-        "paper",
-        "limit",
-        "max φ/d below",
-        "above",
-        "ends at s",
-    ]);
-    for r in records {
-        let at_least = if r.at_least { "≥ " } else { "" };
-        let added = if r.model == "a" {
-            String::new()
-        } else {
-            format!("{:.0e}", r.added_compliance)
-        };
-        t.add_row([
-            r.model.clone(),
-            format!("{:.0e}", r.links_compliance),
-            added,
-            format!("{:.0e}", r.noise_m),
-            r.paper_log10
-                .map_or_else(String::new, |p| format!("10^{p}")),
-            format!("{at_least}{}", power(r.limit_log10)),
-            format!("{:.3}", r.below),
-            format!("{:.2}", r.above),
-            format!("{:.1}", r.above_ends_s),
-        ]);
-    }
-    format!(
-        "ε: m/N, of bending rad/(N m); max φ/d: largest link violation over the link's length in 30 s, 0.3 decades below and\n\
-         above the limit, and when the run above it ends ({:.1} s: it lasts, chains near their limit are chaotic)\n{}",
-        records.iter().map(|r| r.above_ends_s).fold(0.0, f64::max),
-        table::text(&t)
-    )
+fn tables(records: &[Record]) -> String {
+    let rows = records.iter().map(|r| {
+        let mut row = r.told();
+        row["at_least"] = if r.at_least { "≥ " } else { "" }.into();
+        // It may be infinite, which JSON does not have.
+        row["above"] = format!("{:.2}", r.above).into();
+        row["paper"] = r.paper_log10.map(|p| format!("10^{p}")).into();
+        row
+    });
+    let ends = records.iter().map(|r| r.above_ends_s).fold(0.0, f64::max);
+    let rows = table("table1", &rows.collect::<Vec<_>>());
+    text("table1", &json!({ "ends": ends, "rows": rows }))
 }
 
-fn chart(records: &[Record]) -> Chart {
-    let points = |noise: bool| -> Vec<[f64; 2]> {
-        let rows = records.iter().filter(|r| (r.noise_m > 0.0) == noise);
-        rows.filter_map(|r| Some([r.paper_log10?, r.limit_log10]))
-            .collect()
+fn charts(records: &[Record]) -> Chart {
+    let points = |name, has_noise: bool| {
+        let rows = records.iter().filter(|r| (r.noise_m > 0.0) == has_noise);
+        let points = rows.filter_map(|r| Some([r.paper_log10?, r.limit_log10]));
+        Series::new(name, points.collect(), Mark::Points)
     };
-    Chart {
-        title: "Table I: largest stable load/particle mass ratio".to_owned(),
-        x: Axis::linear("paper, log₁₀ of the ratio"),
-        y: Axis::linear("ours, log₁₀ of the ratio"),
-        series: vec![
-            Series::new("equal", vec![[0.0, 0.0], [20.0, 20.0]], Mark::Line),
-            Series::new("in the plane", points(false), Mark::Points),
-            Series::new("10⁻⁶ m out of it", points(true), Mark::Points),
-        ],
-    }
+    let plane = points("in the plane", false);
+    let series = vec![
+        diagonal("equal", 20.0),
+        plane,
+        points("10⁻⁶ m out of it", true),
+    ];
+    chart("table1", &Value::Null, series)
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = Config::new(quick);
     let records = run(&config, progress)?;
-    Ok(Outcome {
-        checks: checks(&config, &records),
-        text: text(&records) + "\n",
-        csv: csv(&records)?,
-        charts: vec![chart(&records)],
-        ..Outcome::default()
-    })
+    let (checks, text) = (checks(&config, &records), tables(&records));
+    Ok(words::outcome(
+        checks,
+        text,
+        csv(&records)?,
+        vec![charts(&records)],
+    ))
 }

@@ -25,19 +25,20 @@
 
 mod report;
 mod rows;
-mod search;
 
 pub(super) use report::enough;
-pub use report::{charts, checks, text_tables};
+pub use report::{checks, text_tables};
 pub use rows::{ROWS, Row};
-pub use search::{Found, largest};
 
+use super::search::{Found, largest};
+use super::words;
 use crate::checks::each;
 use crate::options::pick;
 use crate::stability::predicted_limit;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::fmt;
+use taut_ground::reference::most_gap;
 use taut_ground::trajectory::{Failure, simulate};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{
@@ -47,7 +48,7 @@ use taut_model::{
 use taut_output::check::{ExperimentError, Outcome, csv};
 use taut_solver::{Backend, CgOptions, GaussSeidelOptions, Partition, Preconditioner, Start};
 
-/// Acceleration of gravity \[m/s²] and Δt \[s] of the paper.
+/// Acceleration of gravity of the paper \[m/s²].
 pub const GRAVITY: f64 = 10.0;
 /// Δt of the paper \[s].
 pub const DT: f64 = 1.0 / 60.0;
@@ -66,6 +67,9 @@ pub enum Setting {
     /// The default scheme with its geometric stiffness, without guard; Cosserat joint, seeds of up to 10⁻³ rad/s.
     Stiffened,
 }
+
+/// The paper's own joint as it was used there.
+const PAPER: Setting = Setting::ALL[0];
 
 impl Setting {
     /// All, in the order of the tables.
@@ -93,7 +97,7 @@ impl Setting {
         }
     }
 
-    fn options(self, solver: Solver) -> StepOptions {
+    fn options(self, backend: Backend) -> StepOptions {
         let base = match self {
             Self::Stiffened => StepOptions {
                 guard: None,
@@ -101,7 +105,6 @@ impl Setting {
             },
             _ => StepOptions::paper(),
         };
-        let backend = solver.backend();
         StepOptions {
             dt: DT,
             refinements: usize::from(!backend.is_iterative()),
@@ -113,14 +116,13 @@ impl Setting {
 
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let twist = |twist: &TwistDefinition| match twist {
+        let twist = match self.joint().1 {
             TwistDefinition::Ordinary => "ord.",
-            TwistDefinition::Alternative => "alt.",
-            _ => "other",
+            _ => "alt.",
         };
         match self {
-            Self::Planar(t) => write!(f, "planar {}", twist(t)),
-            Self::Seeded(t) => write!(f, "seeded {}", twist(t)),
+            Self::Planar(_) => write!(f, "planar {twist}"),
+            Self::Seeded(_) => write!(f, "seeded {twist}"),
             Self::Cosserat => f.write_str("Cosserat"),
             Self::Stiffened => f.write_str("K"),
         }
@@ -138,10 +140,7 @@ pub enum Ends {
 
 impl fmt::Display for Ends {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Heavy => "heavy ends",
-            Self::Light => "light top",
-        })
+        f.write_str(["heavy ends", "light top"][*self as usize])
     }
 }
 
@@ -163,14 +162,6 @@ impl Solver {
     pub const ALL: [Self; 4] = [Self::Sweeps(3), Self::Sweeps(20), Self::Cg, Self::Direct];
 
     fn backend(self) -> Backend {
-        let sweeps = |iterations, start| {
-            Backend::GaussSeidel(GaussSeidelOptions {
-                partition: Partition::Groups,
-                start,
-                iterations,
-                ..GaussSeidelOptions::default()
-            })
-        };
         match self {
             Self::Sweeps(n) => sweeps(n, Start::Trial),
             Self::WarmSweeps(n) => sweeps(n, Start::Guess),
@@ -182,6 +173,16 @@ impl Solver {
             Self::Direct => Backend::Banded,
         }
     }
+}
+
+/// Gauss–Seidel over the groups.
+pub(super) fn sweeps(iterations: usize, start: Start) -> Backend {
+    Backend::GaussSeidel(GaussSeidelOptions {
+        partition: Partition::Groups,
+        start,
+        iterations,
+        ..GaussSeidelOptions::default()
+    })
 }
 
 impl fmt::Display for Solver {
@@ -202,9 +203,7 @@ pub struct Case {
     pub row: Row,
     /// Length of the cable \[m].
     pub length: f64,
-    /// Masses of the ends.
     pub ends: Ends,
-    /// Joint, seeds, step.
     pub setting: Setting,
     pub solver: Solver,
 }
@@ -221,14 +220,20 @@ pub struct Config {
     pub per_decade: u32,
 }
 
-fn product(rows: &[Row], settings: &[Setting], solvers: &[Solver]) -> Vec<Case> {
+/// Cells of all rows, settings and solvers.
+fn product(
+    rows: &[Row],
+    (length, ends): (f64, Ends),
+    settings: &[Setting],
+    solvers: &[Solver],
+) -> Vec<Case> {
     let mut cases = Vec::new();
     for &row in rows {
         for &setting in settings {
             cases.extend(solvers.iter().map(|&solver| Case {
                 row,
-                length: LENGTH,
-                ends: Ends::Heavy,
+                length,
+                ends,
                 setting,
                 solver,
             }));
@@ -237,37 +242,25 @@ fn product(rows: &[Row], settings: &[Setting], solvers: &[Solver]) -> Vec<Case> 
     cases
 }
 
-/// Sweeps with a light top: the paper's joint in the plane, and geometric stiffness.
-fn light_top(rows: &[Row]) -> Vec<Case> {
-    let settings = [Setting::ALL[0], Setting::Stiffened];
-    let sweeps = [Solver::Sweeps(3), Solver::Sweeps(20)];
-    let cases = product(rows, &settings, &sweeps).into_iter();
-    let light = |case| Case {
-        ends: Ends::Light,
-        ..case
-    };
-    cases.map(light).collect()
-}
+/// The paper's masses at a length of one metre.
+const HEAVY: (f64, Ends) = (LENGTH, Ends::Heavy);
+const LIGHT: (f64, Ends) = (LENGTH, Ends::Light);
+const SWEEPS: [Solver; 2] = [Solver::Sweeps(3), Solver::Sweeps(20)];
 
 impl Config {
     /// All rows with all settings and solvers for 30 s, up to 10⁸; the sweeps with a light top, and two rows from the last
     /// step's multipliers; and the paper's own joint at the length that fits its column best. Quick two rows of six
     /// segments, 5 s, whole decades.
     pub fn new(quick: bool) -> Self {
-        let rows = if quick {
-            vec![ROWS[5], ROWS[7]]
-        } else {
-            ROWS.to_vec()
-        };
-        let mut cases = product(&rows, &Setting::ALL, &Solver::ALL);
-        cases.extend(light_top(&rows));
+        let rows = pick(quick, [ROWS.to_vec(), vec![ROWS[5], ROWS[7]]]);
+        let mut cases = product(&rows, HEAVY, &Setting::ALL, &Solver::ALL);
+        cases.extend(product(&rows, LIGHT, &[PAPER, Setting::Stiffened], &SWEEPS));
         if !quick {
-            let paper = [Setting::ALL[0]];
             let warm = [Solver::WarmSweeps(3), Solver::WarmSweeps(20)];
-            cases.extend(product(&[ROWS[2], ROWS[7]], &paper, &warm));
-            let length = rows::fitted_length();
-            let other = product(&ROWS, &paper, &[Solver::Sweeps(20), Solver::Direct]);
-            cases.extend(other.into_iter().map(|case| Case { length, ..case }));
+            cases.extend(product(&[ROWS[2], ROWS[7]], HEAVY, &[PAPER], &warm));
+            let fitted = (rows::fitted_length(), Ends::Heavy);
+            let solvers = [Solver::Sweeps(20), Solver::Direct];
+            cases.extend(product(&ROWS, fitted, &[PAPER], &solvers));
         }
         Self {
             cases,
@@ -280,14 +273,9 @@ impl Config {
 
 /// The sweeps of the paper's joint in the plane, with heavy ends and with a light top, and the direct solver beside them.
 pub(super) fn sweeps_only(rows: &[Row]) -> Config {
-    let paper = [Setting::ALL[0]];
-    let sweeps = [Solver::Sweeps(3), Solver::Sweeps(20), Solver::Direct];
-    let mut cases = product(rows, &paper, &sweeps);
-    cases.extend(
-        light_top(rows)
-            .into_iter()
-            .filter(|c| c.setting == paper[0]),
-    );
+    let [few, many] = SWEEPS;
+    let mut cases = product(rows, HEAVY, &[PAPER], &[few, many, Solver::Direct]);
+    cases.extend(product(rows, LIGHT, &[PAPER], &SWEEPS));
     Config {
         cases,
         ..Config::new(false)
@@ -297,21 +285,18 @@ pub(super) fn sweeps_only(rows: &[Row]) -> Config {
 /// Result for a cell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
+    #[serde(skip)]
+    pub case: Case,
     /// Young's modulus Y \[GN/m²].
-    #[serde(rename = "young_gpa")]
-    pub young: f64,
+    pub young_gpa: f64,
     /// ζ = A/I_a \[1/m²].
-    #[serde(rename = "zeta_per_m2")]
-    pub zeta: f64,
+    pub zeta_per_m2: f64,
     pub segments: usize,
     /// The paper's ratio, as read.
     pub paper: f64,
     /// Length of the cable \[m].
-    #[serde(rename = "length_m")]
-    pub length: f64,
-    /// Masses of the ends.
+    pub length_m: f64,
     pub ends: String,
-    /// Joint and seeds.
     pub setting: String,
     pub solver: String,
     /// Largest stable ratio; `None` where 1 is unstable.
@@ -319,8 +304,7 @@ pub struct Record {
     /// The largest ratio tried is stable.
     pub capped: bool,
     /// When the first unstable ratio of the search above it failed \[s].
-    #[serde(rename = "failure_time_s")]
-    pub failure_time: Option<f64>,
+    pub failure_time_s: Option<f64>,
     pub failure: Option<String>,
     /// Euler's load of the cable, as a ratio.
     pub euler: f64,
@@ -331,17 +315,8 @@ pub struct Record {
 
 /// The hoist of a cell at a mass ratio.
 fn params(case: &Case, ratio: f64) -> HoistParams {
-    let Case {
-        row,
-        length,
-        ends,
-        setting,
-        ..
-    } = *case;
-    let (heavy, apart) = match ends {
-        Ends::Heavy => (true, Apart::Anchor),
-        Ends::Light => (false, Apart::Load),
-    };
+    let (row, length) = (case.row, case.length);
+    let is_heavy = case.ends == Ends::Heavy;
     let area = row.area();
     let side = area.sqrt();
     let law = Material {
@@ -349,16 +324,16 @@ fn params(case: &Case, ratio: f64) -> HoistParams {
         ..Material::STEEL
     };
     let Stiffness { ea, ei, gj } = Stiffness::new(&law, &CrossSection::Square { side });
-    let (joint, twist_definition) = setting.joint();
-    let rate = setting.seed_rate();
+    let (joint, twist_definition) = case.setting.joint();
+    let rate = case.setting.seed_rate();
     let segment_mass = law.density * area * length / row.segments as f64;
     HoistParams {
         segments: row.segments,
         length,
         segment_mass: Some(segment_mass),
         mass_ratio: ratio,
-        top_mass: heavy.then_some(ratio * segment_mass),
-        apart,
+        top_mass: is_heavy.then_some(ratio * segment_mass),
+        apart: if is_heavy { Apart::Anchor } else { Apart::Load },
         gravity: GRAVITY,
         // The disc with the square's moments of inertia.
         radius: Some(side / 3.0_f64.sqrt()),
@@ -378,8 +353,8 @@ fn params(case: &Case, ratio: f64) -> HoistParams {
 /// How and when a run becomes unstable.
 fn fails(case: &Case, ratio: f64, time: f64) -> Result<Option<Failure>, StepError> {
     let params = params(case, ratio);
-    let limit = taut_ground::reference::most_gap(&params)?;
-    let options = case.setting.options(case.solver);
+    let limit = most_gap(&params)?;
+    let options = case.setting.options(case.solver.backend());
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
     Ok(simulate(&mut stepper, time, limit, |_| ()).failure)
 }
@@ -393,29 +368,24 @@ fn bending_hoist(case: &Case) -> Result<Hoist, SceneError> {
     Ok(hoist)
 }
 
-fn record(case: &Case, found: Found) -> Result<Record, StepError> {
-    let Row {
-        young,
-        zeta,
-        segments,
-        ratio,
-        ..
-    } = case.row;
+fn record(case: &Case, found: Found<Failure>) -> Result<Record, StepError> {
     let explicit = case.setting != Setting::Stiffened;
     let hoist = bending_hoist(case)?;
-    let (failure_time, failure) = found.failure.map(|f| (f.time, f.reason)).unzip();
+    let capped = found.failure.is_none();
+    let (failure_time_s, failure) = found.failure.map(|f| (f.time, f.reason)).unzip();
     Ok(Record {
-        young,
-        zeta,
-        segments,
-        paper: ratio,
-        length: case.length,
+        case: *case,
+        young_gpa: case.row.young,
+        zeta_per_m2: case.row.zeta,
+        segments: case.row.segments,
+        paper: case.row.ratio,
+        length_m: case.length,
         ends: case.ends.to_string(),
         setting: case.setting.to_string(),
         solver: case.solver.to_string(),
-        stable: found.stable,
-        capped: found.capped,
-        failure_time,
+        stable: found.stable.map(|decade| 10.0_f64.powf(decade)),
+        capped,
+        failure_time_s,
         failure,
         euler: case.row.euler(case.length),
         predicted: explicit.then(|| predicted_limit(&hoist, GRAVITY, DT, true)),
@@ -424,20 +394,21 @@ fn record(case: &Case, found: Found) -> Result<Record, StepError> {
 
 /// Searches every cell, in parallel. `progress` advances once for each.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
+    let widths = [
+        f64::from(config.decades),
+        1.0,
+        1.0 / f64::from(config.per_decade),
+    ];
     each(&config.cases, progress, |case| {
-        let fails = |ratio| fails(case, ratio, config.time);
-        record(case, largest(config.decades, config.per_decade, fails)?)
+        let fails = |decade| fails(case, 10.0_f64.powf(decade), config.time);
+        record(case, largest(widths, fails)?)
     })
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = Config::new(quick);
     let records = run(&config, progress)?;
-    Ok(Outcome {
-        checks: checks(&records, &config),
-        text: text_tables(&records, &config),
-        csv: csv(&records)?,
-        charts: charts(&records),
-        ..Outcome::default()
-    })
+    let charts = report::charts(&records);
+    let (checks, text) = (checks(&records, &config), text_tables(&records, &config));
+    Ok(words::outcome(checks, text, csv(&records)?, charts))
 }

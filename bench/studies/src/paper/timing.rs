@@ -11,21 +11,22 @@
 //! t = a + b N   (weights 1/t: the same relative error everywhere),      t = c N^p
 //! ```
 //!
-//! from the medians over the steps of the best of several runs, since other work on the machine only adds time.
+//! from the least times, since other work on the machine only adds time; the cells take turns ([`turns`]).
 
-mod report;
-
-pub use report::{charts, checks, text_tables};
-
+use super::table2::sweeps;
+use super::words::{self, chart, table, tell, text, with};
 use crate::options::pick;
+use crate::systems::turns::{self, Time, Work};
 use indicatif::ProgressBar;
 use serde::Serialize;
-use std::time::{Duration, Instant};
-use taut_ground::trajectory::Timing;
-use taut_integrator::{Phase, PhaseTimes, StepError, StepOptions, Stepper};
+use serde_json::{Value, json};
+use std::time::Duration;
+use taut_integrator::{Phase, StepError, StepOptions, Stepper};
 use taut_model::HoistParams;
-use taut_output::check::{ExperimentError, Outcome, csv};
-use taut_solver::{Backend, GaussSeidelOptions, Partition, Start};
+use taut_output::check::{Check, ExperimentError, Outcome, csv};
+use taut_output::plot::{Chart, Mark, Series};
+use taut_output::table::{nanoseconds, ratio};
+use taut_solver::{Backend, Start};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -33,18 +34,10 @@ pub struct Config {
     pub elements: Vec<usize>,
     /// Mass ratio load/element at which they are timed.
     pub ratio: f64,
-    /// Other mass ratios, at `loaded` elements.
-    pub ratios: Vec<f64>,
-    /// Number of elements for these.
-    pub loaded: usize,
     /// Sweeps of the paper's solver; the second for the comparison at a mass ratio of 10⁵.
     pub sweeps: [usize; 2],
-    /// Rounds through all cells.
-    pub repeats: usize,
-    /// Time of the steps of a run \[s], but at least `least` steps.
-    pub budget: f64,
-    /// Least number of steps of a run.
-    pub least: usize,
+    /// Time of the steps of a cell \[s].
+    pub share: f64,
 }
 
 impl Config {
@@ -54,17 +47,20 @@ impl Config {
         Self {
             elements: pick(quick, [all, vec![30, 100, 300, 1000]]),
             ratio: 100.0,
-            ratios: vec![10.0, 1e3, 1e5],
-            loaded: 100,
             sweeps: [3, 20],
-            repeats: 4,
-            budget: pick(quick, [0.08, 0.02]),
-            least: 7,
+            share: pick(quick, [0.32, 0.08]),
         }
     }
 }
 
-/// Time of the steps of one run.
+/// Other mass ratios, and the number of elements for these.
+pub(super) const RATIOS: [f64; 3] = [10.0, 1e3, 1e5];
+pub(super) const LOADED: usize = 100;
+
+/// Elements, mass ratio, and sweeps or 0 for the direct solver.
+type Cell = (usize, f64, usize);
+
+/// Times of a step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
     pub solver: String,
@@ -73,125 +69,86 @@ pub struct Record {
     pub elements: usize,
     /// Mass ratio load/element.
     pub ratio: f64,
-    /// Steps of a run.
+    /// Samples of one step or of several short ones.
     pub steps: usize,
-    /// Median time of building the blocks \[ns].
-    #[serde(rename = "building_ns")]
-    pub building: f64,
-    /// Median time of the factorisation \[ns].
-    #[serde(rename = "factorisation_ns")]
-    pub factorisation: f64,
-    /// Median time of iterations, or solve and refinement \[ns].
-    #[serde(rename = "iterations_ns")]
-    pub iterations: f64,
-    /// Median time of their sum \[ns].
-    #[serde(rename = "total_ns")]
-    pub total: f64,
-    /// Least time of their sum \[ns].
+    /// Median times of building the blocks, of their factors and of the sum; what is left are the iterations.
+    pub building_ns: f64,
+    pub factorisation_ns: f64,
+    pub iterations_ns: f64,
+    pub total_ns: f64,
+    /// Least time of their sum.
     #[serde(rename = "least_ns")]
     pub least: f64,
 }
 
 /// The solver of the paper's Algorithm 1 with so many sweeps, or the direct one for 0.
-fn options(sweeps: usize) -> StepOptions {
-    let backend = match sweeps {
-        0 => Backend::Banded,
-        iterations => Backend::GaussSeidel(GaussSeidelOptions {
-            partition: Partition::Groups,
-            start: Start::Trial,
-            iterations,
-            ..GaussSeidelOptions::default()
-        }),
-    };
+fn options(count: usize) -> StepOptions {
     StepOptions {
-        refinements: usize::from(sweeps == 0),
-        backend,
+        refinements: usize::from(count == 0),
+        backend: match count {
+            0 => Backend::Banded,
+            n => sweeps(n, Start::Trial),
+        },
         ..StepOptions::paper()
     }
 }
 
-fn sum(times: &PhaseTimes, phases: &[Phase]) -> Duration {
-    phases.iter().map(|&p| times.of(p)).sum()
-}
-
-const BUILDING: [Phase; 2] = [Phase::Linearize, Phase::Assemble];
-const ITERATIONS: [Phase; 2] = [Phase::Solve, Phase::Refine];
-const ALL: [Phase; 5] = [
-    Phase::Linearize,
-    Phase::Assemble,
-    Phase::Factorize,
-    Phase::Solve,
-    Phase::Refine,
-];
-
-/// One run of a cell. The state is that of the hanging cable, put back before each step: what the step costs does not
-/// depend on whether a motion with this solver would last.
-fn time(config: &Config, elements: usize, ratio: f64, sweeps: usize) -> Result<Record, StepError> {
+/// Steps of a cell, each from the hanging cable: what one costs does not depend on whether a motion with this solver would
+/// last. Told apart are the whole, building the blocks, and their factors.
+fn work<'a>((elements, ratio, sweeps): Cell) -> Result<Work<'a>, StepError> {
     let params = HoistParams {
         segments: elements,
         mass_ratio: ratio,
         ..HoistParams::default()
     };
-    let options = options(sweeps);
-    let solver = match sweeps {
-        0 => "direct".to_owned(),
-        n => format!("{n} iterations"),
-    };
-    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
+    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options(sweeps))?;
     let start = stepper.scene().bodies.clone();
-    let mut phases = Vec::new();
-    let begin = Instant::now();
-    while phases.len() <= config.least || begin.elapsed().as_secs_f64() < config.budget {
+    let mut step = move || {
         stepper.set_state(&start, 0.0)?;
-        phases.push(stepper.step()?.phases);
-    }
-    let median = |of: &[Phase]| Timing::of(phases.iter().skip(1).map(|p| sum(p, of)));
-    let total = median(&ALL);
-    Ok(Record {
-        solver,
+        let times = stepper.step()?.phases;
+        let building = times.of(Phase::Linearize) + times.of(Phase::Assemble);
+        let factors = times.of(Phase::Factorize);
+        let iterations = times.of(Phase::Solve) + times.of(Phase::Refine);
+        Ok([building + factors + iterations, building, factors])
+    };
+    Ok(Box::new(move |passes| turns::sum(passes, &mut step)))
+}
+
+fn record((elements, ratio, sweeps): Cell, [total, building, factors]: [Time; 3]) -> Record {
+    Record {
+        solver: match sweeps {
+            0 => "direct".to_owned(),
+            n => format!("{n} iterations"),
+        },
         sweeps,
         elements,
         ratio,
-        steps: phases.len() - 1,
-        building: median(&BUILDING).median,
-        factorisation: median(&[Phase::Factorize]).median,
-        iterations: median(&ITERATIONS).median,
-        total: total.median,
-        least: total.min,
-    })
+        steps: total.samples,
+        building_ns: building.median,
+        factorisation_ns: factors.median,
+        iterations_ns: total.median - building.median - factors.median,
+        total_ns: total.median,
+        least: total.least,
+    }
 }
 
-/// Times all cells one after the other, `repeats` times round, so that a slow spell of the machine hits none alone; the
-/// round with the smallest median of a cell counts, and its least time of all rounds. `progress` advances once a run.
+/// Times all cells, which take turns.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
     let [few, many] = config.sweeps;
-    let mut cells = Vec::new();
+    let mut cells: Vec<Cell> = Vec::new();
     for sweeps in [few, 0] {
         cells.extend(config.elements.iter().map(|&n| (n, config.ratio, sweeps)));
-        cells.extend(config.ratios.iter().map(|&r| (config.loaded, r, sweeps)));
+        cells.extend(RATIOS.map(|ratio| (LOADED, ratio, sweeps)));
     }
     cells.push((PAPER_MANY.0, PAPER_MANY.1, many));
-    let rounds = config.repeats.max(1);
-    progress.set_length((cells.len() * rounds) as u64);
-    // A processor that was idle is slow at first.
-    time(config, config.loaded, config.ratio, few)?;
-    let mut best: Vec<Record> = Vec::new();
-    for round in 0..rounds {
-        for (i, &(elements, ratio, sweeps)) in cells.iter().enumerate() {
-            let record = time(config, elements, ratio, sweeps)?;
-            progress.inc(1);
-            if round == 0 {
-                best.push(record);
-                continue;
-            }
-            let least = record.least.min(best[i].least);
-            if record.total < best[i].total {
-                best[i] = record;
-            }
-            best[i].least = least;
-        }
-    }
-    Ok(best)
+    progress.set_length(1);
+    let share = Duration::from_secs_f64(config.share);
+    let times = turns::times(cells.iter().map(|&cell| work(cell)), share);
+    progress.inc(1);
+    let cells = cells.into_iter().zip(times);
+    cells
+        .map(|(cell, times)| Ok(record(cell, times?)))
+        .collect()
 }
 
 /// Elements and mass ratio at which the paper needs 20 iterations in its 0.01 s.
@@ -212,6 +169,31 @@ fn weighted_line(points: &[[f64; 2]], weight: impl Fn(&[f64; 2]) -> f64) -> [f64
     [y - slope * x, slope]
 }
 
+/// Times of a step over the elements at the figure's mass ratio.
+fn totals(
+    records: &[Record],
+    config: &Config,
+    sweeps: usize,
+    of: fn(&Record) -> f64,
+) -> Vec<[f64; 2]> {
+    let at = |r: &&Record| r.sweeps == sweeps && r.ratio == config.ratio;
+    let cells = records.iter().filter(at);
+    cells.map(|r| [r.elements as f64, of(r)]).collect()
+}
+
+/// Least and largest of the least times at one number of elements.
+pub(super) fn span(records: &[Record], sweeps: usize, ratios: &[f64]) -> [f64; 2] {
+    let at = |r: &&Record| r.sweeps == sweeps && r.elements == LOADED;
+    let cells = records.iter().filter(at);
+    let times = cells.filter(|r| ratios.contains(&r.ratio)).map(|r| r.least);
+    times.fold([f64::INFINITY, 0.0], |[a, b], t| [t.min(a), t.max(b)])
+}
+
+/// Exponent of the least times over the elements.
+pub(super) fn growth(records: &[Record], config: &Config, sweeps: usize) -> f64 {
+    exponent(&totals(records, config, sweeps, |r| r.least))
+}
+
 /// Offset and slope of y = a + b x with the least sum of squared relative errors.
 pub fn relative_line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |p| p[1].powi(-2))
@@ -223,16 +205,118 @@ pub fn exponent(points: &[[f64; 2]]) -> f64 {
     line(&logs)[1]
 }
 
+/// The paper's time for the cable in a step \[ns], and the elements that fit into it there, on a Pentium M, 1.7 GHz.
+const PAPER_NS: f64 = 1e7;
+const PAPER_ELEMENTS: f64 = 100.0;
+
+/// The times, and the fits below them.
+pub fn text_tables(records: &[Record], config: &Config) -> String {
+    let share = |r: &Record| with(r, &json!({ "element_ns": r.total_ns / r.elements as f64 }));
+    let rows: Vec<Value> = records.iter().map(share).collect();
+    let mut row = json!({ "times": table("timing", &rows) });
+    for (name, sweeps) in [("iterative", config.sweeps[0]), ("direct", 0)] {
+        let [a, b] = relative_line(&totals(records, config, sweeps, |r| r.least));
+        let sign = if a < 0.0 { "−" } else { "" };
+        let line = format!("{sign}{} + {} N", nanoseconds(a.abs()), nanoseconds(b));
+        let power = growth(records, config, sweeps);
+        row[name] = format!("{name}: t = {line}, t ∝ N^{power:.3}").into();
+    }
+    text("timing", &row)
+}
+
+/// Linearity, independence of the load, the paper's figure beside ours.
+pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
+    let [few, many] = config.sweeps;
+    let mut checks = Vec::new();
+    let points = totals(records, config, few, |r| r.least);
+    let ends = points.first().zip(points.last());
+    let elements = ends.map(|(a, b)| format!("{} … {}", a[0], b[0]));
+    let ratios: Vec<String> = RATIOS.iter().map(|&r| ratio(r)).collect();
+    for (name, sweeps) in [(format!("{few} iterations"), few), ("direct".to_owned(), 0)] {
+        let [low, high] = span(records, sweeps, &RATIOS);
+        let row = json!({
+            "solver": name,
+            "span": elements,
+            "ratio": config.ratio,
+            "low": low,
+            "high": high,
+            "loaded": LOADED,
+            "ratios": ratios.join(", "),
+        });
+        let said = tell("time-exponent", row.clone());
+        checks.push(said.beside([1.0, growth(records, config, sweeps)]));
+        checks.push(tell("time-load", row).off(high / low - 1.0));
+    }
+    let [a, b] = relative_line(&points);
+    let fits = between(&points);
+    let row = json!({
+        "few": few,
+        "fits": fits,
+        "times": fits / PAPER_ELEMENTS,
+        "line": (PAPER_NS - a) / b,
+    });
+    checks.push(tell("time-paper", row).so(fits > PAPER_ELEMENTS));
+    if let Some(r) = records.iter().find(|r| r.sweeps == many) {
+        let equal = a + b * PAPER_ELEMENTS;
+        let row = json!({ "few": few, "equal": equal, "paper": PAPER_ELEMENTS });
+        checks.push(tell("time-many", with(r, &row)).so(r.least <= 1.5 * equal));
+    }
+    let at = |r: &&Record| r.sweeps == few && r.ratio == config.ratio;
+    if let Some(r) = records.iter().rev().find(at) {
+        let parts = [r.building_ns, r.factorisation_ns, r.iterations_ns];
+        let [a, b, c] = parts.map(|t| 100.0 * t / r.total_ns);
+        let said = tell("time-minor", json!({ "a": a, "b": b, "c": c }));
+        checks.push(said.so(r.iterations_ns / r.total_ns < 0.25));
+    }
+    checks
+}
+
+/// The number of elements that take the paper's time, by a power between the measured ones around it.
+fn between(points: &[[f64; 2]]) -> f64 {
+    let around = points
+        .windows(2)
+        .find(|w| w[1][1] >= PAPER_NS)
+        .or_else(|| points.windows(2).last());
+    let Some(&[[n, t], [more, longer]]) = around.and_then(|w| w.first_chunk()) else {
+        return f64::NAN;
+    };
+    let power = (more / n).ln() / (longer / t).ln();
+    n * (PAPER_NS / t).powf(power)
+}
+
+/// The paper's figure, and the totals of both solvers.
+fn charts(records: &[Record], config: &Config) -> Vec<Chart> {
+    let few = config.sweeps[0];
+    let line = |name: &str, sweeps, of| {
+        let points = totals(records, config, sweeps, of).into_iter();
+        let points = points.map(|[n, t]| [n, t * 1e-6]).collect();
+        Series::new(name, points, Mark::LineAndPoints)
+    };
+    let parts = vec![
+        line("constraint force", few, |r| r.total_ns),
+        line("building blocks", few, |r| r.building_ns),
+        line("factorisation", few, |r| r.factorisation_ns),
+        line("iterations", few, |r| r.iterations_ns),
+    ];
+    let paper = vec![[PAPER_ELEMENTS, PAPER_NS * 1e-6]];
+    let whole = vec![
+        line(&format!("{few} iterations"), few, |r| r.total_ns),
+        line("direct", 0, |r| r.total_ns),
+        Series::new("paper: Pentium M, 1.7 GHz", paper, Mark::Points),
+    ];
+    let row = json!({ "few": few });
+    vec![
+        chart("timing-parts", &row, parts),
+        chart("timing", &row, whole),
+    ]
+}
+
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = Config::new(quick);
     let records = run(&config, progress)?;
-    Ok(Outcome {
-        checks: checks(&records, &config),
-        text: text_tables(&records, &config),
-        csv: csv(&records)?,
-        charts: charts(&records, &config),
-        ..Outcome::default()
-    })
+    let charts = charts(&records, &config);
+    let (checks, text) = (checks(&records, &config), text_tables(&records, &config));
+    Ok(words::outcome(checks, text, csv(&records)?, charts))
 }
 
 #[cfg(test)]
@@ -260,5 +344,13 @@ mod tests {
         points[3][1] *= 1.1;
         assert!((relative_line(&points)[0] - 50.0).abs() < 3.0);
         assert!((line(&points)[0] - 50.0).abs() > 30.0);
+    }
+
+    #[test]
+    fn elements_are_counted_between_the_measured_ones() {
+        let points = [100.0, 1e3, 1e4].map(|n| [n, 30.0 * n * n]);
+        assert!((between(&points) / (PAPER_NS / 30.0).sqrt() - 1.0).abs() < 1e-12);
+        assert!((between(&points[..2]) / (PAPER_NS / 30.0).sqrt() - 1.0).abs() < 1e-12);
+        assert!(between(&points[..1]).is_nan());
     }
 }

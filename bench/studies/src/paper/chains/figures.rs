@@ -1,14 +1,14 @@
 //! The figures: distributions (Figs 2 and 3), return maps (Fig. 4) and spectra (Fig. 5), with the paper's words on them.
 
-use super::runs::{self, Scalars, text};
 use super::signal::{histogram, spectrum};
-use super::{BENDING, DT, LINKS, Sample};
+use super::{BENDING, DT, LINKS, Sample, Scalars, runs, span, tables};
 use crate::paper::table1::{Row, letter};
+use crate::paper::words::{self, chart, series, tell};
 use indicatif::ProgressBar;
-use serde::Serialize;
+use serde_json::{Value, json};
 use taut_model::ChainModel;
-use taut_output::check::{Check, ExperimentError, Outcome, Verdict, csv};
-use taut_output::plot::{Axis, Chart, Mark, Series};
+use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::plot::{Mark, Series};
 
 /// log₁₀ of the load of Figs 2–4, and of Fig. 5.
 const LOAD: f64 = 2.0;
@@ -17,16 +17,8 @@ const LOAD_OF_SPECTRA: f64 = 2.176_091_259_055_681;
 /// Bending compliances of Fig. 5 \[rad/(N m)].
 const COMPLIANCES: [f64; 3] = [0.1, 0.005, 1e-4];
 
-/// A claim that holds or not.
-fn says(case: String, printed: &str, ours: String, holds: bool, note: &str) -> Check {
-    Check::claim(case, printed, ours, Verdict::of(holds), note)
-}
-
 /// Peak share of an even distribution.
 const EVEN_SHARE: f64 = 0.1;
-
-const PEAK_NOTE: &str = "peak share: samples below 10 % of the largest; 0.10 for an even distribution, 0.064 for a \
-harmonic oscillation; a range is one over perturbed runs";
 
 /// Fig. 2 (links alone) or Fig. 3.
 pub(in crate::paper) fn distribution(
@@ -36,88 +28,48 @@ pub(in crate::paper) fn distribution(
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
     progress.set_length(1);
-    let runs = runs::runs(row, LOAD, quick)?;
-    let numbers = runs.scalars();
+    let found = runs(row, LOAD, quick)?;
+    let numbers = found.scalars();
     progress.inc(1);
-    let [stretch, bend] = &numbers;
-    let case = |s: &Scalars| format!("{figure} {}", s.signal);
+    let said = |name, s: &Scalars| {
+        let peaks = span(s.peak_share, 2);
+        tell(
+            name,
+            json!({ "figure": figure, "signal": s.signal, "peaks": peaks }),
+        )
+    };
     let checks = if row.model == ChainModel::Links {
-        let peaked = |s: &Scalars| {
-            let holds = s.peak_share_min > 2.0 * EVEN_SHARE;
-            let ours = format!("peak share {}", s.peaks());
-            says(
-                case(s),
-                "strongest concentration at 0",
-                ours,
-                holds,
-                PEAK_NOTE,
-            )
-        };
-        vec![peaked(stretch), peaked(bend)]
+        let peaked = |s: &Scalars| said("peaked", s).so(s.peak_share[0] > 2.0 * EVEN_SHARE);
+        numbers.each_ref().map(peaked)
     } else {
-        let holds = bend.peak_share_max < EVEN_SHARE;
-        let ours = format!("peak share {}", bend.peaks());
-        let two = says(
-            case(bend),
-            "two-valued: more time bent than straight",
-            ours,
-            holds,
-            PEAK_NOTE,
-        );
+        let [stretch, bend] = &numbers;
         // The link chain with the same load, for the sizes.
-        let links = runs::runs(LINKS, LOAD, quick)?.scalars();
-        let smaller = |ours: &Scalars, links: &Scalars| links.rms_min / ours.rms_max;
-        let factors = [smaller(stretch, &links[0]), smaller(bend, &links[1])];
-        let sizes = says(
-            format!("{figure} size"),
-            "large decrease of the bend, minor one of the stretch",
-            format!(
-                "bend {:.0} times less, stretch {:.1}",
-                factors[1], factors[0]
-            ),
-            factors[1] > 10.0 && factors[0] < factors[1] / 10.0,
-            "root of the mean square of (a) over that of (e)",
-        );
-        vec![two, sizes]
+        let links = runs(LINKS, LOAD, quick)?.scalars();
+        let [stretch, bent] =
+            [(stretch, &links[0]), (bend, &links[1])].map(|(own, links)| links.rms[0] / own.rms[1]);
+        let sizes = json!({ "figure": figure, "bend": bent, "stretch": stretch });
+        [
+            said("two-valued", bend).so(bend.peak_share[1] < EVEN_SHARE),
+            tell("chain-sizes", sizes).so(bent > 10.0 && stretch < bent / 10.0),
+        ]
     };
     let panel = |signal: &str, unit: &str, pick: fn(&Sample) -> f64| {
-        let values: Vec<f64> = runs.samples[0].iter().map(pick).collect();
-        Chart {
-            title: format!(
-                "{signal} of the uppermost link, chain ({})",
-                letter(row.model)
-            ),
-            x: Axis::linear(&format!("{signal} ({unit})")),
-            y: Axis::linear("samples"),
-            series: vec![Series::new("", histogram(&values, 40), Mark::Bars)],
-        }
+        let values: Vec<f64> = found.samples[0].iter().map(pick).collect();
+        let bars = Series::new("", histogram(&values, 40), Mark::Bars);
+        let row = json!({ "signal": signal, "unit": unit, "chain": letter(row.model) });
+        chart("distribution", &row, vec![bars])
     };
-    Ok(Outcome {
-        checks,
-        text: text(&numbers),
-        csv: csv(&runs.samples[0])?,
-        charts: vec![
-            panel("stretch", "m", |s| s.stretch),
-            panel("bend", "rad", |s| s.bend),
-        ],
-        ..Outcome::default()
-    })
-}
-
-/// A point of a return map.
-#[derive(Serialize)]
-struct Return {
-    model: &'static str,
-    time_s: f64,
-    stretch_m: f64,
-    next_stretch_m: f64,
-}
-
-#[derive(Serialize)]
-struct SpectralLine {
-    added_compliance: f64,
-    frequency_hz: f64,
-    amplitude_rad: f64,
+    let charts = vec![
+        panel("stretch", "m", |s| s.stretch),
+        panel("bend", "rad", |s| s.bend),
+    ];
+    let csv = csv(&found.samples[0])?;
+    Ok(words::outcome(
+        checks.to_vec(),
+        tables(&numbers),
+        csv,
+        charts,
+    ))
 }
 
 /// Fig. 4.
@@ -129,46 +81,38 @@ pub(in crate::paper) fn return_maps(
     let (mut numbers, mut charts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
     let mut points = Vec::new();
     for row in [LINKS, BENDING] {
-        let runs = runs::runs(row, LOAD, quick)?;
+        let runs = runs(row, LOAD, quick)?;
         let found = runs.scalars();
-        let stretch = &found[0];
-        let (printed, holds) = if row.model == ChainModel::Links {
-            let holds = stretch.predictability_max < 0.5;
-            ("irregular, nearly uncorrelated", holds)
-        } else {
-            ("an ellipse", stretch.predictability_min > 0.999)
+        let model = letter(row.model);
+        let [low, high] = found[0].predictability;
+        let (name, holds) = match row.model {
+            ChainModel::Links => ("irregular", high < 0.5),
+            _ => ("ellipse", low > 0.999),
         };
-        let case = format!("fig4 ({})", letter(row.model));
-        let ours = format!("R² {}", stretch.order());
-        let note = "R² of predicting the stretch from the two samples before it: 1 for an ellipse";
-        checks.push(says(case, printed, ours, holds, note));
+        let said = json!({ "chain": model, "order": span(found[0].predictability, 4) });
+        checks.push(tell(name, said.clone()).so(holds));
         let pairs = runs.samples[0].windows(2);
-        points.extend(pairs.clone().map(|w| Return {
-            model: letter(row.model),
-            time_s: w[0].time,
-            stretch_m: w[0].stretch,
-            next_stretch_m: w[1].stretch,
-        }));
-        charts.push(Chart {
-            title: format!("return map of the stretch, chain ({})", letter(row.model)),
-            x: Axis::linear("stretch at t (m)"),
-            y: Axis::linear("stretch at t + Δt (m)"),
-            series: vec![Series::new(
-                "",
-                pairs.map(|w| [w[0].stretch, w[1].stretch]).collect(),
-                Mark::Points,
-            )],
+        let own = pairs.map(|w| {
+            json!({
+                "model": model,
+                "time_s": w[0].time,
+                "stretch_m": w[0].stretch,
+                "next_stretch_m": w[1].stretch,
+            })
         });
+        let own: Vec<Value> = own.collect();
+        let axes = ["stretch_m", "next_stretch_m"];
+        charts.push(chart(
+            "return-map",
+            &said,
+            series(&own, "", axes, Mark::Points),
+        ));
+        points.extend(own);
         numbers.extend(found);
         progress.inc(1);
     }
-    Ok(Outcome {
-        checks,
-        text: text(&numbers),
-        csv: csv(&points)?,
-        charts,
-        ..Outcome::default()
-    })
+    let csv = words::lines(&points)?;
+    Ok(words::outcome(checks, tables(&numbers), csv, charts))
 }
 
 /// Fig. 5.
@@ -177,54 +121,35 @@ pub(in crate::paper) fn spectra(
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
     progress.set_length(COMPLIANCES.len() as u64);
-    let (mut numbers, mut series, mut lines) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut numbers, mut lines) = (Vec::new(), Vec::new());
     for added in COMPLIANCES {
-        let runs = runs::runs(Row { added, ..BENDING }, LOAD_OF_SPECTRA, quick)?;
+        let runs = runs(Row { added, ..BENDING }, LOAD_OF_SPECTRA, quick)?;
         let bend: Vec<f64> = runs.samples[0].iter().map(|s| s.bend).collect();
-        let name = format!("ε = {added} rad/(N m)");
-        let spectrum = spectrum(&bend, DT);
-        lines.extend(
-            spectrum
-                .iter()
-                .map(|&[frequency_hz, amplitude_rad]| SpectralLine {
-                    added_compliance: added,
-                    frequency_hz,
-                    amplitude_rad,
-                }),
-        );
-        series.push(Series::new(name, spectrum, Mark::Line));
+        let line = |[frequency, amplitude]: [f64; 2]| {
+            json!({
+                "added_compliance": added,
+                "frequency_hz": frequency,
+                "amplitude_rad": amplitude,
+            })
+        };
+        lines.extend(spectrum(&bend, DT).into_iter().map(line));
         let [_, bend] = runs.scalars();
         numbers.push(bend);
         progress.inc(1);
     }
-    let fall = |w: &[Scalars]| w[1].centroid_max_hz < w[0].centroid_min_hz;
-    let centroids: Vec<String> = numbers.iter().map(Scalars::centroids).collect();
-    let lower = says(
-        "fig5".to_owned(),
-        "lower frequencies with less compliance",
-        format!("centroids {} Hz", centroids.join(", ")),
-        numbers.windows(2).all(fall),
-        "ranges over perturbed runs, which are chaotic at the largest compliance",
-    );
+    let falls = |w: &[Scalars]| w[1].centroid[1] < w[0].centroid[0];
+    let centroids: Vec<String> = numbers.iter().map(|s| span(s.centroid, 2)).collect();
     let kept = numbers.iter().map(|s| s.kept).min().unwrap_or(0);
     let count = numbers.iter().map(|s| s.runs).min().unwrap_or(0);
-    let stable = says(
-        "fig5 stability".to_owned(),
-        "stable at mass ratio 150",
-        format!("{kept} of {count} runs at the largest compliance"),
-        kept == count,
-        "stable by the criterion of Table I; links alone are lost at 10^2.1 there",
-    );
-    Ok(Outcome {
-        checks: vec![lower, stable],
-        text: text(&numbers),
-        csv: csv(&lines)?,
-        charts: vec![Chart {
-            title: "amplitude spectrum of the bend angle, chain (e)".to_owned(),
-            x: Axis::linear("frequency (Hz)"),
-            y: Axis::log("amplitude (rad)"),
-            series,
-        }],
-        ..Outcome::default()
-    })
+    let row = json!({ "centroids": centroids.join(", "), "kept": kept, "count": count });
+    let name = "ε = {added_compliance} rad/(N m)";
+    let axes = ["frequency_hz", "amplitude_rad"];
+    let series = series(&lines, name, axes, Mark::Line);
+    let checks = vec![
+        tell("spectra", row.clone()).so(numbers.windows(2).all(falls)),
+        tell("spectra-stability", row).so(kept == count),
+    ];
+    let charts = vec![chart("spectra", &Value::Null, series)];
+    let csv = words::lines(&lines)?;
+    Ok(words::outcome(checks, tables(&numbers), csv, charts))
 }

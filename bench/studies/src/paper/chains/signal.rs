@@ -39,7 +39,7 @@ pub fn predictability(signal: &[f64]) -> f64 {
 }
 
 /// Amplitude spectrum of a signal without its mean, sampled every `dt` (s): (frequency in Hz, amplitude).
-pub fn spectrum(signal: &[f64], dt: f64) -> Vec<[f64; 2]> {
+pub(super) fn spectrum(signal: &[f64], dt: f64) -> Vec<[f64; 2]> {
     let n = signal.len();
     let mean = signal.iter().sum::<f64>() / n.max(1) as f64;
     let mut buffer: Vec<Complex<f64>> =
@@ -57,7 +57,7 @@ pub fn spectrum(signal: &[f64], dt: f64) -> Vec<[f64; 2]> {
 }
 
 /// Mean frequency of a spectrum of amplitudes, weighted by power \[Hz].
-pub fn centroid(spectrum: &[[f64; 2]]) -> f64 {
+pub(super) fn centroid(spectrum: &[[f64; 2]]) -> f64 {
     let weight: f64 = spectrum.iter().map(|[_, a]| a * a).sum();
     spectrum.iter().map(|[f, a]| f * a * a).sum::<f64>() / weight
 }

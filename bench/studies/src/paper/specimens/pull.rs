@@ -1,13 +1,14 @@
 //! Fig. 10: pull. ΔL/L = F/YA, whatever the number of segments.
 
-use super::{BAR, Joint, MATERIALS, SEGMENTS, largest, params, read, settle};
+use super::{Joint, MATERIALS, SEGMENTS, largest, params, read, settle, summed, worst};
 use crate::checks::each;
+use crate::paper::words::{self, chart, diagonal, rows as rows_of, series, table, tell};
 use indicatif::ProgressBar;
 use serde::Serialize;
+use serde_json::{Value, json};
 use taut_model::{Specimen, SpecimenParams};
-use taut_output::check::{Check, ExperimentError, Outcome, csv};
-use taut_output::plot::{Axis, Chart, Mark, Series};
-use taut_output::table::{error, table, text};
+use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::plot::Mark;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -63,14 +64,9 @@ pub struct Row {
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
-        for &segments in &config.segments {
+        for &n in &config.segments {
             for joint in [Joint::Cosserat, Joint::Ordinary] {
-                tasks.extend(
-                    config
-                        .strains
-                        .iter()
-                        .map(|&s| (material, segments, joint, s)),
-                );
+                tasks.extend(config.strains.iter().map(|&s| (material, n, joint, s)));
             }
         }
     }
@@ -119,82 +115,24 @@ fn pull(
 
 /// Checks, table, rows and chart.
 pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
+    let all = rows_of(rows);
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
-        let of = |measure: fn(&Row) -> f64| {
-            largest(rows.iter().filter(|r| r.material == material).map(measure))
+        let said = |name, key| {
+            let own = all.iter().filter(|row| row["material"] == material);
+            tell(name, json!({ "material": material })).off(worst(own, key))
         };
-        let case = |what: &str| format!("pull, {material}: {what}");
-        let row = |what: &str, reference: &str, error: f64| {
-            Check::off(case(what), reference, error, "", BAR)
-        };
-        let all = "largest relative error over N, joints and forces";
-        checks.push(row("gap of a joint", "F l/YA", of(|r| r.gap_error)).by(all));
-        checks.push(row("elongation", "F L/YA", of(|r| r.elongation_error)).by(all));
+        checks.push(said("pull-gap", "gap_error"));
+        checks.push(said("pull-elongation", "elongation_error"));
     }
-    let whole = largest(rows.iter().map(|r| r.elongation_error.max(r.centres_error)));
-    checks.push(
-        Check::off(
-            "pull: independent of N",
-            "on the theoretical line to 50 %",
-            whole,
-            "",
-            BAR,
-        )
-        .published()
-        .by(
-            "elongation, and distance of the outer segments' centres, for every N: no order, exact",
-        ),
-    );
-    Ok(Outcome {
-        checks,
-        text: tables(rows),
-        csv: csv(rows)?,
-        charts: vec![chart(rows)],
-        ..Outcome::default()
-    })
-}
-
-fn tables(rows: &[Row]) -> String {
-    let mut t = table(&[
-        "joint",
-        "N",
-        "F/YA at most",
-        "ΔL/L",
-        "between centres",
-        "gap error",
-        "ΔL error",
-    ]);
-    for row in rows.chunk_by(|a, b| (a.segments, &a.joint) == (b.segments, &b.joint)) {
-        let Some(last) = row.last().filter(|r| r.material == MATERIALS[2].0) else {
-            continue;
-        };
-        t.add_row([
-            last.joint.clone(),
-            last.segments.to_string(),
-            format!("{}", last.strain_theory),
-            format!("{:.12}", last.strain),
-            format!("{:.12}", last.strain_of_centres),
-            error(Some(largest(row.iter().map(|r| r.gap_error)))),
-            error(Some(largest(row.iter().map(|r| r.elongation_error)))),
-        ]);
-    }
-    format!("steel\n{}", text(&t))
-}
-
-fn chart(rows: &[Row]) -> Chart {
-    let end = largest(rows.iter().map(|r| r.strain_theory));
-    let line = vec![[0.0, 0.0], [end, end]];
-    let mut series = vec![Series::new("theory", line, Mark::Line)];
-    for n in SEGMENTS {
-        let of = rows.iter().filter(|r| r.segments == n);
-        let points = of.map(|r| [r.strain, r.strain_theory]).collect();
-        series.push(Series::new(format!("N = {n}"), points, Mark::Points));
-    }
-    Chart {
-        title: "Pull: rubber, nylon and steel".to_owned(),
-        x: Axis::linear("ΔL/L"),
-        y: Axis::linear("F/YA"),
-        series,
-    }
+    let whole = ["elongation_error", "centres_error"].map(|key| worst(&all, key));
+    checks.push(tell("pull", json!({})).off(largest(whole.into_iter())));
+    let errors = ["gap_error", "elongation_error"];
+    let steel = summed(rows, &["segments", "joint"], &errors);
+    let axes = ["strain", "strain_theory"];
+    let mut lines = vec![diagonal("theory", worst(&all, "strain_theory"))];
+    lines.extend(series(&all, "N = {segments}", axes, Mark::Points));
+    let text = format!("steel\n{}", table("pull", &steel));
+    let charts = vec![chart("pull", &Value::Null, lines)];
+    Ok(words::outcome(checks, text, csv(rows)?, charts))
 }

@@ -18,24 +18,23 @@ mod rest;
 
 pub use buckling::{buckling_torque, greenhill};
 pub use motion::{Held, Motion, Step};
+pub use report::outcome;
 pub(in crate::paper) use rest::twisted;
 pub use rest::{Leak, Row, at_rest, leaks};
 
 use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
+use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 use taut_model::{Specimen, SpecimenParams};
-use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::check::ExperimentError;
 
 /// The paper's largest twist \[rad].
 pub const FARTHEST: f64 = 233.0;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments at rest.
-    pub segments: Vec<usize>,
     /// Materials at rest, as indices of [`MATERIALS`].
     pub materials: Vec<usize>,
     /// The dynamic runs.
@@ -75,7 +74,6 @@ impl Config {
     /// specimen in motion.
     pub fn new(quick: bool) -> Self {
         Self {
-            segments: SEGMENTS.to_vec(),
             materials: pick(quick, [vec![0, 1, 2], vec![2]]),
             motions: if quick { few() } else { all() },
         }
@@ -93,41 +91,32 @@ fn few() -> Vec<Motion> {
 }
 
 fn all() -> Vec<Motion> {
+    use Joint::{Alternative, Cosserat, Ordinary};
+    use Step::{Default, Paper, Stiffened};
     let mut motions = Vec::new();
     for n in SEGMENTS {
         for joint in Joint::ALL {
-            motions.push(loose(joint, n, Step::Paper, DT));
-            motions.push(loose(joint, n, Step::Default, DT));
+            motions.extend([Paper, Default].map(|step| loose(joint, n, step, DT)));
         }
     }
-    for joint in [Joint::Ordinary, Joint::Alternative] {
-        let straight = Motion {
-            disturbed: false,
-            turns: FARTHEST / TAU,
-            ..loose(joint, 24, Step::Paper, DT)
-        };
-        motions.push(straight);
-    }
-    for joint in [Joint::Ordinary, Joint::Alternative] {
-        let untwisted = Motion {
-            turns: 0.0,
-            ramp: 10.0,
-            ..loose(joint, 24, Step::Paper, DT)
-        };
-        motions.push(untwisted);
-    }
-    for (step, fine) in [(Step::Paper, 4), (Step::Default, 4), (Step::Default, 16)] {
-        let dt = DT / f64::from(fine);
-        motions.push(loose(Joint::Cosserat, 24, step, dt));
-    }
+    motions.extend([Ordinary, Alternative].map(|joint| Motion {
+        disturbed: false,
+        turns: FARTHEST / TAU,
+        ..loose(joint, 24, Paper, DT)
+    }));
+    motions.extend([Ordinary, Alternative].map(|joint| Motion {
+        turns: 0.0,
+        ramp: 10.0,
+        ..loose(joint, 24, Paper, DT)
+    }));
+    let finer = [(Paper, 4.0), (Default, 4.0), (Default, 16.0)];
+    motions.extend(finer.map(|(step, parts)| loose(Cosserat, 24, step, DT / parts)));
     for n in [12, 24] {
         for tension in [0.6, 1.1] {
-            motions.push(taut(n, Step::Paper, tension));
-            motions.push(taut(n, Step::Default, tension));
-            motions.push(taut(n, Step::Stiffened, tension));
+            motions.extend([Paper, Default, Stiffened].map(|step| taut(n, step, tension)));
         }
     }
-    motions.push(taut(24, Step::Default, 2.0));
+    motions.push(taut(24, Default, 2.0));
     motions
 }
 
@@ -159,48 +148,17 @@ fn specimen(
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
     let mut tasks = Vec::new();
     for &m in &config.materials {
-        for &n in &config.segments {
+        for n in SEGMENTS {
             tasks.extend(Joint::ALL.map(|joint| (MATERIALS[m], n, joint)));
         }
     }
-    progress.set_length((tasks.len() + config.motions.len()) as u64);
-    let rows: Vec<Vec<Row>> = tasks
-        .par_iter()
-        .map(|&(material, n, joint)| {
-            let rows = at_rest(material, n, joint, FARTHEST);
-            progress.inc(1);
-            rows
-        })
-        .collect::<Result<_, _>>()?;
-    let held = config.motions.par_iter().map(|motion| {
-        let held = motion::in_motion(motion);
-        progress.inc(1);
-        held
-    });
+    let rows = each(&tasks, progress, |&(material, n, joint)| {
+        at_rest(material, n, joint, FARTHEST)
+    })?;
+    progress.reset();
     Ok(Results {
-        rows: rows.into_iter().flatten().collect(),
-        held: held.collect::<Result<_, _>>()?,
+        rows: rows.concat(),
+        held: each(&config.motions, progress, motion::in_motion)?,
         leaks: leaks()?,
-    })
-}
-
-/// Checks, tables, rows and charts.
-pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
-    let mut checks = report::at_rest(&results.rows);
-    checks.extend(report::in_motion(&results.held));
-    checks.extend(report::of_leaks(&results.leaks));
-    Ok(Outcome {
-        checks,
-        text: report::tables(results),
-        csv: csv(&results.rows)?,
-        more_csv: vec![
-            ("motion".into(), csv(&results.held)?),
-            ("leak".into(), csv(&results.leaks)?),
-        ],
-        charts: vec![
-            report::chart_at_rest(&results.rows),
-            report::chart_of_leaks(&results.leaks),
-        ],
-        ..Outcome::default()
     })
 }

@@ -1,9 +1,10 @@
 //! The damping law on single deformation modes: a ball on a spring, and two balls that twist against each other.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::paper::words::filled;
 use serde::Serialize;
+use serde_json::json;
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, Spherical};
+use taut_model::SceneSource;
 
 /// Measured effect of the step on a mode, beside the law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -30,47 +31,12 @@ impl Law {
     }
 }
 
-/// 2 kg on a spring of the world, 1 cm off.
-fn ball(compliance: f64) -> Scene {
-    let mut scene = Scene::new("ball");
-    scene.gravity = Vector3::zeros();
-    let place = Vector3::new(0.01, 0.0, 0.0);
-    let body = scene.add_body("ball", Body::sphere(0.1, MASS).at(place));
-    let frames = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(body, Vector3::zeros()),
-    ];
-    let stretch = RowLaw::new(compliance, 0.0);
-    scene.add_constraint(
-        "spring",
-        Constraint::Spherical(Spherical { frames, stretch }),
-        0,
-    );
-    scene
-}
-
-/// Two free balls with a cable joint halfway, twisted by 0.3 rad.
-fn pair(compliance: f64) -> Scene {
-    let mut scene = Scene::new("pair");
-    scene.gravity = Vector3::zeros();
-    let half = Vector3::new(0.0, 0.0, 0.5);
-    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.3));
-    let above = scene.add_body("above", Body::sphere(RADIUS, MASS).at(half));
-    let below = Body::sphere(RADIUS, MASS).at(-half).turned(turn);
-    let below = scene.add_body("below", below);
-    let frames = [Frame::body(above, -half), Frame::body(below, half)];
-    let other = Some(RowLaw::new(1e-6, 0.0));
-    let law = JointLaw {
-        stretch: other,
-        bend: other,
-        twist: Some(RowLaw::new(compliance, 0.0)),
-    };
-    scene.add_constraint("joint", Constraint::Cosserat(Cosserat::new(frames, law)), 0);
-    scene
-}
-
+/// Mass of the balls \[kg], and the moment of inertia of one, ⅖ m r², halved, since both turn \[kg m²].
 const MASS: f64 = 2.0;
-const RADIUS: f64 = 0.1;
+const INERTIA: f64 = 0.5 * 0.4 * MASS * 0.1 * 0.1;
+
+/// The modes, and their rows in the scene.
+const MODES: [(&str, usize); 2] = [("stretch", 0), ("twist", 8)];
 
 /// Amplitude factor and phase of x_{n+2} = 2 a cos θ x_{n+1} − a² x_n, from four samples.
 fn recurrence(x: [f64; 4]) -> [f64; 2] {
@@ -86,36 +52,33 @@ fn recurrence(x: [f64; 4]) -> [f64; 2] {
 
 /// The stretch and the twist mode with frequency ωΔt = `frequency`, stepped by the paper's step.
 pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
+    // ω² = 1/(ε m).
     let square = (frequency / dt).powi(2);
-    // ω² = 1/(ε m): the ball's mass; the balls' inertia ⅖ m r², halved, since both turn.
-    let twisting = 0.5 * 0.4 * MASS * RADIUS * RADIUS;
-    let scenes = [
-        ("stretch", ball(1.0 / (square * MASS)), 0),
-        ("twist", pair(1.0 / (square * twisting)), 5),
-    ];
-    let measure = |(mode, scene, row): (&'static str, Scene, usize)| -> Result<Law, StepError> {
-        let options = StepOptions {
-            dt,
-            ..StepOptions::paper()
-        };
-        let mut stepper = Stepper::new(scene, options)?;
-        let mut x = [0.0; 4];
-        for sample in &mut x {
-            *sample = stepper.linearized().phi[row];
-            stepper.step()?;
+    let row = json!({ "stretch": 1.0 / (square * MASS), "twist": 1.0 / (square * INERTIA) });
+    let text = filled(include_str!("modes.toml"), &row);
+    let options = StepOptions {
+        dt,
+        ..StepOptions::paper()
+    };
+    let mut stepper = Stepper::new(SceneSource::parse(&text, &[])?.build()?, options)?;
+    let mut samples = [[0.0; 4]; 2];
+    for k in 0..4 {
+        for (x, (_, row)) in samples.iter_mut().zip(MODES) {
+            x[k] = stepper.linearized().phi[row];
         }
-        let [amplitude, phase] = recurrence(x);
-        Ok(Law {
-            mode,
+        stepper.step()?;
+    }
+    Ok([0, 1].map(|i| {
+        let [amplitude, phase] = recurrence(samples[i]);
+        Law {
+            mode: MODES[i].0,
             frequency,
             amplitude,
             amplitude_law: (1.0 + frequency * frequency).sqrt().recip(),
             phase,
             phase_law: frequency.atan(),
-        })
-    };
-    let [stretch, twist] = scenes.map(measure);
-    Ok([stretch?, twist?])
+        }
+    }))
 }
 
 #[cfg(test)]

@@ -1,10 +1,13 @@
 //! The rows of the paper's table: what the scan shows, and how it is read here.
 
 use super::{GRAVITY, LENGTH};
+use crate::paper::words::with;
+use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::PI;
 use taut_model::Material;
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Row {
     /// Young's modulus Y \[GN/m²]; the scan is clear.
     pub young: f64,
@@ -69,6 +72,16 @@ impl Row {
     /// The length at which Euler's load is the paper's ratio \[m].
     pub fn euler_length(&self) -> f64 {
         LENGTH * (self.euler(LENGTH) / self.ratio).cbrt()
+    }
+
+    /// The row with what follows from it.
+    pub(super) fn read(&self) -> Value {
+        let (euler, length) = (self.euler(LENGTH), self.euler_length());
+        let certain = if self.inferred { "inferred" } else { "legible" };
+        with(
+            self,
+            &json!({ "certain": certain, "euler": euler, "length": length }),
+        )
     }
 }
 

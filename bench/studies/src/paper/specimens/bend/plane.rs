@@ -3,13 +3,14 @@
 //! A moment of fixed direction follows no potential. Beyond 0.85 to 0.9 of a circle the plane shape is an unstable
 //! equilibrium against motion out of its plane, with any time step.
 
-use super::shape::{axis, polygon};
-use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, largest, params};
-use nalgebra::Vector3;
+use super::shape::{axis, shape};
+use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, largest, params, step_from_rest};
+use crate::paper::words::tell;
+use serde_json::json;
 use std::f64::consts::TAU;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{ResolvedSpecimen, Specimen};
-use taut_output::check::{Check, ExperimentError, Verdict};
+use taut_output::check::{Check, ExperimentError};
 
 /// Slowest bending mode of the cantilever, 3.516 (YI/(ρA L⁴))^½ \[rad/s].
 pub(super) fn slowest_mode(specimen: &ResolvedSpecimen) -> f64 {
@@ -31,8 +32,7 @@ pub fn growth_out_of_plane(
     let specimen = params.resolve()?;
     let mut scene = params.build()?;
     let axis = axis(&params);
-    let (positions, turns) = polygon(&specimen, &axis, part * TAU);
-    (scene.bodies.position, scene.bodies.orientation) = (positions, turns);
+    shape(&mut scene, &specimen, &axis, part * TAU);
     scene.bodies.torque[segments] = axis * (part * TAU * specimen.stiffness.ei / params.length);
     for (i, x) in scene.bodies.position.iter_mut().enumerate() {
         x.z += 1e-9 * (1.7 * i as f64).sin();
@@ -48,11 +48,7 @@ pub fn growth_out_of_plane(
         |stepper: &Stepper| largest(stepper.scene().bodies.position.iter().map(|x| x.z.abs()));
     let mut early = f64::NAN;
     for pass in 0..passes {
-        let mut bodies = stepper.scene().bodies.clone();
-        bodies.velocity.fill(Vector3::zeros());
-        bodies.angular_velocity.fill(Vector3::zeros());
-        stepper.set_state(&bodies, 0.0)?;
-        if stepper.step().is_err() {
+        if step_from_rest(&mut stepper).is_err() {
             return Ok(f64::INFINITY);
         }
         if pass == passes / 6 {
@@ -76,19 +72,6 @@ pub(super) fn stability_of_the_plane() -> Result<Check, ExperimentError> {
             *stable = part;
         }
     }
-    let verdict = Verdict::either(
-        stable[0] >= 1.0 && stable[1] >= 1.0,
-        [Verdict::Holds, Verdict::HoldsOnlyIf],
-    );
-    Ok(Check::claim(
-        format!("bend: the plane circle is stable, N = {segments}"),
-        "a cable bent to a circle",
-        format!(
-            "to {} of a circle, {} at half the step",
-            stable[0], stable[1]
-        ),
-        verdict,
-        "undisturbed out of its plane: a moment of fixed direction follows no potential, and the plane shape is an \
-         unstable equilibrium near the full circle",
-    ))
+    let row = json!({ "n": segments, "whole": stable[0], "half": stable[1] });
+    Ok(tell("bend-plane", row).so(stable[0] >= 1.0 && stable[1] >= 1.0))
 }

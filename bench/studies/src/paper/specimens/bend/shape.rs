@@ -43,6 +43,16 @@ pub(super) fn polygon(
     (positions, turns)
 }
 
+/// Bends a specimen's bodies to the polygon.
+pub(super) fn shape(
+    scene: &mut Scene,
+    specimen: &ResolvedSpecimen,
+    axis: &Vector3<f64>,
+    angle: f64,
+) {
+    (scene.bodies.position, scene.bodies.orientation) = polygon(specimen, axis, angle);
+}
+
 pub(super) fn measure(
     scene: &Scene,
     specimen: &ResolvedSpecimen,
@@ -103,21 +113,14 @@ pub fn deviations(rows: &[Row], angle: f64, measure: fn(&Row) -> f64) -> Vec<(us
     rows.map(|r| (r.segments, measure(r))).collect()
 }
 
-/// The paper's deviations of N = 6 and N = 24.
-pub(super) const PUBLISHED: [(usize, f64); 2] = [(6, 0.10), (24, 0.025)];
-
 /// The measures of the radius: name, value, order expected.
 pub(super) type Measure = (&'static str, fn(&Row) -> f64, f64);
-pub(super) const MEASURES: [Measure; 3] = [
-    ("through the centres", |r| r.radius_deviation, 2.0),
-    (
-        "L/angle, half a segment missing",
-        |r| r.half_missing_deviation,
-        1.0,
-    ),
-    (
-        "L/angle, both ends missing",
-        |r| r.ends_missing_deviation,
-        1.0,
-    ),
-];
+pub(super) const MEASURES: [Measure; 3] = {
+    const HALF: &str = "L/angle, half a segment missing";
+    const ENDS: &str = "L/angle, both ends missing";
+    [
+        ("through the centres", |r| r.radius_deviation, 2.0),
+        (HALF, |r| r.half_missing_deviation, 1.0),
+        (ENDS, |r| r.ends_missing_deviation, 1.0),
+    ]
+};

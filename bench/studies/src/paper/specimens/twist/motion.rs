@@ -43,10 +43,17 @@ pub enum Step {
 
 impl Step {
     fn name(self) -> &'static str {
+        ["paper", "default", "stiffened"][self as usize]
+    }
+
+    fn options(self) -> StepOptions {
         match self {
-            Self::Paper => "paper",
-            Self::Default => "default",
-            Self::Stiffened => "stiffened",
+            Self::Paper => StepOptions::paper(),
+            Self::Default => StepOptions::default(),
+            Self::Stiffened => StepOptions {
+                stiffness: GeometricStiffness::inertia(1.0),
+                ..StepOptions::paper()
+            },
         }
     }
 }
@@ -72,7 +79,7 @@ pub struct Motion {
 }
 
 /// How a dynamic run ended.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Held {
     pub joint: String,
     pub segments: usize,
@@ -114,14 +121,7 @@ pub(super) fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
     };
     let options = StepOptions {
         dt: motion.dt,
-        ..match motion.step {
-            Step::Paper => StepOptions::paper(),
-            Step::Default => StepOptions::default(),
-            Step::Stiffened => StepOptions {
-                stiffness: GeometricStiffness::inertia(1.0),
-                ..StepOptions::paper()
-            },
-        }
+        ..motion.step.options()
     };
     let mut stepper = Stepper::new(params.build()?, options)?;
     let mut held = Held {
@@ -131,14 +131,8 @@ pub(super) fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
         dt: motion.dt,
         tension: motion.tension,
         disturbed: motion.disturbed,
-        straight_to: 0.0,
-        turns: 0.0,
-        time_s: 0.0,
         straight: true,
-        lost: false,
-        turns_read: 0.0,
-        off_axis_m: 0.0,
-        redone: 0,
+        ..Held::default()
     };
     let steps = ((motion.ramp + motion.hold) / motion.dt).round() as usize;
     for k in 1..=steps {
