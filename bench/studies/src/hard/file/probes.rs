@@ -103,6 +103,18 @@ pub(super) const PROBES: &[Probe] = &[
     ("first_gap", "m", |s| {
         s.stepper.linearized().phi.first().copied().unwrap_or(0.0)
     }),
+    // Angle about the first sheave with friction on which a cable lies.
+    ("wrap", "rad", |s| s.scene().wrap(0)),
+    // Joint in the middle of the first cable of segments.
+    ("middle_x", "m", |s| middle(s.scene()).x),
+    ("middle_z", "m", |s| middle(s.scene()).z),
+    // Energy from nowhere, over that of the motion and in all, where the step keeps a balance of it.
+    ("excess", "", |s| {
+        s.said(|r| r.balance.map_or(f64::NAN, |b| b.excess))
+    }),
+    ("from_nowhere", "J", |s| {
+        s.said(|r| r.balance.map_or(f64::NAN, |b| b.gained - b.work))
+    }),
     // Largest coordinate of the natural oscillation that the run started in.
     ("mode", "m", |s| {
         s.swing.map_or(f64::NAN, |swing| swing.value(s.scene()))
@@ -125,10 +137,22 @@ pub(super) const PROBES: &[Probe] = &[
     }),
     ("divided", "", |s| s.said(|r| r.divided as f64)),
     ("solves", "", |s| s.said(|r| r.solves as f64)),
+    ("implicit_substeps", "", |s| {
+        s.said(|r| r.implicit_substeps as f64)
+    }),
     ("unconverged", "", |s| {
         s.said(|r| r.unconverged_substeps as f64)
     }),
 ];
+
+/// The joint in the middle of the first cable of segments \[m].
+fn middle(scene: &Scene) -> Vector3<f64> {
+    let joints = scene.cables.first().map_or(&[][..], |c| &c.joints);
+    let joint = joints.get(joints.len() / 2).map(|c| &scene.constraints[*c]);
+    joint.map_or(Vector3::repeat(f64::NAN), |joint| {
+        joint.frames()[1].resolve(&scene.bodies, 0.0).point()
+    })
+}
 
 /// Largest relative error of the normal forces in a pile of bodies on the ground, each on the one before, beside the weight
 /// of all that stands above.
