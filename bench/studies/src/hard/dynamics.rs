@@ -1,6 +1,5 @@
-//! Hard cases in motion that are programs: H12, H31 to H36, H48 and H59, and the gantry crane driven for a minute.
+//! Hard cases in motion that are programs: H31 to H36, H48 and H59, and the gantry crane driven for a minute.
 
-mod capstan;
 mod changes;
 mod damping;
 pub(super) mod frequency;
@@ -18,12 +17,6 @@ pub const CASES: &[Coded] = &[
         title: "the gantry crane driven for a minute, loads to 10⁵ cable elements",
         run: gantry::outcome,
         scenes: gantry::scenes,
-    },
-    Coded {
-        name: "H12",
-        title: "sheaves, drums and the capstan",
-        run: capstan::outcome,
-        scenes: capstan::scenes,
     },
     Coded {
         name: "H31",

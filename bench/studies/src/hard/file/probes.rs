@@ -4,7 +4,7 @@ use crate::hard::contacts::borne;
 use crate::hard::worse;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_integrator::{StepReport, Stepper};
-use taut_model::Scene;
+use taut_model::{Constraint, Scene};
 
 /// A step as it is seen: the stepper, its report, and the scene at the beginning.
 pub(super) struct Seen<'a> {
@@ -13,6 +13,8 @@ pub(super) struct Seen<'a> {
     pub(super) report: Option<&'a StepReport>,
     pub(super) first: &'a Scene,
     pub(super) swing: Option<&'a Swing>,
+    /// Angles of cables about the sheaves with friction, before the step \[rad].
+    pub(super) wraps: &'a [f64],
 }
 
 /// A coordinate of a body, and how the body is turned at rest.
@@ -41,6 +43,25 @@ impl Seen<'_> {
 
     fn scene(&self) -> &Scene {
         self.stepper.scene()
+    }
+
+    /// Tension of a part of a cable without mass.
+    fn part_tension(&self, c: usize) -> Option<f64> {
+        let constraint = &self.scene().constraints[c];
+        let is_part = matches!(constraint, Constraint::MasslessCable(_));
+        is_part.then(|| self.stepper.tension(c)).flatten()
+    }
+
+    /// Largest excess of a tension behind or before a sheave over e^(μθ) of the other one, relative.
+    fn beyond_grip(&self) -> f64 {
+        let capstans = self.scene().capstans.iter().zip(self.wraps);
+        let beyond = capstans.map(|(capstan, wrap)| {
+            let grip = (capstan.friction * wrap).exp();
+            let [a, b] = capstan.parts.map(|c| self.part_tension(c).unwrap_or(0.0));
+            let beyond = (a - grip * b).max(b - grip * a);
+            beyond / a.max(b).max(f64::MIN_POSITIVE)
+        });
+        beyond.fold(0.0, worse)
     }
 
     fn angular_momentum(&self) -> Vector3<f64> {
@@ -103,8 +124,19 @@ pub(super) const PROBES: &[Probe] = &[
     ("first_gap", "m", |s| {
         s.stepper.linearized().phi.first().copied().unwrap_or(0.0)
     }),
-    // Angle about the first sheave with friction on which a cable lies.
-    ("wrap", "rad", |s| s.scene().wrap(0)),
+    // Angle about the first sheave with friction before the step, and the largest excess over e^(μθ) on all.
+    ("wrap", "rad", |s| {
+        s.wraps.first().copied().unwrap_or(f64::NAN)
+    }),
+    ("beyond_grip", "", |s| s.beyond_grip()),
+    ("slipping", "", |s| {
+        s.said(|r| f64::from(u8::from(r.slipping > 0)))
+    }),
+    // Sum over all parts of cables without mass.
+    ("all_tensions", "N", |s| {
+        let constraints = 0..s.scene().constraints.len();
+        constraints.filter_map(|c| s.part_tension(c)).sum()
+    }),
     // Joint in the middle of the first cable of segments.
     ("middle_x", "m", |s| middle(s.scene()).x),
     ("middle_z", "m", |s| middle(s.scene()).z),

@@ -447,7 +447,11 @@ fn recorded(
     let mut known = names.clone();
     let values = &mut names.values;
     let first = stepper.scene().clone();
-    let look = |stepper: &Stepper, report: Option<&StepReport>| -> Vec<f64> {
+    let wraps = |stepper: &Stepper| -> Vec<f64> {
+        let scene = stepper.scene();
+        (0..scene.capstans.len()).map(|i| scene.wrap(i)).collect()
+    };
+    let look = |stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| -> Vec<f64> {
         let of_columns: Vec<_> = match report.filter(|_| !columns.headings().is_empty()) {
             None => columns.at_start(stepper).collect(),
             Some(report) => columns
@@ -459,6 +463,7 @@ fn recorded(
             report,
             first: &first,
             swing,
+            wraps,
         };
         let values = sights.iter().map(|sight| match sight {
             Sight::Probe((.., of)) => of(&seen),
@@ -466,7 +471,7 @@ fn recorded(
         });
         values.collect()
     };
-    let start = look(stepper, None);
+    let start = look(stepper, None, &wraps(stepper));
     let mut series: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in wanted.iter().zip(start) {
         values.starts.insert(name.clone(), vec![value]);
@@ -479,9 +484,11 @@ fn recorded(
             drive(stepper, &now)?;
             driven = now;
         }
+        let before = wraps(stepper);
         match pace::step(stepper) {
             Ok(report) => {
-                for (name, value) in wanted.iter().zip(look(stepper, Some(&report))) {
+                let seen = look(stepper, Some(&report), &before);
+                for (name, value) in wanted.iter().zip(seen) {
                     if let Some(series) = series.get_mut(name) {
                         series.push(value);
                     }
