@@ -68,8 +68,6 @@ pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentE
             names.define(&run.values)?;
             let mut scene = built(run, &names)?;
             displaced(run, &mut scene, &mut names)?;
-            let dt = options(run, &names, None)?.dt;
-            names.values.set("dt", dt);
             for input in inputs(run, &mut names, &scene, 0.0)? {
                 match input {
                     Input::Control(control, value) => scene.set_control(control, value, 0.0),
@@ -245,7 +243,11 @@ fn inputs(
     scene: &Scene,
     time: f64,
 ) -> Result<Vec<Input>, ExperimentError> {
+    if run.drive.is_empty() {
+        return Ok(Vec::new());
+    }
     names.values.set("time", time);
+    names.values.set("dt", dt(run, names)?);
     let input = |(name, value): (&String, &Value)| {
         Ok(match value {
             Value::Array(parts) => {
@@ -301,22 +303,26 @@ fn displaced(
     Ok(Some(swing))
 }
 
+/// Time step of a run \[s].
+fn dt(run: &Run, names: &Names) -> Result<f64, CaseError> {
+    let dt = run.step.dt.as_ref();
+    dt.map_or(Ok(1.0 / 60.0), |dt| names.number(dt))
+}
+
 fn options(
     run: &Run,
     names: &Names,
     choice: Option<&Choice>,
 ) -> Result<StepOptions, ExperimentError> {
-    let or = |value: &Option<Value>, default: f64| {
-        let found = value.as_ref().map(|value| names.number(value));
-        found.unwrap_or(Ok(default))
-    };
-    let dt = or(&run.step.dt, 1.0 / 60.0)?;
+    let dt = dt(run, names)?;
     let mut options = match (choice, run.solvers) {
         (Some(choice), Some(Solvers::EveryUnguarded)) => choice.plain_options(dt),
         (Some(choice), _) => choice.options(dt),
         (None, _) => crate::hard::at(dt),
     };
-    options.substeps = or(&run.step.substeps, 1.0)? as usize;
+    if let Some(substeps) = &run.step.substeps {
+        options.substeps = names.number(substeps)? as usize;
+    }
     options.energy_tolerance = run.step.balance.then_some(ENERGY_TOLERANCE);
     if let Some(scheme) = &run.step.scheme {
         options.scheme = names.text(scheme)?.parse()?;
