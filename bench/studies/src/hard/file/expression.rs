@@ -187,48 +187,7 @@ impl Formula {
             };
             return Ok(vec![reduce(&picked)]);
         }
-        Ok(match function {
-            "since" => {
-                let mut held = false;
-                let since = all[0].iter().map(|x| {
-                    held |= *x != 0.0 && !x.is_nan();
-                    truth(held)
-                });
-                since.collect()
-            }
-            "cumulated" if values.at_start => vec![0.0],
-            "cumulated" => {
-                let mut sum = 0.0;
-                let so_far = all[0].iter().map(|x| {
-                    sum += x;
-                    sum
-                });
-                so_far.collect()
-            }
-            "running" => {
-                let window = all[1][0] as usize;
-                let mean = |n: usize| {
-                    let from = (n + 1).saturating_sub(window);
-                    all[0][from..=n].iter().sum::<f64>() / window as f64
-                };
-                (0..all[0].len()).map(mean).collect()
-            }
-            "period" | "half_period" => {
-                let found = frequency::passages(&all[0], function == "period", 1.0);
-                let between = found.windows(2).next().map(|pair| pair[1] - pair[0]);
-                vec![between.map_or(f64::NAN, |steps| steps * all[1][0])]
-            }
-            _ => {
-                let [expected, interval] = [all[1][0], all[2][0]];
-                let stride = frequency::stride(expected, interval);
-                let found = match function {
-                    "slower_frequency" => frequency::pair(&all[0], interval, stride)[0],
-                    "faster_frequency" => frequency::pair(&all[0], interval, stride)[1],
-                    _ => frequency::single(&all[0], interval, stride),
-                };
-                vec![found]
-            }
-        })
+        Ok(of_series(function, &all, values.at_start))
     }
 
     /// Its value at the beginning.
@@ -248,6 +207,52 @@ impl Formula {
             Ok(first)
         } else {
             Err(CaseError::Varies)
+        }
+    }
+}
+
+/// A function of whole series, of those of the beginning where they are `at_start`.
+fn of_series(function: &str, all: &[Vec<f64>], at_start: bool) -> Vec<f64> {
+    match function {
+        "since" => {
+            let mut held = false;
+            let since = all[0].iter().map(|x| {
+                held |= *x != 0.0 && !x.is_nan();
+                truth(held)
+            });
+            since.collect()
+        }
+        "cumulated" if at_start => vec![0.0],
+        "cumulated" => {
+            let mut sum = 0.0;
+            let so_far = all[0].iter().map(|x| {
+                sum += x;
+                sum
+            });
+            so_far.collect()
+        }
+        "running" => {
+            let window = all[1][0] as usize;
+            let mean = |n: usize| {
+                let from = (n + 1).saturating_sub(window);
+                all[0][from..=n].iter().sum::<f64>() / window as f64
+            };
+            (0..all[0].len()).map(mean).collect()
+        }
+        "period" | "half_period" => {
+            let found = frequency::passages(&all[0], function == "period", 1.0);
+            let between = found.windows(2).next().map(|pair| pair[1] - pair[0]);
+            vec![between.map_or(f64::NAN, |steps| steps * all[1][0])]
+        }
+        _ => {
+            let [expected, interval] = [all[1][0], all[2][0]];
+            let stride = frequency::stride(expected, interval);
+            let found = match function {
+                "slower_frequency" => frequency::pair(&all[0], interval, stride)[0],
+                "faster_frequency" => frequency::pair(&all[0], interval, stride)[1],
+                _ => frequency::single(&all[0], interval, stride),
+            };
+            vec![found]
         }
     }
 }

@@ -441,6 +441,28 @@ fn sights(wanted: &[String], stepper: &Stepper) -> Result<(Vec<Sight>, Columns),
     Ok((all, found))
 }
 
+/// Angles of the cables about the sheaves with friction \[rad].
+fn wraps(scene: &Scene) -> Vec<f64> {
+    (0..scene.capstans.len()).map(|i| scene.wrap(i)).collect()
+}
+
+/// What is seen of a step, or at the beginning.
+fn look((sights, columns): &(Vec<Sight>, Columns), seen: &Seen<'_>) -> Vec<f64> {
+    let stepper = seen.stepper;
+    let report = seen.report.filter(|_| !columns.headings().is_empty());
+    let of_columns: Vec<_> = match report {
+        None => columns.at_start(stepper).collect(),
+        Some(report) => columns
+            .values(stepper, &Sample::after(stepper, report))
+            .collect(),
+    };
+    let values = sights.iter().map(|sight| match sight {
+        Sight::Probe((.., of)) => of(seen),
+        Sight::Column(k) => of_columns[*k].unwrap_or(f64::NAN),
+    });
+    values.collect()
+}
+
 /// Steps, and records what is wanted of each; in words why it ended early, where it may.
 fn recorded(
     run: &Run,
@@ -449,21 +471,11 @@ fn recorded(
     steps: usize,
     names: &mut Names,
 ) -> Result<Option<String>, ExperimentError> {
-    let (sights, columns) = sights(wanted, stepper)?;
+    let sights = sights(wanted, stepper)?;
     let mut known = names.clone();
     let values = &mut names.values;
     let first = stepper.scene().clone();
-    let wraps = |stepper: &Stepper| -> Vec<f64> {
-        let scene = stepper.scene();
-        (0..scene.capstans.len()).map(|i| scene.wrap(i)).collect()
-    };
-    let look = |stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| -> Vec<f64> {
-        let of_columns: Vec<_> = match report.filter(|_| !columns.headings().is_empty()) {
-            None => columns.at_start(stepper).collect(),
-            Some(report) => columns
-                .values(stepper, &Sample::after(stepper, report))
-                .collect(),
-        };
+    let look = |stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
         let seen = Seen {
             stepper,
             report,
@@ -471,13 +483,9 @@ fn recorded(
             swing,
             wraps,
         };
-        let values = sights.iter().map(|sight| match sight {
-            Sight::Probe((.., of)) => of(&seen),
-            Sight::Column(k) => of_columns[*k].unwrap_or(f64::NAN),
-        });
-        values.collect()
+        look(&sights, &seen)
     };
-    let start = look(stepper, None, &wraps(stepper));
+    let start = look(stepper, None, &wraps(stepper.scene()));
     let mut series: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in wanted.iter().zip(start) {
         values.starts.insert(name.clone(), vec![value]);
@@ -490,7 +498,7 @@ fn recorded(
             drive(stepper, &now)?;
             driven = now;
         }
-        let before = wraps(stepper);
+        let before = wraps(stepper.scene());
         match pace::step(stepper) {
             Ok(report) => {
                 let seen = look(stepper, Some(&report), &before);
