@@ -1,8 +1,6 @@
-//! Hard cases in motion that are programs: H12, H29 to H36, H48 and H59, and the gantry crane driven for a minute.
+//! Hard cases in motion that are programs: H31 to H36, H48 and H59, and the gantry crane driven for a minute.
 
-mod capstan;
 mod changes;
-mod crane;
 mod damping;
 pub(super) mod frequency;
 mod gantry;
@@ -19,24 +17,6 @@ pub const CASES: &[Coded] = &[
         title: "the gantry crane driven for a minute, loads to 10⁵ cable elements",
         run: gantry::outcome,
         scenes: gantry::scenes,
-    },
-    Coded {
-        name: "H12",
-        title: "sheaves, drums and the capstan",
-        run: capstan::outcome,
-        scenes: capstan::scenes,
-    },
-    Coded {
-        name: "H29",
-        title: "frequencies of cranes: trolley, hook and load, two parallel cables, the gantry",
-        run: crane::outcome,
-        scenes: || {
-            Ok(vec![
-                crane::on_a_trolley().0,
-                crane::hook_and_load(),
-                crane::on_two_cables().0,
-            ])
-        },
     },
     Coded {
         name: "H31",

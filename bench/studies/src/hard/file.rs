@@ -1,7 +1,7 @@
 //! Hard cases as files: a scene, what is seen in its run, and what that has to be.
 //!
 //! A string that begins with `=` stands for a number, as in a spreadsheet: `"=mu * g"` ([`expression`]); `{mu}`, `{x:.3}`
-//! and `{x:e}` in any other string of a scene or a check for the text of one.
+//! and `{x:+e}` in any other string of a scene or a check for the text of one.
 //!
 //! | top | meaning |
 //! |---|---|
@@ -20,14 +20,15 @@
 //! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity` |
 //! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
-//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme` |
+//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `balance = true` keeps one of energy |
 //! | `steps` or `time` | how long |
-//! | `drive` | values of controls, held from the beginning |
+//! | `drive` | values of controls, and velocities of driven bodies, by name: formulas of the `time` at which a step begins |
 //! | `solvers` | `every`: by every solver; `every-unguarded`: each step is one solve |
 //! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
 //! | `may-fail` | `true`: a step that fails ends the run, and `failed` is 1 |
 //! | `see` | `"NAME = FORMULA"` each, in order, of columns of `taut run`, of [`probes`] and of what is above: one number each |
 //! | `finds` | as above, of all the runs of a row together |
+//! | `keep` | names of what is found that later runs have in place of values of the file's `let` |
 //! | `audit` | values of the row with which every solver's claims are audited on the scene |
 //!
 //! | `[[run.check]]` | meaning |
@@ -66,8 +67,9 @@ macro_rules! files {
 }
 
 pub(super) const FILES: &[&str] = files![
-    "H20", "H21", "H22", "H23", "H24", "H25", "H26", "H27", "H28", "H30", "H32", "H35", "H37",
-    "H38", "H39", "H41", "H44", "H45", "H56", "H61", "H62", "H63", "H64", "H65", "scale",
+    "H12", "H20", "H21", "H22", "H23", "H24", "H25", "H26", "H27", "H28", "H29", "H30", "H32",
+    "H35", "H37", "H38", "H39", "H41", "H43", "H44", "H45", "H56", "H61", "H62", "H63", "H64",
+    "H65", "H66", "landing", "scale",
 ];
 
 /// A case as it is written.
@@ -114,6 +116,8 @@ struct Run {
     #[serde(default)]
     finds: Vec<String>,
     #[serde(default)]
+    keep: Vec<String>,
+    #[serde(default)]
     audit: Vec<Table>,
     check: Vec<CheckEntry>,
 }
@@ -157,6 +161,8 @@ struct Step {
     dt: Option<Value>,
     substeps: Option<Value>,
     scheme: Option<String>,
+    #[serde(default)]
+    balance: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]

@@ -1,6 +1,5 @@
 //! Hard cases for the program: H40 to H58. What they asserted about algebra alone is tested beside `tests/agreement`.
 
-pub mod angles;
 mod ladders;
 pub mod long_run;
 mod lost;
@@ -22,12 +21,6 @@ pub const CASES: &[Coded] = &[
         title: "dependent constraints: Bricard's six-bar, rows of four-bars",
         run: mechanisms::outcome,
         scenes: mechanisms::scenes,
-    },
-    Coded {
-        name: "H43",
-        title: "singular angles: straight, folded, twisted by half a turn and by many",
-        run: angles::outcome,
-        scenes: angles::scenes,
     },
     Coded {
         name: "H49",

@@ -9,10 +9,11 @@
 //! ⇒  s = √(h² (1 + μ²) + 2 μ h L) − μ h
 //! ```
 
-use super::{DT, GRAVITY, ground, rough, run};
+use super::{DT, GRAVITY, rough, run};
 use crate::hard::{at, either, worse};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
+use taut_model::collide::{Collider, Shape};
 use taut_model::{
     Body, Cable, CableEnd, DEFAULT_GROUP, Damping, Frame, JointKind, Mobility, Rest, Scene,
     SceneError, Segments, Stiffness,
@@ -53,7 +54,12 @@ fn route() -> Vec<Vector3<f64>> {
 }
 
 fn dragged(segments: usize) -> Result<Scene, SceneError> {
-    let mut scene = ground("dragged cable", 0.0, rough(MU));
+    let mut scene = Scene::new("dragged cable");
+    scene.gravity = Vector3::z() * -GRAVITY;
+    scene.add_collider(Collider {
+        surface: rough(MU),
+        ..Collider::new("ground", None, Shape::HalfSpace)
+    });
     let points = route();
     let last = points.len() - 1;
     let mut tug = Body::fixed().at(points[last]);

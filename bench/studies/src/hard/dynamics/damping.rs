@@ -7,13 +7,13 @@
 //! 0 every scheme closes it as e^(−t/τ), at a rate that has a power series in Δt/τ, so that four time steps
 //! extrapolate it.
 
-use super::frequency::samples;
 use crate::hard::worse;
 use crate::hard::{at, each_solver};
 use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_integrator::{GeometricStiffness, Scheme, StepOptions};
+use taut_ground::pace;
+use taut_integrator::{GeometricStiffness, Scheme, StepOptions, Stepper};
 use taut_model::{
     Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, Spherical, hanging_axes,
 };
@@ -104,6 +104,22 @@ fn turned(law: RowLaw, turn: Vector3<f64>) -> Scene {
     let joint = Cosserat::new(frames, law);
     scene.add_constraint("spring", Constraint::Cosserat(joint), 0);
     scene
+}
+
+/// Values of `measure` (m or rad) at the start and after each of `steps` steps.
+fn samples(
+    scene: Scene,
+    options: StepOptions,
+    steps: usize,
+    measure: impl Fn(&Scene) -> f64,
+) -> Result<Vec<f64>, ExperimentError> {
+    let mut stepper = Stepper::new(scene, options)?;
+    let mut samples = vec![measure(stepper.scene())];
+    for _ in 0..steps {
+        pace::step(&mut stepper)?;
+        samples.push(measure(stepper.scene()));
+    }
+    Ok(samples)
 }
 
 /// The scenes of H33: each mode at Ω = 1.

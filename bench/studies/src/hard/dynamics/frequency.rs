@@ -7,53 +7,10 @@
 
 use crate::hard::special::root;
 use nalgebra::{DMatrix, DVector};
-use taut_ground::pace;
-use taut_integrator::{StepOptions, Stepper};
-use taut_model::Scene;
-use taut_output::check::ExperimentError;
-
-/// Values of `measure` (m or rad) at the start and after each step over `time` (s).
-pub(in crate::hard) fn record(
-    scene: Scene,
-    options: StepOptions,
-    time: f64,
-    measure: impl Fn(&Scene) -> f64,
-) -> Result<Vec<f64>, ExperimentError> {
-    let steps = (time / options.dt) as usize;
-    samples(scene, options, steps, measure)
-}
-
-/// Values of `measure` (m or rad) at the start and after each of `steps` steps.
-pub(super) fn samples(
-    scene: Scene,
-    options: StepOptions,
-    steps: usize,
-    measure: impl Fn(&Scene) -> f64,
-) -> Result<Vec<f64>, ExperimentError> {
-    let mut stepper = Stepper::new(scene, options)?;
-    let mut samples = vec![measure(stepper.scene())];
-    for _ in 0..steps {
-        pace::step(&mut stepper)?;
-        samples.push(measure(stepper.scene()));
-    }
-    Ok(samples)
-}
 
 /// Steps of `interval` (s) over which an oscillation of `frequency` (rad/s) advances by about 1 rad.
 pub(in crate::hard) fn stride(frequency: f64, interval: f64) -> usize {
     ((1.0 / (frequency * interval)) as usize).max(1)
-}
-
-/// Angular frequency \[rad/s] of the one oscillation that `measure` shows within `periods` of the `expected` frequency.
-pub(in crate::hard) fn of_motion(
-    scene: Scene,
-    options: StepOptions,
-    (expected, periods): (f64, f64),
-    measure: impl Fn(&Scene) -> f64,
-) -> Result<f64, ExperimentError> {
-    let (dt, time) = (options.dt, periods * std::f64::consts::TAU / expected);
-    let samples = record(scene, options, time, measure)?;
-    Ok(single(&samples, dt, stride(expected, dt)))
 }
 
 /// Angular frequency \[rad/s] of one oscillation in `samples`, which are `interval` (s) apart. NaN

@@ -87,14 +87,18 @@ const OF_SERIES: &[(&str, usize)] = &[
     ("before", 1),
     // From the first step on at which it holds.
     ("since", 1),
+    // Sum of all steps so far.
+    ("cumulated", 1),
     // Numbers that are the same in `n` steps and more: the mean of the last n.
     ("running", 2),
     // Time between two passages of 0 upwards, from the step \[s].
     ("period", 2),
     // Time between two passages of 0 in any direction.
     ("half_period", 2),
-    // Angular frequency of an oscillation of about the one expected \[rad/s].
+    // Angular frequency of an oscillation of about the one expected \[rad/s]; those of two, the faster one expected.
     ("frequency", 3),
+    ("slower_frequency", 3),
+    ("faster_frequency", 3),
 ];
 
 fn truth(holds: bool) -> f64 {
@@ -117,6 +121,8 @@ pub(super) struct Values {
     pub(super) known: BTreeMap<String, Vec<f64>>,
     /// Those of the beginning, of what is seen in each step.
     pub(super) starts: BTreeMap<String, Vec<f64>>,
+    /// The known ones are those of the beginning.
+    at_start: bool,
 }
 
 impl Values {
@@ -181,39 +187,13 @@ impl Formula {
             };
             return Ok(vec![reduce(&picked)]);
         }
-        Ok(match function {
-            "since" => {
-                let mut held = false;
-                let since = all[0].iter().map(|x| {
-                    held |= *x != 0.0 && !x.is_nan();
-                    truth(held)
-                });
-                since.collect()
-            }
-            "running" => {
-                let window = all[1][0] as usize;
-                let mean = |n: usize| {
-                    let from = (n + 1).saturating_sub(window);
-                    all[0][from..=n].iter().sum::<f64>() / window as f64
-                };
-                (0..all[0].len()).map(mean).collect()
-            }
-            "period" | "half_period" => {
-                let found = frequency::passages(&all[0], function == "period", 1.0);
-                let between = found.windows(2).next().map(|pair| pair[1] - pair[0]);
-                vec![between.map_or(f64::NAN, |steps| steps * all[1][0])]
-            }
-            _ => {
-                let [expected, interval] = [all[1][0], all[2][0]];
-                let stride = frequency::stride(expected, interval);
-                vec![frequency::single(&all[0], interval, stride)]
-            }
-        })
+        Ok(of_series(function, &all, values.at_start))
     }
 
     /// Its value at the beginning.
     pub(super) fn at_start(&self, values: &Values) -> Result<Vec<f64>, CaseError> {
         let mut begun = values.clone();
+        begun.at_start = true;
         begun.known.extend(values.starts.clone());
         self.series(&begun)
     }
@@ -227,6 +207,52 @@ impl Formula {
             Ok(first)
         } else {
             Err(CaseError::Varies)
+        }
+    }
+}
+
+/// A function of whole series, of those of the beginning where they are `at_start`.
+fn of_series(function: &str, all: &[Vec<f64>], at_start: bool) -> Vec<f64> {
+    match function {
+        "since" => {
+            let mut held = false;
+            let since = all[0].iter().map(|x| {
+                held |= *x != 0.0 && !x.is_nan();
+                truth(held)
+            });
+            since.collect()
+        }
+        "cumulated" if at_start => vec![0.0],
+        "cumulated" => {
+            let mut sum = 0.0;
+            let so_far = all[0].iter().map(|x| {
+                sum += x;
+                sum
+            });
+            so_far.collect()
+        }
+        "running" => {
+            let window = all[1][0] as usize;
+            let mean = |n: usize| {
+                let from = (n + 1).saturating_sub(window);
+                all[0][from..=n].iter().sum::<f64>() / window as f64
+            };
+            (0..all[0].len()).map(mean).collect()
+        }
+        "period" | "half_period" => {
+            let found = frequency::passages(&all[0], function == "period", 1.0);
+            let between = found.windows(2).next().map(|pair| pair[1] - pair[0]);
+            vec![between.map_or(f64::NAN, |steps| steps * all[1][0])]
+        }
+        _ => {
+            let [expected, interval] = [all[1][0], all[2][0]];
+            let stride = frequency::stride(expected, interval);
+            let found = match function {
+                "slower_frequency" => frequency::pair(&all[0], interval, stride)[0],
+                "faster_frequency" => frequency::pair(&all[0], interval, stride)[1],
+                _ => frequency::single(&all[0], interval, stride),
+            };
+            vec![found]
         }
     }
 }
@@ -435,6 +461,8 @@ mod tests {
             ("last(z) - start(z)", -5.0),
             ("total(before(z + 1))", 15.0),
             ("largest(running(z, 2))", 3.0),
+            ("last(cumulated(z))", 7.0),
+            ("first(before(cumulated(z)))", 0.0),
             ("largest(z, z > 9)", 0.0),
         ];
         for (text, exact) in expected {

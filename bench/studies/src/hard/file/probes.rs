@@ -4,7 +4,7 @@ use crate::hard::contacts::borne;
 use crate::hard::worse;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_integrator::{StepReport, Stepper};
-use taut_model::Scene;
+use taut_model::{Constraint, Scene};
 
 /// A step as it is seen: the stepper, its report, and the scene at the beginning.
 pub(super) struct Seen<'a> {
@@ -13,6 +13,8 @@ pub(super) struct Seen<'a> {
     pub(super) report: Option<&'a StepReport>,
     pub(super) first: &'a Scene,
     pub(super) swing: Option<&'a Swing>,
+    /// Angles of cables about the sheaves with friction, before the step \[rad].
+    pub(super) wraps: &'a [f64],
 }
 
 /// A coordinate of a body, and how the body is turned at rest.
@@ -41,6 +43,25 @@ impl Seen<'_> {
 
     fn scene(&self) -> &Scene {
         self.stepper.scene()
+    }
+
+    /// Tension of a part of a cable without mass.
+    fn part_tension(&self, c: usize) -> Option<f64> {
+        let constraint = &self.scene().constraints[c];
+        let is_part = matches!(constraint, Constraint::MasslessCable(_));
+        is_part.then(|| self.stepper.tension(c)).flatten()
+    }
+
+    /// Largest excess of a tension behind or before a sheave over e^(μθ) of the other one, relative.
+    fn beyond_grip(&self) -> f64 {
+        let capstans = self.scene().capstans.iter().zip(self.wraps);
+        let beyond = capstans.map(|(capstan, wrap)| {
+            let grip = (capstan.friction * wrap).exp();
+            let [a, b] = capstan.parts.map(|c| self.part_tension(c).unwrap_or(0.0));
+            let beyond = (a - grip * b).max(b - grip * a);
+            beyond / a.max(b).max(f64::MIN_POSITIVE)
+        });
+        beyond.fold(0.0, worse)
     }
 
     fn angular_momentum(&self) -> Vector3<f64> {
@@ -103,6 +124,29 @@ pub(super) const PROBES: &[Probe] = &[
     ("first_gap", "m", |s| {
         s.stepper.linearized().phi.first().copied().unwrap_or(0.0)
     }),
+    // Angle about the first sheave with friction before the step, and the largest excess over e^(μθ) on all.
+    ("wrap", "rad", |s| {
+        s.wraps.first().copied().unwrap_or(f64::NAN)
+    }),
+    ("beyond_grip", "", |s| s.beyond_grip()),
+    ("slipping", "", |s| {
+        s.said(|r| f64::from(u8::from(r.slipping > 0)))
+    }),
+    // Sum over all parts of cables without mass.
+    ("all_tensions", "N", |s| {
+        let constraints = 0..s.scene().constraints.len();
+        constraints.filter_map(|c| s.part_tension(c)).sum()
+    }),
+    // Joint in the middle of the first cable of segments.
+    ("middle_x", "m", |s| middle(s.scene()).x),
+    ("middle_z", "m", |s| middle(s.scene()).z),
+    // Energy from nowhere, over that of the motion and in all, where the step keeps a balance of it.
+    ("excess", "", |s| {
+        s.said(|r| r.balance.map_or(f64::NAN, |b| b.excess))
+    }),
+    ("from_nowhere", "J", |s| {
+        s.said(|r| r.balance.map_or(f64::NAN, |b| b.gained - b.work))
+    }),
     // Largest coordinate of the natural oscillation that the run started in.
     ("mode", "m", |s| {
         s.swing.map_or(f64::NAN, |swing| swing.value(s.scene()))
@@ -125,10 +169,22 @@ pub(super) const PROBES: &[Probe] = &[
     }),
     ("divided", "", |s| s.said(|r| r.divided as f64)),
     ("solves", "", |s| s.said(|r| r.solves as f64)),
+    ("implicit_substeps", "", |s| {
+        s.said(|r| r.implicit_substeps as f64)
+    }),
     ("unconverged", "", |s| {
         s.said(|r| r.unconverged_substeps as f64)
     }),
 ];
+
+/// The joint in the middle of the first cable of segments \[m].
+fn middle(scene: &Scene) -> Vector3<f64> {
+    let joints = scene.cables.first().map_or(&[][..], |c| &c.joints);
+    let joint = joints.get(joints.len() / 2).map(|c| &scene.constraints[*c]);
+    joint.map_or(Vector3::repeat(f64::NAN), |joint| {
+        joint.frames()[1].resolve(&scene.bodies, 0.0).point()
+    })
+}
 
 /// Largest relative error of the normal forces in a pile of bodies on the ground, each on the one before, beside the weight
 /// of all that stands above.

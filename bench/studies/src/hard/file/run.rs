@@ -1,18 +1,20 @@
 //! Runs the cases of files.
 
-use super::expression::Values;
 use super::probes::{PROBES, Probe, Seen, Swing};
 use super::text::{Names, defined};
 use super::{CaseError, CaseFile, CheckEntry, Distance, Fewer, Rows, Run, Solvers};
 use crate::hard::{solvers, together};
 use indicatif::ProgressBar;
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use taut_ground::choice::Choice;
 use taut_ground::columns::{ColumnError, Columns};
 use taut_ground::modes::natural;
 use taut_ground::pace;
-use taut_ground::trajectory::{Sample, steps_in};
-use taut_integrator::{GeometricStiffness, StepOptions, StepReport, Stepper};
+use taut_ground::trajectory::{ENERGY_TOLERANCE, Sample, steps_in};
+use taut_integrator::{
+    GeometricStiffness, StepError, StepOptions, StepReport, Stepper, static_equilibrium,
+};
 use taut_model::Scene;
 use taut_model::scene_file::SceneSource;
 use taut_output::check::{Check, ExperimentError, Measure, Outcome};
@@ -31,7 +33,12 @@ pub(in crate::hard) fn outcome(
         let rows = rows(run, &names)?;
         progress.inc_length(rows.len() as u64);
         for row in rows {
-            checks.extend(checked(run, &row, &names, None)?);
+            let (found, own) = checked(run, &row, &names, None)?;
+            checks.extend(found);
+            for name in &run.keep {
+                let value = super::expression::number(name, &own.values)?;
+                names.values.set(name, value);
+            }
             progress.inc(1);
         }
     }
@@ -61,8 +68,11 @@ pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentE
             names.define(&run.values)?;
             let mut scene = built(run, &names)?;
             displaced(run, &mut scene, &mut names)?;
-            for (control, value) in &run.drive {
-                scene.set_control(scene.control(control)?, names.number(value)?, 0.0);
+            for input in inputs(run, &mut names, &scene, 0.0)? {
+                match input {
+                    Input::Control(control, value) => scene.set_control(control, value, 0.0),
+                    Input::Velocity(body, velocity) => scene.bodies.velocity[body] = velocity,
+                }
             }
             scenes.push(scene);
         }
@@ -136,13 +146,13 @@ fn gathered(runs: &[&Names]) -> Names {
     together
 }
 
-/// A row of values: its runs, by each solver that it asks for, and its checks.
+/// A row of values: its runs, by each solver that it asks for, and its checks, with what is known in the end.
 fn checked(
     run: &Run,
     row: &Table,
     shared: &Names,
     most: Option<usize>,
-) -> Result<Vec<Check>, ExperimentError> {
+) -> Result<(Vec<Check>, Names), ExperimentError> {
     let names = with_row(shared, row)?;
     let combinations = combined(run, &run.over, &names)?.into_iter();
     let combinations: Result<Vec<_>, _> = combinations.map(|row| with_row(&names, &row)).collect();
@@ -189,7 +199,7 @@ fn checked(
             checks.push(check(entry, &all)?);
         }
     }
-    Ok(checks)
+    Ok((checks, all))
 }
 
 fn holds(condition: Option<&str>, names: &Names) -> Result<bool, CaseError> {
@@ -219,11 +229,64 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
     Ok(scene)
 }
 
-/// Moves a scene into the natural oscillation that its run starts in, whose frequency `names` then have.
-fn displaced(run: &Run, scene: &mut Scene, names: &mut Names) -> Result<Option<Swing>, CaseError> {
+/// What drives a scene: the value of a control, or the velocity (m/s) of a driven body.
+#[derive(PartialEq)]
+enum Input {
+    Control(usize, f64),
+    Velocity(usize, Vector3<f64>),
+}
+
+/// Inputs at a time (s).
+fn inputs(
+    run: &Run,
+    names: &mut Names,
+    scene: &Scene,
+    time: f64,
+) -> Result<Vec<Input>, ExperimentError> {
+    if run.drive.is_empty() {
+        return Ok(Vec::new());
+    }
+    names.values.set("time", time);
+    names.values.set("dt", dt(run, names)?);
+    let input = |(name, value): (&String, &Value)| {
+        Ok(match value {
+            Value::Array(parts) => {
+                let parts: Result<Vec<f64>, _> = parts.iter().map(|v| names.number(v)).collect();
+                let mut velocity = Vector3::zeros();
+                velocity.iter_mut().zip(parts?).for_each(|(v, x)| *v = x);
+                Input::Velocity(scene.body(name)?, velocity)
+            }
+            value => Input::Control(scene.control(name)?, names.number(value)?),
+        })
+    };
+    run.drive.iter().map(input).collect()
+}
+
+fn drive(stepper: &mut Stepper, inputs: &[Input]) -> Result<(), StepError> {
+    for input in inputs {
+        match *input {
+            Input::Control(control, value) => stepper.set_control(control, value)?,
+            Input::Velocity(body, velocity) => {
+                stepper.set_velocity(body, velocity, Vector3::zeros())?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Moves a scene into the natural oscillation that its run starts in, about the equilibrium if it asks for one, whose
+/// frequency `names` then have.
+fn displaced(
+    run: &Run,
+    scene: &mut Scene,
+    names: &mut Names,
+) -> Result<Option<Swing>, ExperimentError> {
     let Some(mode) = &run.mode else {
         return Ok(None);
     };
+    if std::mem::take(&mut scene.start_in_equilibrium) {
+        *scene = static_equilibrium(scene.clone(), &StepOptions::default().backend)?;
+    }
     let Some(modes) = natural(scene, &mode.coordinates) else {
         names.values.set("eigenvalue", f64::NAN);
         return Ok(None);
@@ -240,22 +303,27 @@ fn displaced(run: &Run, scene: &mut Scene, names: &mut Names) -> Result<Option<S
     Ok(Some(swing))
 }
 
+/// Time step of a run \[s].
+fn dt(run: &Run, names: &Names) -> Result<f64, CaseError> {
+    let dt = run.step.dt.as_ref();
+    dt.map_or(Ok(1.0 / 60.0), |dt| names.number(dt))
+}
+
 fn options(
     run: &Run,
     names: &Names,
     choice: Option<&Choice>,
 ) -> Result<StepOptions, ExperimentError> {
-    let or = |value: &Option<Value>, default: f64| {
-        let found = value.as_ref().map(|value| names.number(value));
-        found.unwrap_or(Ok(default))
-    };
-    let dt = or(&run.step.dt, 1.0 / 60.0)?;
+    let dt = dt(run, names)?;
     let mut options = match (choice, run.solvers) {
         (Some(choice), Some(Solvers::EveryUnguarded)) => choice.plain_options(dt),
         (Some(choice), _) => choice.options(dt),
         (None, _) => crate::hard::at(dt),
     };
-    options.substeps = or(&run.step.substeps, 1.0)? as usize;
+    if let Some(substeps) = &run.step.substeps {
+        options.substeps = names.number(substeps)? as usize;
+    }
+    options.energy_tolerance = run.step.balance.then_some(ENERGY_TOLERANCE);
     if let Some(scheme) = &run.step.scheme {
         options.scheme = names.text(scheme)?.parse()?;
         options.stiffness = GeometricStiffness::inertia(options.scheme.default_alpha());
@@ -279,6 +347,8 @@ fn seen(
 ) -> Result<Names, ExperimentError> {
     let options = options(run, &names, choice)?;
     names.values.set("dt", options.dt);
+    let mut scene = built(run, &names)?;
+    let swing = displaced(run, &mut scene, &mut names)?;
     let steps = match (&run.steps, &run.time) {
         (Some(steps), _) => names.number(steps)? as usize,
         (None, Some(time)) => steps_in(names.number(time)?, options.dt),
@@ -287,8 +357,6 @@ fn seen(
             return Err(CaseError::Missing { key, place }.into());
         }
     };
-    let mut scene = built(run, &names)?;
-    let swing = displaced(run, &mut scene, &mut names)?;
     let mut stepper = Stepper::new(scene, options)?;
     let see: Result<Vec<_>, CaseError> = run.see.iter().map(|text| defined(text)).collect();
     let see = see?;
@@ -305,15 +373,13 @@ fn seen(
         }
         own.push(name);
     }
-    for (control, value) in &run.drive {
-        let control = stepper.scene().control(control)?;
-        stepper.set_control(control, names.number(value)?)?;
-    }
+    let steps = most.unwrap_or(steps);
     let failed = recorded(
+        run,
         &mut stepper,
         (&wanted, swing.as_ref()),
-        (most.unwrap_or(steps), run.may_fail),
-        &mut names.values,
+        steps,
+        &mut names,
     )?;
     names
         .values
@@ -375,51 +441,74 @@ fn sights(wanted: &[String], stepper: &Stepper) -> Result<(Vec<Sight>, Columns),
     Ok((all, found))
 }
 
+/// Angles of the cables about the sheaves with friction \[rad].
+fn wraps(scene: &Scene) -> Vec<f64> {
+    (0..scene.capstans.len()).map(|i| scene.wrap(i)).collect()
+}
+
+/// What is seen of a step, or at the beginning.
+fn look((sights, columns): &(Vec<Sight>, Columns), seen: &Seen<'_>) -> Vec<f64> {
+    let stepper = seen.stepper;
+    let report = seen.report.filter(|_| !columns.headings().is_empty());
+    let of_columns: Vec<_> = match report {
+        None => columns.at_start(stepper).collect(),
+        Some(report) => columns
+            .values(stepper, &Sample::after(stepper, report))
+            .collect(),
+    };
+    let values = sights.iter().map(|sight| match sight {
+        Sight::Probe((.., of)) => of(seen),
+        Sight::Column(k) => of_columns[*k].unwrap_or(f64::NAN),
+    });
+    values.collect()
+}
+
 /// Steps, and records what is wanted of each; in words why it ended early, where it may.
 fn recorded(
+    run: &Run,
     stepper: &mut Stepper,
     (wanted, swing): (&[String], Option<&Swing>),
-    (steps, may_fail): (usize, bool),
-    values: &mut Values,
+    steps: usize,
+    names: &mut Names,
 ) -> Result<Option<String>, ExperimentError> {
-    let (sights, columns) = sights(wanted, stepper)?;
+    let sights = sights(wanted, stepper)?;
+    let mut known = names.clone();
+    let values = &mut names.values;
     let first = stepper.scene().clone();
-    let look = |stepper: &Stepper, report: Option<&StepReport>| -> Vec<f64> {
-        let of_columns: Vec<_> = match report.filter(|_| !columns.headings().is_empty()) {
-            None => columns.at_start(stepper).collect(),
-            Some(report) => columns
-                .values(stepper, &Sample::after(stepper, report))
-                .collect(),
-        };
+    let look = |stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
         let seen = Seen {
             stepper,
             report,
             first: &first,
             swing,
+            wraps,
         };
-        let values = sights.iter().map(|sight| match sight {
-            Sight::Probe((.., of)) => of(&seen),
-            Sight::Column(k) => of_columns[*k].unwrap_or(f64::NAN),
-        });
-        values.collect()
+        look(&sights, &seen)
     };
-    let start = look(stepper, None);
+    let start = look(stepper, None, &wraps(stepper.scene()));
     let mut series: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in wanted.iter().zip(start) {
         values.starts.insert(name.clone(), vec![value]);
         series.insert(name.clone(), Vec::with_capacity(steps));
     }
-    let mut failed = None;
+    let (mut failed, mut driven) = (None, Vec::new());
     for _ in 0..steps {
+        let now = inputs(run, &mut known, stepper.scene(), stepper.time())?;
+        if now != driven {
+            drive(stepper, &now)?;
+            driven = now;
+        }
+        let before = wraps(stepper.scene());
         match pace::step(stepper) {
             Ok(report) => {
-                for (name, value) in wanted.iter().zip(look(stepper, Some(&report))) {
+                let seen = look(stepper, Some(&report), &before);
+                for (name, value) in wanted.iter().zip(seen) {
                     if let Some(series) = series.get_mut(name) {
                         series.push(value);
                     }
                 }
             }
-            Err(e) if may_fail => {
+            Err(e) if run.may_fail => {
                 failed = Some(e.to_string());
                 break;
             }

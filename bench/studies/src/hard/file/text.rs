@@ -62,7 +62,7 @@ impl Names {
         }
     }
 
-    /// A text with `{FORMULA}`, `{FORMULA:.3}`, `{FORMULA:e}` or `{WORD}` in it.
+    /// A text with `{FORMULA}`, `{FORMULA:.3}`, `{FORMULA:+e}` or `{WORD}` in it.
     pub(super) fn text(&self, text: &str) -> Result<String, CaseError> {
         let mut out = String::new();
         let mut rest = text;
@@ -87,13 +87,19 @@ impl Names {
         }
         let value = number(formula, &self.values)?;
         let exponent = form.ends_with('e');
-        let digits = form.trim_matches(['.', 'e']).parse::<usize>().ok();
-        Ok(match (digits, exponent) {
+        let digits = form.trim_matches(['+', '.', 'e']).parse::<usize>().ok();
+        let sign = if form.starts_with('+') && value >= 0.0 {
+            "+"
+        } else {
+            ""
+        };
+        let text = match (digits, exponent) {
             (Some(digits), true) => format!("{value:.digits$e}"),
             (Some(digits), false) => format!("{value:.digits$}"),
             (None, true) => format!("{value:e}"),
             (None, false) => format!("{value}"),
-        })
+        };
+        Ok([sign, &text].concat())
     }
 
     /// A scene's table with numbers and texts in place of formulas, and entries repeated.

@@ -44,7 +44,7 @@ pub(super) fn front(n: usize, j: usize) -> f64 {
         let t = 0.05 * (step as f64 + 0.5);
         let v = response(n, j, t);
         if v >= 1.0 / 3.0 {
-            return t - 0.05 * (v - 1.0 / 3.0) / (before + v);
+            return t - 0.05 * (v - 1.0 / 3.0) / (v - before);
         }
         before = v;
     }

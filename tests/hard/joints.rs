@@ -8,9 +8,9 @@ use super::extended::{
     Q, V, about, angle, atan2, conjugate, cross, dd, dot, minus, norm, normalized, plus, rotated,
     scaled, sqrt, tau, times, unit,
 };
-use crate::hard::worse;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
+use taut_ground::errors::worse;
 use taut_model::{
     BendDefinition, Body, Constraint, Cosserat, Frame, Hinge, JointLaw, Linearized, LinkBend, Lock,
     Motor, Paper, RowLaw, Scene, Slider, Target, TwistDefinition,
@@ -22,7 +22,7 @@ const LAW: RowLaw = RowLaw::new(1e-6, 0.0);
 
 /// The kinds of joint that measure angles: the paper's twist is between v and w, its alternative between v and v.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub(super) enum Kind {
     Cosserat,
     Hinge,
     Lock,
@@ -35,7 +35,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub const ALL: [Self; 9] = [
+    pub(super) const ALL: [Self; 9] = [
         Self::Cosserat,
         Self::Hinge,
         Self::Lock,
@@ -47,25 +47,9 @@ impl Kind {
         Self::LinkVector,
     ];
 
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cosserat => "cosserat: bend, twist",
-            Self::Hinge => "hinge: tilt, angle",
-            Self::Lock => "lock: rotation",
-            Self::Slider => "slider: rotation",
-            Self::PaperBend => "paper: bend",
-            Self::PaperTwist => "paper: twist",
-            Self::PaperAlternative => "paper: twist, alternative",
-            Self::LinkAngle => "links: angle",
-            Self::LinkVector => "links: vector",
-        }
-    }
-
     /// True if the row loses its direction at the singularity, as an unsigned angle does at zero.
     /// The Jacobian then has no limit.
-    #[must_use]
-    pub fn loses_direction(self) -> bool {
+    pub(super) fn loses_direction(self) -> bool {
         matches!(
             self,
             Self::PaperBend | Self::PaperTwist | Self::PaperAlternative | Self::LinkAngle
@@ -88,8 +72,7 @@ impl Kind {
     }
 
     /// The joint.
-    #[must_use]
-    pub fn constraint(self, frames: [Frame; 2]) -> Constraint {
+    fn constraint(self, frames: [Frame; 2]) -> Constraint {
         let all = JointLaw {
             stretch: Some(LAW),
             bend: Some(LAW),
@@ -196,8 +179,7 @@ fn links(kind: Kind, points: &[V; 3]) -> Vec<Dd> {
 
 /// Largest error of the Jacobian at a pose, relative to the row's largest entry: against central differences
 /// in 32 digits, extrapolated, whose step is a small part of the distance to the singularity.
-#[must_use]
-pub fn jacobian_error(kind: Kind, theta: f64, pose: &Pose) -> f64 {
+pub(super) fn jacobian_error(kind: Kind, theta: f64, pose: &Pose) -> f64 {
     let error = if kind.is_links() {
         links_error
     } else {
@@ -212,18 +194,18 @@ fn step(theta: f64) -> f64 {
 
 /// Where the joint is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pose {
+pub(super) struct Pose {
     /// Orientation of a.
-    pub turn: UnitQuaternion<f64>,
+    pub(super) turn: UnitQuaternion<f64>,
     /// Direction of the bending, about u from v \[rad].
-    pub across: f64,
+    pub(super) across: f64,
     /// Twist \[rad].
-    pub twist: f64,
+    pub(super) twist: f64,
 }
 
 /// Two bodies, their centres at the joint, and a joint whose axes are the bodies'.
-pub(super) fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
-    let mut scene = Scene::new(format!("{} at {theta:.1e}", kind.name()));
+fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
+    let mut scene = Scene::new("pair");
     let n = Vector3::new(0.0, pose.across.cos(), pose.across.sin());
     let (bend, twist) = match kind {
         // θ is the angle in all: the axis has no need of a twist beside it.
