@@ -40,14 +40,14 @@ mod start;
 mod table;
 mod wall;
 
-pub use against::{Compared, Effort, Versus, against, ratios};
+pub use against::{Effort, Versus, against, ratios};
 pub use base::{Program, base};
 pub use callgrind::Counter;
 pub use cases::{CASES, Case, DT, Place, named};
 pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
-pub use formats::{Entry, Metric, bencher, entries};
+pub use formats::{Entry, Metric, Metrics, bencher, entries};
 pub use history::{HISTORY, Run, append, data, read};
-pub use measures::{Bars, Figure, Kind, Measure, Missing};
+pub use measures::{Figure, Kind, Measure, Missing};
 pub use peer::serve;
 pub use ratio::Ratio;
 pub use self_test::{SelfTest, self_test};

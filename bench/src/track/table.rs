@@ -1,9 +1,7 @@
 //! The comparison as a table for people.
 
-use super::against::Compared;
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
-use super::ratio::Ratio;
 use super::self_test::{SLOWED, SelfTest};
 use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
@@ -21,7 +19,31 @@ rounds with its bootstrap interval of 95 %. time-min and time-p99 FAIL where the
 
 /// A row for each figure under the name of its case; then the notes and the counts of the verdicts.
 pub fn text(rows: &[Row]) -> String {
-    let mut t = table(&["", "baseline", "now", "ratio", "bar", "verdict"]);
+    let cells = |row: &Row| {
+        let ratio = row.before.zip(row.now).map(|(before, now)| now / before);
+        let ratio = ratio.filter(|r| r.is_finite()).map(|r| format!("{r:.3}"));
+        [ratio, row.bar.map(bar)]
+    };
+    figures(rows, ["baseline", "now", "ratio", "bar"], cells) + &summary(rows)
+}
+
+/// Table of a comparison of two programs.
+pub fn against_text(rows: &[Row]) -> String {
+    let cells = |row: &Row| {
+        let ratio = row.ratio.map(|r| format!("{:.4}", r.value));
+        let interval = row.ratio.map(|r| format!("{:.4} … {:.4}", r.low, r.high));
+        [ratio, interval]
+    };
+    figures(rows, ["base", "head", "ratio", "interval"], cells)
+}
+
+/// The rows with their values, two further cells, their verdicts and the notes below them.
+fn figures(
+    rows: &[Row],
+    [before, now, third, fourth]: [&str; 4],
+    cells: impl Fn(&Row) -> [Option<String>; 2],
+) -> String {
+    let mut t = table(&["", before, now, third, fourth, "verdict"]);
     let mut notes: Vec<&str> = Vec::new();
     let mut case = "";
     for row in rows {
@@ -29,51 +51,19 @@ pub fn text(rows: &[Row]) -> String {
             case = &row.case;
             t.add_row([case]);
         }
-        let judged = noted(row.verdict, &row.note, &mut notes);
-        let ratio = row.baseline.zip(row.now).map(|(before, now)| now / before);
-        let ratio = ratio.filter(|r| r.is_finite());
         let good = match row.verdict {
-            Verdict::Pass | Verdict::Better => Some(true),
-            Verdict::Fail => Some(false),
-            _ => None,
-        };
-        t.add_row([
-            Cell::new(format!("  {}", row.measure)),
-            Cell::new(number(&row.measure, row.baseline)),
-            Cell::new(number(&row.measure, row.now)),
-            Cell::new(ratio.map_or_else(String::new, |r| format!("{r:.3}"))),
-            Cell::new(row.bar.map_or_else(String::new, bar)),
-            verdict(judged, good),
-        ]);
-    }
-    taut_output::table::text(&t) + &listed(&notes) + &summary(rows)
-}
-
-/// Table of a comparison of two programs.
-pub fn against_text(compared: &[Compared]) -> String {
-    let mut t = table(&["", "base", "head", "ratio", "interval", "verdict"]);
-    let mut notes = Vec::new();
-    let mut case = "";
-    for c in compared {
-        if c.case != case {
-            case = &c.case;
-            t.add_row([case]);
-        }
-        let good = match c.verdict {
             Verdict::Pass | Verdict::Better => Some(true),
             Verdict::Fail | Verdict::Slower => Some(false),
             _ => None,
         };
-        let value = |value| number(c.measure.name(), value);
-        let ratio = |of: fn(&Ratio) -> f64| c.ratio.map(|r| format!("{:.4}", of(&r)));
-        let ends = ratio(|r| r.low).zip(ratio(|r| r.high));
+        let [third, fourth] = cells(row).map(|cell| Cell::new(cell.unwrap_or_default()));
         t.add_row([
-            Cell::new(format!("  {}", c.measure.name())),
-            Cell::new(value(c.base)),
-            Cell::new(value(c.head)),
-            Cell::new(ratio(|r| r.value).unwrap_or_default()),
-            Cell::new(ends.map_or_else(String::new, |(low, high)| format!("{low} … {high}"))),
-            verdict(noted(c.verdict, &c.note, &mut notes), good),
+            Cell::new(format!("  {}", row.measure)),
+            Cell::new(number(&row.measure, row.before)),
+            Cell::new(number(&row.measure, row.now)),
+            third,
+            fourth,
+            verdict(noted(row.verdict, &row.note, &mut notes), good),
         ]);
     }
     taut_output::table::text(&t) + &listed(&notes)
@@ -172,13 +162,11 @@ mod tests {
     #[test]
     fn figures_stand_under_their_case_with_their_notes_below() {
         let row = |measure: Measure, now, verdict, note: &str| Row {
-            case: "hoist-24-1e3/gauss-seidel:groups".to_owned(),
-            measure: measure.name().to_owned(),
-            baseline: Some(1000.0),
+            before: Some(1000.0),
             now: Some(now),
-            bar: None,
             verdict,
             note: note.to_owned(),
+            ..Row::new("hoist-24-1e3/gauss-seidel:groups", measure.name())
         };
         let rows = [
             row(Measure::Instructions, 900.0, Verdict::Better, ""),
