@@ -185,6 +185,16 @@ pub struct Across {
     pub most: usize,
 }
 
+/// Columns for each value of others, of each the first row and none left out.
+pub const fn across(by: &'static [Column], cells: &'static [Column]) -> Option<Across> {
+    Some(Across {
+        by,
+        cells,
+        several: false,
+        most: usize::MAX,
+    })
+}
+
 /// A sheet of all rows of the data, all of them compared.
 pub const PLAIN: Sheet = Sheet {
     list: "",

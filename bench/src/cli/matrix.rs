@@ -16,6 +16,7 @@ use taut_ground::matrix::solve::{Record, STALLED};
 use taut_ground::{pace, source};
 use taut_integrator::Stepper;
 use taut_output::check::ExperimentError;
+use taut_output::row::number_of;
 use taut_output::table::MARK;
 use taut_studies::matrix::{self, suite};
 use taut_studies::options::overrides;
@@ -305,7 +306,7 @@ pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Fail
     let sequence = suite::generate_sequence(steps, &args.out, args.gzip, &bar).map_err(unmade)?;
     bar.finish_and_clear();
     if !json.as_ref().is_some_and(Output::is_stdout) {
-        let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
+        let bytes = entries.iter().filter_map(|e| number_of(e, "bytes"));
         files::print(&matrix::suite_table(&entries))?;
         files::print(&format!(
             "sequence {}: {steps} systems, {:.1} MB\n",
@@ -315,7 +316,7 @@ pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Fail
         console.note(&format!(
             "\n{} systems, {:.1} MB, listed in {}",
             entries.len(),
-            bytes as f64 / 1e6,
+            bytes.sum::<f64>() / 1e6,
             args.out.join("index.csv").display()
         ))?;
     }

@@ -381,14 +381,12 @@ const SHEETS: &[Sheet] = &[Sheet {
         column("drive", "{}").shown(Show::Row(drive)),
     ],
     columns: &[column("setting", "setting"), motions::RATE],
-    across: Some(Across {
-        by: RATIOS,
-        cells: &[column("horizontal_m", "")
+    across: sheet::across(
+        RATIOS,
+        &[column("horizontal_m", "")
             .shown(Show::Row(motion))
             .least_of(distance)],
-        several: false,
-        most: usize::MAX,
-    }),
+    ),
     takes: is_motion,
     counts: |row| is(row, "stable"),
     rivals: &["dt"],
@@ -416,9 +414,9 @@ const SOLVERS: Sheet = Sheet {
         column("iterations", "iter."),
         column("refinements", "refined"),
     ],
-    across: Some(Across {
-        by: RATIOS,
-        cells: &[
+    across: sheet::across(
+        RATIOS,
+        &[
             column("horizontal_m", "mm")
                 .shown(Show::Row(|row| {
                     lost(row).unwrap_or_else(|| mm(distance(row)))
@@ -426,9 +424,7 @@ const SOLVERS: Sheet = Sheet {
                 .least_of(distance),
             sheet::time("step_ns", "step"),
         ],
-        several: false,
-        most: usize::MAX,
-    }),
+    ),
     counts: |row| is(row, "stable"),
     ..sheet::PLAIN
 };

@@ -32,6 +32,7 @@ pub(crate) use study::{STUDY, are_networks};
 pub use table::{CLAIMS, LEGEND, claim_rows, data_of, sheet_of};
 
 use crate::cases::{Cases, shared};
+use crate::options::pick;
 use crate::systems::{add_omissions, at_rung, entrants, grid, rungs};
 use case::{Case, Subject};
 use measure::{task_rows, timed};
@@ -74,42 +75,33 @@ pub struct Config {
 }
 
 impl Default for Config {
-    /// 24 and 100 segments, mass ratios 1 to 10⁵, every solver, 2.5 s of an anchor moved by 0.5 m in 1.5 s.
     fn default() -> Self {
-        Self {
-            scene: HoistParams {
-                seed: 1,
-                move_x: 0.5,
-                move_duration: 1.5,
-                ..HoistParams::default()
-            },
-            own: Vec::new(),
-            segments: vec![24, 100],
-            ratios: vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5],
-            choices: Choice::all(),
-            iterations: vec![1, 3, 10, 20, 50, 100, 300, 1000],
-            dt: 1.0 / 60.0,
-            time: 2.5,
-            stability_time: 30.0,
-            timing_budget: Duration::from_millis(12),
-        }
+        Self::new(false)
     }
 }
 
 impl Config {
-    /// A tenth of the work: for CI and a first look.
-    pub fn quick() -> Self {
+    /// 24 and 100 segments, mass ratios 1 to 10⁵, every solver, 2.5 s of an anchor moved by 0.5 m in 1.5 s. Quick a tenth of
+    /// the work: for CI and a first look.
+    pub fn new(quick: bool) -> Self {
+        let ratios = vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5];
+        let iterations = vec![1, 3, 10, 20, 50, 100, 300, 1000];
         Self {
             scene: HoistParams {
-                move_duration: 1.0,
-                ..Self::default().scene
+                seed: 1,
+                move_x: 0.5,
+                move_duration: pick(quick, [1.5, 1.0]),
+                ..HoistParams::default()
             },
-            segments: vec![24],
-            ratios: vec![1.0, 1e3, 1e5],
-            iterations: vec![1, 10, 100],
-            time: 1.5,
-            timing_budget: Duration::from_millis(4),
-            ..Self::default()
+            own: Vec::new(),
+            segments: pick(quick, [vec![24, 100], vec![24]]),
+            ratios: pick(quick, [ratios, vec![1.0, 1e3, 1e5]]),
+            choices: Choice::all(),
+            iterations: pick(quick, [iterations, vec![1, 10, 100]]),
+            dt: 1.0 / 60.0,
+            time: pick(quick, [2.5, 1.5]),
+            stability_time: 30.0,
+            timing_budget: Duration::from_millis(pick(quick, [12, 4])),
         }
     }
 
@@ -249,7 +241,7 @@ mod tests {
             iterations: vec![1, 200],
             time: 0.5,
             timing_budget: Duration::ZERO,
-            ..Config::quick()
+            ..Config::new(true)
         }
     }
 

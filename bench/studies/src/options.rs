@@ -65,11 +65,6 @@ impl Asked {
         }
     }
 
-    /// The short form of an experiment where it is asked for, else the whole one.
-    pub(crate) fn form<C: Default>(&self, quick: fn() -> C) -> C {
-        if self.quick { quick() } else { C::default() }
-    }
-
     /// The numbers given, ascending and once each, in place of others.
     pub(crate) fn segments(&self, numbers: &mut Vec<usize>) {
         *numbers = sorted(&self.segments, std::mem::take(numbers));

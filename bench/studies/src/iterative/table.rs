@@ -14,12 +14,10 @@ pub(super) const SHEETS: &[Sheet] = &[Sheet {
         column("start", "{}"),
     ],
     columns: &[column("backend", "solver")],
-    across: Some(Across {
-        by: &[TARGET],
-        cells: &[column("ns", "").shown(Show::Row(cell)).least_of(reached)],
-        several: false,
-        most: usize::MAX,
-    }),
+    across: sheet::across(
+        &[TARGET],
+        &[column("ns", "").shown(Show::Row(cell)).least_of(reached)],
+    ),
     ..sheet::PLAIN
 }];
 
@@ -65,12 +63,7 @@ const WINS: Sheet = Sheet {
 
 const UNREACHED: Sheet = Sheet {
     columns: &[column("backend", "solver")],
-    across: Some(Across {
-        by: &[column("start", "{}"), TARGET],
-        cells: &[column("short", "")],
-        several: false,
-        most: usize::MAX,
-    }),
+    across: sheet::across(&[column("start", "{}"), TARGET], &[column("short", "")]),
     ..sheet::PLAIN
 };
 
