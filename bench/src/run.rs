@@ -9,10 +9,9 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use taut_ground::columns::{Columns, Series};
-use taut_ground::errors::{Cause, worse};
+use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
 use taut_ground::openings::Opening;
-use taut_ground::source;
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
     ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun, StepError,
@@ -37,9 +36,8 @@ pub struct Prepared {
     pub yardstick: Yardstick,
 }
 
-/// Builds a scene by [`source::built`], with its expectations.
-pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Cause> {
-    let (source, built) = source::built(scene, overrides)?;
+/// A scene with the expectations that its source tells.
+pub fn prepare((source, scene): (SceneSource, Scene)) -> Prepared {
     let cable = match &source {
         SceneSource::Hoist(p) => Some((p.length, p.exact_elongation())),
         _ => None,
@@ -50,10 +48,10 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Caus
         SceneSource::Network(p) => p.seed == 0,
         _ => false,
     };
-    Ok(Prepared {
-        scene: built,
+    Prepared {
+        scene,
         yardstick: Yardstick { cable, planar },
-    })
+    }
 }
 
 /// Positions of the load over time.

@@ -3,6 +3,7 @@
 
 use super::Other;
 use super::cells::{Cell, sortable};
+use super::markdown::capital;
 use super::page::{Section, settings};
 use maud::{Markup, html};
 use serde_json::{Map, Value};
@@ -135,22 +136,13 @@ impl Sheet {
         let title = match self.name.as_str() {
             RECORDS => "All rows".to_owned(),
             "omissions" => "Left out".to_owned(),
-            name => {
-                let name = words(name);
-                let mut letters = name.chars();
-                let first = letters.next().map(|c| c.to_ascii_uppercase());
-                first.into_iter().chain(letters).collect()
-            }
+            name => capital(&words(name)),
         };
         let body = html! {
             (settings(&self.shared))
             @if !self.headings.is_empty() { (sortable(&self.headings, &self.rows)) }
         };
-        Section {
-            id: format!("table-{}", self.name),
-            title,
-            body,
-        }
+        Section::new(format!("table-{}", self.name), title, body)
     }
 }
 

@@ -325,10 +325,6 @@ fn record(
     let timing: Timing = run.nanoseconds(PhaseTimes::total);
     let steps = run.samples.len().max(1) as f64;
     let times = run.samples.iter().map(|s| s.phases.total().as_secs_f64());
-    let choice = Choice {
-        backend: options.backend.clone(),
-        form: options.form,
-    };
     Ok(json!({
         "joint": params.joint,
         "segments": params.segments,
@@ -338,7 +334,7 @@ fn record(
         "scheme": options.scheme.to_string(),
         "stiffness": options.stiffness.to_string(),
         "guard": options.guard.is_some(),
-        "backend": choice.family(),
+        "backend": Choice::of(options).family(),
         "iterations": setting.iterations,
         "refinements": options.refinements,
         "dt": dt,
