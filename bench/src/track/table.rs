@@ -3,9 +3,10 @@
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
 use super::self_test::{SLOWED, SelfTest};
-use comfy_table::{Cell, CellAlignment};
+use comfy_table::Cell;
 use std::fmt::Write;
-use taut_output::table::{error, table, verdict, wrapped};
+use taut_output::settings::distinct;
+use taut_output::table::{error, pairs, table, verdict};
 
 pub const LEGEND: &str = "\
 A step from a common state of the scene. instructions: by callgrind, FAIL beyond 2 % above the baseline of the same
@@ -44,7 +45,12 @@ fn figures(
     cells: impl Fn(&Row) -> [Option<String>; 2],
 ) -> String {
     let mut t = table(&["", before, now, third, fourth, "verdict"]);
-    let mut notes: Vec<&str> = Vec::new();
+    let notes = rows.iter().map(|row| row.note.as_str());
+    let notes = distinct(notes.filter(|note| !note.is_empty()));
+    let noted = |row: &Row| match notes.iter().position(|note| *note == row.note) {
+        None => row.verdict.to_string(),
+        Some(i) => format!("{} ({})", row.verdict, i + 1),
+    };
     let mut case = "";
     for row in rows {
         if row.case != case {
@@ -63,10 +69,12 @@ fn figures(
             Cell::new(number(&row.measure, row.now)),
             third,
             fourth,
-            verdict(noted(row.verdict, &row.note, &mut notes), good),
+            verdict(noted(row), good),
         ]);
     }
-    taut_output::table::text(&t) + &listed(&notes)
+    let notes = notes.iter().enumerate();
+    let notes = notes.map(|(i, note)| [format!("({})", i + 1), (*note).to_owned()]);
+    taut_output::table::text(&t) + &pairs(notes)
 }
 
 pub fn self_test_text(test: &SelfTest) -> String {
@@ -84,33 +92,6 @@ pub fn self_test_text(test: &SelfTest) -> String {
     let slower = format!("{:.0} % slower", 100.0 * SLOWED);
     line("the same program", test.same, "pass", test.same_ratios)
         + &line(&slower, test.slowed, "fail", test.slowed_ratios)
-}
-
-fn noted<'a>(verdict: Verdict, note: &'a str, notes: &mut Vec<&'a str>) -> String {
-    if note.is_empty() {
-        return verdict.to_string();
-    }
-    let known = notes.iter().position(|n| *n == note);
-    let index = known.unwrap_or_else(|| {
-        notes.push(note);
-        notes.len() - 1
-    });
-    format!("{verdict} ({})", index + 1)
-}
-
-/// The notes with their numbers; empty without any.
-fn listed(notes: &[&str]) -> String {
-    if notes.is_empty() {
-        return String::new();
-    }
-    let mut list = wrapped(&[]);
-    for (i, note) in notes.iter().enumerate() {
-        list.add_row([format!("({})", i + 1), (*note).to_owned()]);
-    }
-    for column in list.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Left);
-    }
-    taut_output::table::text(&list)
 }
 
 fn number(measure: &str, value: Option<f64>) -> String {
