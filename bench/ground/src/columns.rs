@@ -81,8 +81,8 @@ fn cable(stepper: &Stepper, c: usize) -> Option<&MasslessCable> {
     }
 }
 
-/// Length of a cable, with what lies on its sheaves, or that of segments is off its drum.
-fn length(stepper: &Stepper, c: usize) -> Option<f64> {
+/// Length of a cable \[m], with what lies on its sheaves, or that of segments is off its drum.
+pub fn length(stepper: &Stepper, c: usize) -> Option<f64> {
     let time = stepper.time();
     match stepper.scene().constraints.get(c)? {
         Constraint::MasslessCable(cable) => Some(cable.length_at(time)),
