@@ -131,15 +131,17 @@ fn add(found: Option<(&sheet::Sheet, &Column)>, key: &str, rows: &[Row], cells: 
     for (i, (row, cells)) in rows.iter().zip(cells).enumerate() {
         let value = row.get(key).unwrap_or(&Value::Null);
         let text = match found {
-            Some((_, column)) if !value.is_null() => column.text(row),
-            _ => row::text(key, value),
+            Some((_, column)) => column.text(row),
+            None => row::text(key, value),
         };
+        let is_missing = text == "-" || text == "–";
         cells.push(match value.as_f64() {
             Some(number) => Cell {
                 best: best.as_ref().is_some_and(|best| best[i]),
                 ..Cell::number(text, number)
             },
-            None if has_numbers && value.is_null() => Cell::none(),
+            None if is_missing && has_numbers => Cell::none(),
+            None if is_missing => Cell::text("–"),
             None => Cell::text(text),
         });
     }
