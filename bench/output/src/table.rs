@@ -10,12 +10,13 @@ pub(crate) use style::{least, marked};
 
 use crate::settings::distinct;
 use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, ContentArrangement, Row, Table};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
+use std::fmt::Display;
 use taut_ground::choice::Omission;
 use taut_solver::Backend;
 
 /// An empty table with right-aligned columns but the first.
-pub fn table(header: impl Into<Row>) -> Table {
+pub fn table(header: &[impl Display]) -> Table {
     let mut table = Table::new();
     table
         .load_style(NOTHING)
@@ -32,7 +33,7 @@ pub fn table(header: impl Into<Row>) -> Table {
 const WIDTH: u16 = 118;
 
 /// Table that wraps its cells to the width of a line.
-pub fn wrapped(header: impl Into<Row>) -> Table {
+pub fn wrapped(header: &[impl Display]) -> Table {
     let mut table = table(header);
     table
         .set_content_arrangement(ContentArrangement::Dynamic)
@@ -52,7 +53,7 @@ pub fn text(table: &Table) -> String {
 
 /// Rows of two texts below a blank line, the second wrapped; nothing where there are none.
 pub fn pairs(rows: impl IntoIterator<Item = [String; 2]>) -> String {
-    let mut t = wrapped([""; 0]);
+    let mut t = wrapped(&[""; 0]);
     t.add_rows(rows);
     // The heading is the blank line.
     match t.row_count() {

@@ -145,7 +145,7 @@ pub(super) fn answer(results: &Results) -> String {
         rows,
         advice,
     } = Answer::of(&results.records);
-    let mut sentence = table::wrapped([""; 0]);
+    let mut sentence = table::wrapped(&[""; 0]);
     sentence.add_row([advice]);
     format!(
         "{}\n{}{}",
