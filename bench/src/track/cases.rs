@@ -117,7 +117,7 @@ pub struct Case {
     pub place: Place,
     /// The solver, as the command line reads it; its options besides are those of [`Choice::options`].
     pub backend: &'static str,
-    /// Largest errors that pass, in the order of [`BARRED`]; [`NONE`] without a bar.
+    /// Largest errors that pass, in the order of `BARRED`; infinite without a bar.
     pub bars: [f64; 4],
     /// Takes part in a quick run.
     pub quick: bool,
