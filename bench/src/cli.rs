@@ -23,16 +23,16 @@ use console::Console;
 use matrix::{DumpArgs, MatricesArgs, SolveArgs};
 use merge::MergeArgs;
 use report::ReportArgs;
-use scene::SceneArgs;
+use scene::ExplicitArgs;
 use std::process::ExitCode;
-use study::StudyArgs;
 use taut_ground::errors::Cause;
-use taut_ground::{Choice, files};
+use taut_ground::{Choice, files, source};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
+use taut_model::{Scene, SceneSource};
 use taut_output::table;
 use taut_solver::Foreign;
 use taut_solver::coulomb::ConeMethod;
-use taut_studies::options::{count, number, require_positive};
+use taut_studies::options::{count, number, overrides, require_positive};
 use track::TrackArgs;
 
 /// The command line without the options of experiments, which [`parse`] adds.
@@ -62,7 +62,7 @@ enum Command {
     Bench,
     /// The experiments beside the main job, each with options of its own; without a name, their list
     #[command(after_help = "Examples:\n  taut study\n  taut study kernels --segments 100")]
-    Study(StudyArgs),
+    Study,
     Static,
     /// Simulates a named scene or a TOML file
     #[command(
@@ -85,7 +85,7 @@ enum Command {
     #[command(
         after_help = "Example: taut scene hoist --set segments=6 --explicit > six.toml && taut run six.toml"
     )]
-    Scene(SceneArgs),
+    Scene(ExplicitArgs),
     Paper,
     Hard,
     /// The shards of a study as one: tables, page and rows as the study itself writes them
@@ -113,6 +113,23 @@ enum Command {
     /// Lists the backends, which are compiled in, and their licences
     #[command(after_help = "Example: taut backends")]
     Backends,
+}
+
+/// A scene, as most commands take one.
+#[derive(Debug, Args)]
+struct SceneArgs {
+    /// Name of a scene, or a TOML file
+    scene: String,
+    /// Overrides a parameter of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+impl SceneArgs {
+    fn built(&self) -> Result<(SceneSource, Scene), Failure> {
+        let built = source::built(&self.scene, &overrides(&self.overrides)?);
+        built.map_err(Failure::of)
+    }
 }
 
 /// Scheme, solver and time step of a simulation.
@@ -260,7 +277,7 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
         Some(Command::Report(args)) => report::run(args, console),
         None
         | Some(
-            Command::Study(_) | Command::Bench | Command::Static | Command::Paper | Command::Hard,
+            Command::Study | Command::Bench | Command::Static | Command::Paper | Command::Hard,
         ) => study::run(&cli, console),
         Some(Command::Backends) => files::print(&table::backends()).map_err(Failure::from),
     };

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::Path;
 use taut_ground::choice::Omission;
-use taut_ground::files::{self, Output};
+use taut_ground::files;
 use taut_output::check::ExperimentError;
 use taut_output::settings::Setting;
 use taut_studies::ladder::{Extras, Record};
@@ -165,16 +165,6 @@ fn empty(path: &Path) -> ExperimentError {
         path.display()
     )
     .into()
-}
-
-/// Writes the page.
-pub fn write(report: &Report, to: &Output) -> Result<(), ExperimentError> {
-    Ok(to.text(&page(report)?)?)
-}
-
-/// Writes the plot of work against precision alone, as an SVG file.
-pub fn write_picture(report: &Report, to: &Output) -> Result<(), ExperimentError> {
-    Ok(to.text(&picture(report)?)?)
 }
 
 /// Reads a report or rows from a file, or from one whose name ends in `.jsonl` the runs of a history.

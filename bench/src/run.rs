@@ -9,14 +9,13 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use taut_ground::columns::{Columns, Series};
-use taut_ground::errors::{Cause, worse};
+use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
 use taut_ground::openings::Opening;
-use taut_ground::source;
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
-    Chosen, ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun,
-    StepError, StepOptions, Stepper,
+    ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun, StepError,
+    StepOptions, Stepper,
 };
 use taut_model::{Note, Scene, SceneSource};
 
@@ -37,9 +36,8 @@ pub struct Prepared {
     pub yardstick: Yardstick,
 }
 
-/// Builds a scene by [`source::built`], with its expectations.
-pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Cause> {
-    let (source, built) = source::built(scene, overrides)?;
+/// A scene with the expectations that its source tells.
+pub fn prepare((source, scene): (SceneSource, Scene)) -> Prepared {
     let cable = match &source {
         SceneSource::Hoist(p) => Some((p.length, p.exact_elongation())),
         _ => None,
@@ -50,10 +48,10 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Caus
         SceneSource::Network(p) => p.seed == 0,
         _ => false,
     };
-    Ok(Prepared {
-        scene: built,
+    Prepared {
+        scene,
         yardstick: Yardstick { cable, planar },
-    })
+    }
 }
 
 /// Positions of the load over time.
@@ -88,7 +86,7 @@ pub struct FinalState {
 }
 
 /// Content of `taut run --json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Summary {
     pub scene: String,
     /// Massless cables over sheaves, and the lengths of their paths at the start \[m]. Not serialised.
@@ -209,15 +207,6 @@ pub struct ChosenSolver {
     pub reason: String,
 }
 
-impl ChosenSolver {
-    fn of(chosen: &Chosen) -> Self {
-        Self {
-            backend: chosen.backend.to_string(),
-            reason: chosen.to_string(),
-        }
-    }
-}
-
 /// Requests to a run while it goes on.
 pub struct Wishes<'a> {
     /// Time at which it is saved as it is, at the end of the last step before or at it, to half a step \[s].
@@ -234,30 +223,14 @@ pub struct Wishes<'a> {
     pub stop: &'a dyn Fn() -> Option<&'static str>,
 }
 
-/// Sums over the steps for the summary.
+/// The summary as it grows step by step, and what only its end needs.
 #[derive(Debug, Default)]
 struct Tally {
-    steps: usize,
-    asleep: usize,
-    contacts: Option<ContactSummary>,
-    resolved: Resolved,
-    redone: usize,
-    implicit_substeps: usize,
-    most_solves: usize,
-    iterations: usize,
-    first: Option<Sample>,
-    last: Option<Sample>,
-    violation: f64,
-    excess: Option<f64>,
-    tension: Option<f64>,
-    elongation_error: f64,
+    summary: Summary,
+    /// The energy at the beginning, unless the run goes on from a saved one.
+    begun: Option<Energy>,
     /// Corners of the box that the load moved in \[m].
     corners: Option<[Vector3<f64>; 2]>,
-    events: Vec<(f64, String)>,
-    event_forces: Vec<Option<f64>>,
-    path: LoadPath,
-    paths: Vec<(String, f64)>,
-    columns: Option<Series>,
     /// Durations of the whole step and of each of [`Phase::ALL`], without the first step, which may
     /// allocate.
     times: [Durations; 1 + Phase::ALL.len()],
@@ -287,50 +260,83 @@ pub struct ContactSummary {
     pub most_groups: usize,
 }
 
+impl ContactSummary {
+    fn add(&mut self, step: &ContactReport) {
+        (self.touching, self.sliding) = (step.touching, step.sliding);
+        self.most = self.most.max(step.touching);
+        self.deepest_m = self.deepest_m.max(step.deepest);
+        self.complementarity = worse(self.complementarity, step.complementarity);
+        self.residual_gap_m = worse(self.residual_gap_m, step.residual_gap);
+        self.residual_force_n = worse(self.residual_force_n, step.residual_force);
+        self.most_pivots = self.most_pivots.max(step.pivots);
+        self.fallbacks += step.fallbacks;
+        self.most_groups = self.most_groups.max(step.groups);
+    }
+}
+
 impl Tally {
-    fn add_contacts(&mut self, step: &ContactReport) {
-        if step.near == 0 && self.contacts.is_none() {
-            return;
+    fn new(stepper: &Stepper, yardstick: &Yardstick, columns: Option<&Columns>) -> Self {
+        let scene = stepper.scene();
+        let mut new = Self {
+            summary: Summary {
+                scene: scene.name.clone(),
+                paths: scene.paths(),
+                planar: yardstick.planar,
+                columns: columns.map(Series::new),
+                notes: scene.notes().iter().map(Note::to_string).collect(),
+                max_elongation_error: yardstick.cable.map(|_| 0.0),
+                ..Summary::default()
+            },
+            begun: (stepper.time() == 0.0).then(|| stepper.energy()),
+            ..Self::default()
+        };
+        new.summary.energy.start = new.energy_before(Energy::default());
+        new
+    }
+
+    /// The energy of the first step with the motion that the run begins with: a step's own is the mean over it, half of a blow
+    /// included.
+    fn energy_before(&self, mut first: Energy) -> Energy {
+        if let Some(begun) = self.begun {
+            (first.kinetic, first.gravity) = (begun.kinetic, begun.gravity);
         }
-        let sum = self.contacts.get_or_insert_default();
-        (sum.touching, sum.sliding) = (step.touching, step.sliding);
-        sum.most = sum.most.max(step.touching);
-        sum.deepest_m = sum.deepest_m.max(step.deepest);
-        sum.complementarity = worse(sum.complementarity, step.complementarity);
-        sum.residual_gap_m = worse(sum.residual_gap_m, step.residual_gap);
-        sum.residual_force_n = worse(sum.residual_force_n, step.residual_force);
-        sum.most_pivots = sum.most_pivots.max(step.pivots);
-        sum.fallbacks += step.fallbacks;
-        sum.most_groups = sum.most_groups.max(step.groups);
+        first
     }
 
     fn add(&mut self, s: &Sample, yardstick: &Yardstick) {
-        self.steps += 1;
-        self.asleep += usize::from(s.asleep);
-        self.redone += usize::from(s.redone);
-        self.implicit_substeps += s.implicit_substeps;
-        self.most_solves = self.most_solves.max(s.solves);
-        self.iterations += s.iterations;
-        self.add_contacts(&s.contacts);
-        self.resolved += s.resolved;
-        self.violation = self.violation.max(s.violation);
-        let excess = s.balance.map(|b| b.excess);
-        self.excess = self.excess.into_iter().chain(excess).reduce(worse);
-        self.tension = self.tension.into_iter().chain(s.load_tension).reduce(worse);
+        let sum = &mut self.summary;
+        sum.steps += 1;
+        if s.asleep {
+            *sum.steps_asleep.get_or_insert_default() += 1;
+        }
+        sum.redone_steps += usize::from(s.redone);
+        sum.implicit_substeps += s.implicit_substeps;
+        sum.most_solves = sum.most_solves.max(s.solves);
+        sum.iterations_mean += s.iterations as f64;
+        if s.contacts.near > 0 || sum.contacts.is_some() {
+            sum.contacts.get_or_insert_default().add(&s.contacts);
+        }
+        *sum.resolved.get_or_insert_default() += s.resolved;
+        sum.max_violation_m = sum.max_violation_m.max(s.violation);
+        let largest = |most: Option<f64>, new| most.into_iter().chain(new).reduce(worse);
+        sum.max_energy_excess = largest(sum.max_energy_excess, s.balance.map(|b| b.excess));
+        sum.max_load_tension = largest(sum.max_load_tension, s.load_tension);
+        if let (Some((length, exact)), Some(most)) =
+            (yardstick.cable, &mut sum.max_elongation_error)
+        {
+            *most = most.max(((s.gap_sum - exact) / length).abs());
+        }
+        (sum.balance, sum.error, sum.load_tension) = (s.balance, s.error, s.load_tension);
+        (sum.load_at_end, sum.energy.end) = (Some((s.time, s.load.into())), s.energy);
         let [low, high] = self.corners.unwrap_or([s.load; 2]);
         self.corners = Some([low.inf(&s.load), high.sup(&s.load)]);
-        if let Some((length, exact)) = yardstick.cable {
-            let error = ((s.gap_sum - exact) / length).abs();
-            self.elongation_error = self.elongation_error.max(error);
-        }
-        if self.first.is_none() {
-            self.first = Some(*s);
+        if self.summary.steps == 1 {
+            self.summary.energy.start = self.energy_before(s.energy);
         } else {
             let parts = Phase::ALL.map(|phase| s.phases.of(phase));
             let all = std::iter::once(s.phases.total()).chain(parts);
             self.times.iter_mut().zip(all).for_each(|(t, d)| t.add(d));
         }
-        self.last = Some(*s);
     }
 }
 
@@ -405,12 +411,7 @@ pub fn run(
     let half = 0.5 * stepper.options().dt;
     let limits = Limits::Scene(stepper.scene().gap_limits());
     let mut simulation = Simulation::new(steps, limits);
-    let mut tally = Tally {
-        paths: stepper.scene().paths(),
-        columns: wishes.columns.map(Series::new),
-        ..Tally::default()
-    };
-    let begun = Begun::of(stepper);
+    let mut tally = Tally::new(stepper, yardstick, wishes.columns);
     let mut stopped = None;
     let mut due = wishes.save_at;
     while simulation.goes_on() {
@@ -426,16 +427,16 @@ pub fn run(
             break;
         };
         tally.add(&sample, yardstick);
+        let sum = &mut tally.summary;
         let fired = stepper.fired().iter();
-        tally
-            .events
+        sum.events
             .extend(fired.map(|name| (sample.time, name.clone())));
-        tally.event_forces.extend(stepper.fired_forces());
+        sum.event_forces.extend(stepper.fired_forces());
         if wishes.path {
-            tally.path.time.push(sample.time);
-            tally.path.position.push(sample.load.into());
+            sum.load.time.push(sample.time);
+            sum.load.position.push(sample.load.into());
         }
-        if let (Some(series), Some(columns)) = (&mut tally.columns, wishes.columns) {
+        if let (Some(series), Some(columns)) = (&mut sum.columns, wishes.columns) {
             series.add(columns.values(stepper, &sample));
         }
         (wishes.sample)(stepper, &sample);
@@ -448,32 +449,7 @@ pub fn run(
     if due.is_some() && simulation.failure.is_none() {
         save(stepper, &mut simulation, wishes);
     }
-    summary(stepper, yardstick, &begun, simulation, tally, stopped)
-}
-
-/// Facts of the initial state that the steps do not show.
-struct Begun {
-    notes: Vec<Note>,
-    /// The energy, unless the run goes on from a saved one.
-    energy: Option<Energy>,
-}
-
-impl Begun {
-    fn of(stepper: &Stepper) -> Self {
-        Self {
-            notes: stepper.scene().notes(),
-            energy: (stepper.time() == 0.0).then(|| stepper.energy()),
-        }
-    }
-
-    /// The energy of the first step with the motion that the run begins with: a step's own is the mean over it, half of a blow
-    /// included.
-    fn energy_before(&self, mut first: Energy) -> Energy {
-        if let Some(begun) = self.energy {
-            (first.kinetic, first.gravity) = (begun.kinetic, begun.gravity);
-        }
-        first
-    }
+    summary(stepper, simulation, tally, stopped)
 }
 
 fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>) {
@@ -488,16 +464,16 @@ const UNEXPLAINED: f64 = 1e-3;
 
 fn summary(
     stepper: &Stepper,
-    yardstick: &Yardstick,
-    begun: &Begun,
     simulation: Simulation,
     tally: Tally,
     stopped: Option<&'static str>,
 ) -> Summary {
     let (options, scene) = (stepper.options(), stepper.scene());
+    let (sum, elimination) = (tally.summary, stepper.elimination());
     // The gaps of a lost run do not measure a strain.
     let strain = scene.strain_note(&simulation.gaps);
     let strain = strain.filter(|_| simulation.failure.is_none());
+    let strain = strain.iter().map(Note::to_string);
     // The step that gains too much has no sample.
     let gained = match &simulation.error {
         Some(StepError::EnergyGain { excess, scale, .. }) => Some(excess / scale),
@@ -505,68 +481,48 @@ fn summary(
     };
     let [whole, phases @ ..] = &tally.times;
     let phases = Phase::ALL.iter().zip(phases);
-    let energy = |sample: Option<Sample>| sample.map_or_else(Energy::default, |s| s.energy);
     Summary {
-        scene: stepper.scene().name.clone(),
-        paths: tally.paths,
         backend: options.backend.to_string(),
-        chosen: stepper.chosen().map(ChosenSolver::of),
+        chosen: stepper.chosen().map(|chosen| ChosenSolver {
+            backend: chosen.backend.to_string(),
+            reason: chosen.to_string(),
+        }),
         form: options.form.to_string(),
-        elimination: stepper.elimination().taken.to_string(),
-        factor_entries: stepper.elimination().cost.map(|c| c.entries),
-        factor_flops: stepper.elimination().cost.map(|c| c.flops),
+        elimination: elimination.taken.to_string(),
+        factor_entries: elimination.cost.map(|c| c.entries),
+        factor_flops: elimination.cost.map(|c| c.flops),
         scheme: options.scheme.to_string(),
         stiffness: options.stiffness.to_string(),
         guard: options.guard.map(|g| g.tolerance),
-        redone_steps: tally.redone,
-        implicit_substeps: tally.implicit_substeps,
-        most_solves: tally.most_solves,
         substeps: options.substeps,
         refinements: options.refinements,
         dt: options.dt,
-        steps: tally.steps,
-        steps_asleep: Some(tally.asleep).filter(|steps| *steps > 0),
         stable: simulation.failure.is_none() && stopped.is_none(),
         stopped,
-        planar: yardstick.planar,
-        unconverged_steps: tally.steps.saturating_sub(simulation.claimed),
+        unconverged_steps: sum.steps.saturating_sub(simulation.claimed),
         undecided_steps: simulation.undecided,
-        contacts: tally.contacts,
         failure: simulation.failure,
-        load: tally.path,
-        columns: tally.columns,
-        load_at_end: tally.last.map(|s| (s.time, s.load.into())),
-        energy: EnergySpan {
-            start: begun.energy_before(energy(tally.first)),
-            end: energy(tally.last),
-        },
-        balance: tally.last.and_then(|s| s.balance),
-        max_energy_excess: tally.excess.into_iter().chain(gained).reduce(worse),
-        error: tally.last.and_then(|s| s.error),
-        resolved: Some(tally.resolved).filter(|r| r.segments + r.splits + r.merges > 0),
+        max_energy_excess: sum
+            .max_energy_excess
+            .into_iter()
+            .chain(gained)
+            .reduce(worse),
+        resolved: sum
+            .resolved
+            .filter(|r| r.segments + r.splits + r.merges > 0),
         extent: tally.corners.map_or(0.0, |[a, b]| (b - a).norm()),
         size: load_error::size(scene, stepper.time()),
-        load_tension: tally.last.and_then(|s| s.load_tension),
-        max_load_tension: tally.tension,
-        notes: begun
-            .notes
-            .iter()
-            .chain(&strain)
-            .map(Note::to_string)
-            .collect(),
-        events: tally.events,
-        event_forces: tally.event_forces,
-        max_violation_m: tally.violation,
+        notes: sum.notes.into_iter().chain(strain).collect(),
         largest_gap: simulation.openings.widest.found().cloned(),
         unexplained_gap: Some(simulation.openings.unexplained)
             .filter(|o| o.found().is_some() && o.strain() > UNEXPLAINED),
-        max_elongation_error: yardstick.cable.map(|_| tally.elongation_error),
         step_ns: whole.timing(),
         phases_ns: phases
             .map(|(p, t)| (format!("{p:?}").to_lowercase(), t.timing().median))
             .collect(),
-        iterations_mean: tally.iterations as f64 / tally.steps.max(1) as f64,
-        final_state: final_state(stepper.scene()),
+        iterations_mean: sum.iterations_mean / sum.steps.max(1) as f64,
+        final_state: final_state(scene),
+        ..sum
     }
 }
 

@@ -40,14 +40,14 @@ mod start;
 mod table;
 mod wall;
 
-pub use against::{Compared, Effort, Versus, against, ratios};
+pub use against::{Effort, Versus, against, ratios};
 pub use base::{Program, base};
 pub use callgrind::Counter;
 pub use cases::{CASES, Case, DT, Place, named};
 pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
-pub use formats::{Entry, Metric, bencher, entries};
+pub use formats::{Entry, Metric, Metrics, bencher, entries};
 pub use history::{HISTORY, Run, append, data, read};
-pub use measures::{Bars, Figure, Kind, Measure, Missing};
+pub use measures::{Figure, Kind, Measure, Missing};
 pub use peer::serve;
 pub use ratio::Ratio;
 pub use self_test::{SelfTest, self_test};
@@ -62,6 +62,7 @@ use start::{Judged, Start};
 use std::time::{Duration, Instant};
 use taut_ground::Choice;
 use taut_integrator::StepError;
+use taut_output::settings::distinct;
 
 #[derive(Debug, Clone)]
 pub struct Config {
@@ -82,35 +83,28 @@ fn toolchain() -> String {
 pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
     progress.set_length(2 * config.cases.len() as u64);
     progress.set_message("instructions, errors");
-    let mut places: Vec<Place> = Vec::new();
-    let cases: Vec<(&Case, usize)> = config
-        .cases
-        .iter()
-        .map(|case| {
-            let known = places.iter().position(|p| *p == case.place);
-            let place = known.unwrap_or_else(|| {
-                places.push(case.place);
-                places.len() - 1
-            });
-            (case, place)
-        })
-        .collect();
-    let judged: Vec<Result<Judged, Missing>> = places
+    let cases = &config.cases;
+    let places = distinct(cases.iter().map(|case| case.place));
+    let judged: Vec<(Place, Result<Judged, Missing>)> = places
         .par_iter()
-        .map(|&place| Ok(Judged::new(place)?))
+        .map(|&place| (place, Judged::new(place).map_err(Missing::from)))
         .collect();
+    let judged = |case: &Case| {
+        let own = judged.iter().find(|(place, _)| *place == case.place);
+        &own.expect("the place of every case is judged").1
+    };
     let mut figures: Vec<Vec<Figure>> = cases
         .par_iter()
-        .map(|&(case, place)| {
-            let figures = untimed(case, config.counter.as_ref(), &judged[place]);
+        .map(|case| {
+            let figures = untimed(case, config.counter.as_ref(), judged(case));
             progress.inc(1);
             figures
         })
         .collect();
     progress.set_message("times");
     let machine = Machine::current();
-    for (&(case, place), figures) in cases.iter().zip(&mut figures) {
-        figures.extend(timed(case, config.budget, &machine, &judged[place]));
+    for (case, figures) in cases.iter().zip(&mut figures) {
+        figures.extend(timed(case, config.budget, &machine, judged(case)));
         progress.inc(1);
     }
     figures.into_iter().flatten().collect()

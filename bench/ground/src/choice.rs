@@ -24,6 +24,14 @@ impl Choice {
         }
     }
 
+    /// The solver of these options.
+    pub fn of(options: &StepOptions) -> Self {
+        Self {
+            backend: options.backend.clone(),
+            form: options.form,
+        }
+    }
+
     /// `backend` on the KKT matrix.
     pub fn kkt(backend: Backend) -> Self {
         Self {

@@ -9,7 +9,6 @@ use crate::errors::worse;
 use crate::quantities::{OF_RUN, OfRun};
 use crate::trajectory::{self, Sample};
 use serde::{Serialize, Serializer};
-use std::fmt;
 use std::io;
 use taut_integrator::{BodyId, ConstraintId, Stepper};
 use taut_model::nalgebra::Vector3;
@@ -82,8 +81,8 @@ fn cable(stepper: &Stepper, c: usize) -> Option<&MasslessCable> {
     }
 }
 
-/// Length of a cable, with what lies on its sheaves, or that of segments is off its drum.
-fn length(stepper: &Stepper, c: usize) -> Option<f64> {
+/// Length of a cable \[m], with what lies on its sheaves, or that of segments is off its drum.
+pub fn length(stepper: &Stepper, c: usize) -> Option<f64> {
     let time = stepper.time();
     match stepper.scene().constraints.get(c)? {
         Constraint::MasslessCable(cable) => Some(cable.length_at(time)),
@@ -120,84 +119,47 @@ fn moment(stepper: &Stepper, c: usize) -> Option<Vector3<f64>> {
 }
 
 /// A column that cannot be made.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ColumnError {
-    /// A name without a dot belongs neither to a quantity of the run nor to a control.
-    UnknownColumn {
-        name: String,
-        /// All columns without a dot.
-        known: Vec<String>,
-    },
-    /// Nothing has the name before the dot.
+    /// A name without a dot belongs neither to a quantity of the run nor to a control; `known` are all columns without a dot.
+    #[error(
+        "no column is called `{name}`: choose one of {}, or NAME.QUANTITY of a body, joint or cable",
+        known.join(", ")
+    )]
+    UnknownColumn { name: String, known: Vec<String> },
+    /// Nothing has the name before the dot; the first few that there are.
+    #[error(
+        "column `{column}`: no body, joint or cable is called `{name}`: choose one of the bodies {}, or of the joints and \
+         cables {}",
+        bodies.join(", "),
+        constraints.join(", ")
+    )]
     UnknownName {
         column: String,
         name: String,
-        /// Names of bodies (the first few).
         bodies: Vec<String>,
-        /// Names of joints and cables (the first few).
         constraints: Vec<String>,
     },
-    /// The named thing lacks the quantity.
+    /// The named thing lacks the quantity; `known` are those that it has.
+    #[error(
+        "column `{name}.{quantity}`: `{name}` has no `{quantity}`: choose one of {}",
+        known.join(", ")
+    )]
     UnknownQuantity {
         name: String,
         quantity: String,
-        /// Quantities that it has.
         known: Vec<&'static str>,
     },
     /// A cable has fewer segments.
+    #[error("column `{column}`: cable `{cable}` has {segments} segments, numbered from 0")]
     NoSegment {
         column: String,
         cable: String,
         segments: usize,
     },
-    Twice {
-        name: String,
-    },
+    #[error("column `{name}` is there twice: drop one")]
+    Twice { name: String },
 }
-
-impl fmt::Display for ColumnError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::UnknownColumn { name, known } => write!(
-                f,
-                "no column is called `{name}`: choose one of {}, or NAME.QUANTITY of a body, joint or cable",
-                known.join(", ")
-            ),
-            Self::UnknownName {
-                column,
-                name,
-                bodies,
-                constraints,
-            } => write!(
-                f,
-                "column `{column}`: no body, joint or cable is called `{name}`: choose one of the bodies {}, or of the \
-                 joints and cables {}",
-                bodies.join(", "),
-                constraints.join(", ")
-            ),
-            Self::UnknownQuantity {
-                name,
-                quantity,
-                known,
-            } => write!(
-                f,
-                "column `{name}.{quantity}`: `{name}` has no `{quantity}`: choose one of {}",
-                known.join(", ")
-            ),
-            Self::NoSegment {
-                column,
-                cable,
-                segments,
-            } => write!(
-                f,
-                "column `{column}`: cable `{cable}` has {segments} segments, numbered from 0"
-            ),
-            Self::Twice { name } => write!(f, "column `{name}` is there twice: drop one"),
-        }
-    }
-}
-
-impl std::error::Error for ColumnError {}
 
 /// Where the values of a column come from, whatever comes and goes while the scene runs.
 #[derive(Debug, Clone)]

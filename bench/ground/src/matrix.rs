@@ -24,7 +24,7 @@ pub mod sequence;
 pub mod solve;
 pub mod write;
 
-pub use market::{Fault, MarketError};
+pub use market::MarketError;
 
 use market::Market;
 use std::path::{Path, PathBuf};
@@ -154,8 +154,10 @@ impl System {
             }
         };
         if let Some(row) = b.iter().position(|b| !b.is_finite()) {
-            let message = format!("row {} of A·1 overflows: give a right-hand side", row + 1);
-            return Err(shape(path, message));
+            return Err(shape(
+                path,
+                format!("row {} of A·1 overflows: give a right-hand side", row + 1),
+            ));
         }
         Ok(Self {
             name: stem(path),
@@ -183,7 +185,6 @@ pub(crate) fn shape(path: &Path, message: String) -> MarketError {
     MarketError {
         path: path.to_owned(),
         line: None,
-        fault: Fault::Shape,
         message,
     }
 }
@@ -220,11 +221,10 @@ fn matrix_with(
     let n = market.rows;
     let fault = |message: String| shape(path, message);
     if n != market.columns {
-        let message = format!(
+        return Err(fault(format!(
             "{n} × {} is not square: only square systems are solved",
             market.columns
-        );
-        return Err(fault(message));
+        )));
     }
     if n == 0 {
         return Err(fault(
@@ -241,12 +241,11 @@ fn matrix_with(
         held.sort_unstable();
         held.dedup();
         let empty = held.iter().zip(0..).take_while(|(row, k)| **row == *k);
-        let message = format!(
+        return Err(fault(format!(
             "{n} rows, {} entries: it is singular, row {} holds nothing",
             market.entries.len(),
             empty.count() + 1
-        );
-        return Err(fault(message));
+        )));
     }
     let given = market.entries.len();
     let entries = GeneralMatrix::from_entries(n, market.entries.clone());
@@ -262,10 +261,7 @@ fn matrix_with(
     if !market.symmetric && !entries.is_symmetric() {
         return Ok((Matrix::General(entries), dropped));
     }
-    let a = symmetric(&entries, market).map_err(|message| MarketError {
-        fault: Fault::Blocks,
-        ..fault(message)
-    })?;
+    let a = symmetric(&entries, market).map_err(fault)?;
     Ok((Matrix::Symmetric(a), dropped))
 }
 
@@ -321,11 +317,13 @@ fn symmetric(lower: &GeneralMatrix, market: &Market) -> Result<SymBlockMatrix, S
 /// The vector of a file: one column of `n` rows.
 pub fn vector_of(market: &Market, path: &Path, n: usize) -> Result<Vec<f64>, MarketError> {
     if market.rows != n || market.columns != 1 {
-        let message = format!(
-            "{} × {} is no vector for a matrix of {n} rows: one number a row is needed, several vectors in as many files",
-            market.rows, market.columns
-        );
-        return Err(shape(path, message));
+        return Err(shape(
+            path,
+            format!(
+                "{} × {} is no vector for a matrix of {n} rows: one number a row is needed, several vectors in as many files",
+                market.rows, market.columns
+            ),
+        ));
     }
     let mut v = vec![0.0; n];
     let mut known = vec![false; n];
@@ -337,11 +335,13 @@ pub fn vector_of(market: &Market, path: &Path, n: usize) -> Result<Vec<f64>, Mar
         }
     }
     if let Some(row) = v.iter().position(|v| !v.is_finite()) {
-        let message = format!(
-            "the entries of row {} add up to more than a double holds: scale them",
-            row + 1
-        );
-        return Err(shape(path, message));
+        return Err(shape(
+            path,
+            format!(
+                "the entries of row {} add up to more than a double holds: scale them",
+                row + 1
+            ),
+        ));
     }
     Ok(v)
 }

@@ -7,18 +7,16 @@ use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::Deref;
 use std::time::Duration;
-use taut_integrator::{
-    ContactReport, Energy, EnergyBalance, ErrorEstimate, PhaseTimes, Resolved, StepError,
-    StepReport, Stepper,
-};
+use taut_integrator::{Energy, PhaseTimes, StepError, StepReport, Stepper};
 use taut_model::Scene;
 
 /// The state after a step, in the numbers that are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Time \[s].
-    pub time: f64,
+    /// What the step told; its fields read as the sample's own.
+    pub report: StepReport,
     /// Centre of the load, or of the last body where the scene names no load \[m].
     pub load: Vector3<f64>,
     /// Energies at the beginning of the step's last sub-step ([`Stepper::energy`]).
@@ -29,51 +27,27 @@ pub struct Sample {
     pub gap_sum: f64,
     /// Largest tension of what holds on to the load \[N]: [`load_tension`].
     pub load_tension: Option<f64>,
-    /// The balance of energy, where the options ask for it.
-    pub balance: Option<EnergyBalance>,
-    /// Iterations of the step's solves.
-    pub iterations: usize,
-    /// Linear systems solved.
-    pub solves: usize,
-    /// The guard took the linear step back.
-    pub redone: bool,
-    /// Implicit sub-steps that the guard took.
-    pub implicit_substeps: usize,
-    /// Events at the end of the step.
-    pub events: usize,
-    /// The scene slept through the step.
-    pub asleep: bool,
-    pub contacts: ContactReport,
-    /// The error of the load's position so far, where the options ask for it.
-    pub error: Option<ErrorEstimate>,
-    /// Changes by the rules of cables at the end of the step.
-    pub resolved: Resolved,
-    /// Wall-clock time of the step's phases.
-    pub phases: PhaseTimes,
 }
 
 impl Sample {
     /// The state after the step that ended in `report`.
     pub fn after(stepper: &Stepper, report: &StepReport) -> Self {
         Self {
-            time: report.time,
+            report: *report,
             load: load_position(stepper.scene()),
             energy: stepper.energy(),
             violation: gaps(stepper).fold(0.0, worse),
             gap_sum: gaps(stepper).sum(),
             load_tension: load_tension(stepper),
-            balance: report.balance,
-            iterations: report.iterations,
-            solves: report.solves,
-            redone: report.redone,
-            implicit_substeps: report.implicit_substeps,
-            events: report.events,
-            asleep: report.asleep,
-            contacts: report.contacts,
-            error: report.error,
-            resolved: report.resolved,
-            phases: report.phases,
         }
+    }
+}
+
+impl Deref for Sample {
+    type Target = StepReport;
+
+    fn deref(&self) -> &StepReport {
+        &self.report
     }
 }
 

@@ -2,7 +2,7 @@
 //! the paper and the hard cases end in.
 
 use crate::plot::{self, Chart, PlotError};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 use taut_ground::errors::Cause;
@@ -21,14 +21,9 @@ pub struct Check {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<Compared>,
     /// Distance of ours from the reference in the criterion's measure. JSON has null for a missing
-    /// error and for one that is not finite; [`Check::reached`] stands beside it and tells them
-    /// apart.
-    #[serde(
-        flatten,
-        serialize_with = "with_reached",
-        deserialize_with = "without_reached"
-    )]
+    /// error and for one that is not finite; `reached` tells them apart.
     pub error: Option<f64>,
+    pub reached: Reached,
     /// Largest `error` that passes.
     pub bar: Option<f64>,
     /// How `error` is measured, or what decides.
@@ -106,7 +101,7 @@ fn with_unit(values: &[f64], resolution: f64, unit: &str) -> String {
 }
 
 /// Kind of an error, as JSON has it beside the number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reached {
     Number,
@@ -115,40 +110,6 @@ pub enum Reached {
     /// The check judges a statement, or, with the verdict `not-yet`, nothing was measured; `error`
     /// is null.
     Absent,
-}
-
-impl Reached {
-    fn of(error: Option<f64>) -> Self {
-        match error {
-            None => Self::Absent,
-            Some(e) if e.is_finite() => Self::Number,
-            Some(_) => Self::NotFinite,
-        }
-    }
-}
-
-/// Writes an error and what there is of it.
-fn with_reached<S: Serializer>(error: &Option<f64>, to: S) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Both {
-        error: Option<f64>,
-        reached: Reached,
-    }
-    let reached = Reached::of(*error);
-    let both = Both {
-        error: *error,
-        reached,
-    };
-    both.serialize(to)
-}
-
-/// Reads the error alone.
-fn without_reached<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
-    #[derive(Deserialize)]
-    struct Alone {
-        error: Option<f64>,
-    }
-    Ok(Alone::deserialize(from)?.error)
 }
 
 /// Most that the error of an answer may be, relative to the exact one, of which the solver says itself that it has not
@@ -247,6 +208,11 @@ impl Check {
         // NaN fails: the comparison is false.
         Self {
             error: Some(error),
+            reached: if error.is_finite() {
+                Reached::Number
+            } else {
+                Reached::NotFinite
+            },
             bar: Some(bar),
             ..Self::stated(case, reference, ours, error <= bar)
         }
@@ -349,6 +315,7 @@ impl Check {
             ours: ours.into(),
             compared: None,
             error: None,
+            reached: Reached::Absent,
             bar: None,
             criterion: String::new(),
             parts: Parts::default(),
@@ -429,11 +396,6 @@ impl Check {
                 .to_owned(),
         };
         self
-    }
-
-    /// Value of `reached` in JSON.
-    pub fn reached(&self) -> Reached {
-        Reached::of(self.error)
     }
 
     pub fn noting(mut self, note: impl Into<String>) -> Self {

@@ -14,7 +14,6 @@ pub use look::{Dash, Look, Shape};
 
 use crate::notation::number;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::ops::Range;
 use ticks::Scale;
 
@@ -228,13 +227,6 @@ impl Chart {
 }
 
 /// A chart that could not be drawn.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("cannot draw the chart: {0}")]
 pub struct PlotError(String);
-
-impl fmt::Display for PlotError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot draw the chart: {}", self.0)
-    }
-}
-
-impl std::error::Error for PlotError {}

@@ -4,8 +4,8 @@
 
 use crate::row::{Row, heading, number_of, rows_of, text, text_of, words};
 use crate::settings::distinct;
-use crate::table::{self, least, mark_bad, mark_least, nanoseconds};
-use comfy_table::CellAlignment;
+use crate::table::{self, least, marked, nanoseconds, verdict};
+use comfy_table::{Attribute, CellAlignment};
 use serde::Serialize;
 use serde_json::Value;
 use std::fmt::Write;
@@ -183,6 +183,16 @@ pub struct Across {
     pub several: bool,
     /// Most columns; of more values some at even distances are shown, the first and the last among them.
     pub most: usize,
+}
+
+/// Columns for each value of others, of each the first row and none left out.
+pub const fn across(by: &'static [Column], cells: &'static [Column]) -> Option<Across> {
+    Some(Across {
+        by,
+        cells,
+        several: false,
+        most: usize::MAX,
+    })
 }
 
 /// A sheet of all rows of the data, all of them compared.
@@ -402,19 +412,34 @@ impl Sheet {
 
 impl Cells {
     fn text(&self) -> String {
-        let headings: Vec<&str> = self.headings.iter().map(String::as_str).collect();
+        let columns = self.worths.iter().enumerate();
+        let marks = columns.map(|(i, worths)| {
+            let texts: Vec<&String> = self.rows.iter().map(|row| &row[i]).collect();
+            marked(&texts, worths)
+        });
+        let marks: Vec<Vec<bool>> = marks.collect();
+        // The mark stands in place of the blank before the next column.
+        let has_marks = |i: usize| marks[i].contains(&true);
+        let end = |i: usize| if has_marks(i) { " " } else { "" };
+        let headings = self.headings.iter().enumerate();
+        let headings: Vec<String> = headings.map(|(i, text)| text.clone() + end(i)).collect();
         let mut t = table::wrapped(&headings);
-        for (column, is_text) in t.column_iter_mut().zip(&self.is_text) {
+        t.set_width(WIDTH);
+        for (i, (column, is_text)) in t.column_iter_mut().zip(&self.is_text).enumerate() {
             column.set_cell_alignment(match is_text {
                 true => CellAlignment::Left,
                 false => CellAlignment::Right,
             });
+            column.set_padding((1, u16::from(!has_marks(i))));
         }
-        t.add_rows(&self.rows);
-        t.set_width(WIDTH);
-        for (i, worths) in self.worths.iter().enumerate() {
-            mark_least(&mut t, i, worths);
-            mark_bad(&mut t, i, BAD);
+        for (row, texts) in self.rows.iter().enumerate() {
+            t.add_row(texts.iter().enumerate().map(|(i, text)| {
+                let good = BAD.contains(&text.as_str()).then_some(false);
+                match marks[i][row] {
+                    true => verdict(format!("{text}*"), good).add_attribute(Attribute::Bold),
+                    false => verdict(text.clone() + end(i), good),
+                }
+            }));
         }
         table::text(&t)
     }
@@ -465,6 +490,70 @@ mod tests {
             row("cg", Some("zero"), 2500.0, None),
             row("cg", Some("before"), 900.0, Some("too hot")),
         ] })
+    }
+
+    /// A table of groups and values, with the marks.
+    fn shown(rows: &[(&str, Option<f64>)]) -> String {
+        let row = |(group, value): &(&str, Option<f64>)| {
+            let value = value.map_or("-".to_owned(), |v| v.to_string());
+            vec![(*group).to_owned(), value, "x".to_owned()]
+        };
+        let worths = |value: fn(Option<f64>) -> Option<f64>| {
+            let worth = |(group, worth): &(&str, Option<f64>)| (vec![json!(group)], value(*worth));
+            rows.iter().map(worth).collect::<Vec<Worth>>()
+        };
+        let cells = Cells {
+            headings: ["group", "value", "next"].map(str::to_owned).to_vec(),
+            rows: rows.iter().map(row).collect(),
+            worths: vec![worths(|_| None), worths(|worth| worth), worths(|_| None)],
+            is_text: vec![true, false, false],
+        };
+        cells.text()
+    }
+
+    #[test]
+    fn the_least_of_each_group_is_marked_in_bold() {
+        let rows = [
+            ("a", Some(2.5)),
+            ("a", Some(0.25)),
+            ("b", Some(7.5)),
+            ("a", Some(0.25)),
+            ("b", Some(f64::NAN)),
+            ("a", None),
+            ("c", Some(1.5)),
+            ("b", Some(f64::NEG_INFINITY)),
+        ];
+        let styled = shown(&rows);
+        let plain = plain(&styled);
+        let expected = [
+            " group  value  next",
+            " a        2.5     x",
+            " a       0.25*    x",
+            " b        7.5*    x",
+            " a       0.25*    x",
+            " b        NaN     x",
+            " a          -     x",
+            " c        1.5     x",
+            " b       -inf     x",
+        ];
+        assert_eq!(plain.lines().collect::<Vec<_>>(), expected);
+        assert_eq!(styled.matches("\u{1b}[1m").count(), 3, "{styled:?}");
+        assert!(styled.contains("\u{1b}[1m0.25*\u{1b}[0m"), "{styled:?}");
+    }
+
+    #[test]
+    fn nothing_is_marked_where_nothing_counts() {
+        let rows = [("a", None), ("a", Some(f64::NAN)), ("b", Some(1.0))];
+        let styled = shown(&rows);
+        assert!(!styled.contains(['*', '\u{1b}']), "{styled:?}");
+    }
+
+    #[test]
+    fn marks_take_no_room() {
+        let rows = [("a", Some(1.0)), ("a", Some(2.0))];
+        let width = |t: &str| plain(t).lines().map(str::len).max();
+        let unmarked = shown(&rows.map(|(group, _)| (group, None)));
+        assert_eq!(width(&shown(&rows)), width(&unmarked));
     }
 
     #[test]

@@ -6,16 +6,17 @@ mod style;
 
 pub use check::checks;
 pub use style::{MARK, verdict};
-pub(crate) use style::{least, mark_bad, mark_least};
+pub(crate) use style::{least, marked};
 
 use crate::settings::distinct;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
+use std::fmt::Display;
 use taut_ground::choice::Omission;
 use taut_solver::Backend;
 
 /// An empty table with right-aligned columns but the first.
-pub fn table(header: &[&str]) -> Table {
+pub fn table(header: &[impl Display]) -> Table {
     let mut table = Table::new();
     table
         .load_style(NOTHING)
@@ -32,7 +33,7 @@ pub fn table(header: &[&str]) -> Table {
 const WIDTH: u16 = 118;
 
 /// Table that wraps its cells to the width of a line.
-pub fn wrapped(header: &[&str]) -> Table {
+pub fn wrapped(header: &[impl Display]) -> Table {
     let mut table = table(header);
     table
         .set_content_arrangement(ContentArrangement::Dynamic)
@@ -48,6 +49,17 @@ pub fn text(table: &Table) -> String {
         out.push('\n');
     }
     out
+}
+
+/// Rows of two texts below a blank line, the second wrapped; nothing where there are none.
+pub fn pairs(rows: impl IntoIterator<Item = [String; 2]>) -> String {
+    let mut t = wrapped(&[""; 0]);
+    t.add_rows(rows);
+    // The heading is the blank line.
+    match t.row_count() {
+        0 => String::new(),
+        _ => text(&t),
+    }
 }
 
 /// How a cell of a record is written.
@@ -108,20 +120,16 @@ pub fn ratio(r: f64) -> String {
 
 /// Backends left out, together by reason; empty if there are none.
 pub fn omissions(omissions: &[Omission]) -> String {
-    if omissions.is_empty() {
-        return String::new();
-    }
-    let mut t = wrapped(&[]);
-    for reason in distinct(omissions.iter().map(|o| o.reason.as_str())) {
+    let reasons = distinct(omissions.iter().map(|o| o.reason.as_str()));
+    let rows = reasons.into_iter().map(|reason| {
         let of = omissions.iter().filter(|o| o.reason == reason);
         let backends: Vec<&str> = of.map(|o| o.backend.as_str()).collect();
-        t.add_row([backends.join(", "), reason.to_owned()]);
+        [backends.join(", "), reason.to_owned()]
+    });
+    match pairs(rows) {
+        rows if rows.is_empty() => rows,
+        rows => format!("\nLeft out{rows}"),
     }
-    for column in t.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Left);
-    }
-    // Its header is empty.
-    format!("\nLeft out\n{}", text(&t).trim_start_matches('\n'))
 }
 
 /// Table of all backends with licences; shows which are compiled in.

@@ -12,7 +12,6 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
-use std::fmt;
 
 /// Corners of a circle.
 pub(crate) const AROUND: usize = 16;
@@ -33,16 +32,9 @@ const CABLE: usize = 2;
 const WORLD: usize = 3;
 
 /// A recording has no frame, so that nothing moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the recording has no frame to be shown: record a run that makes a step")]
 pub struct NoFrames;
-
-impl fmt::Display for NoFrames {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the recording has no frame to be shown: record a run that makes a step")
-    }
-}
-
-impl std::error::Error for NoFrames {}
 
 /// A frame: its part and its number there.
 type Place<'a> = (&'a Part, usize);

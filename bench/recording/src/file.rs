@@ -5,7 +5,6 @@ use flate2::Compression;
 use flate2::read::DeflateDecoder;
 use flate2::write::DeflateEncoder;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::io::{self, Read, Write};
 
 /// First bytes of a recording, before its version number.
@@ -62,64 +61,29 @@ pub(crate) enum Chunk {
 }
 
 /// Reason why a file cannot be read as a recording.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
     /// It cannot be read.
-    Io(io::Error),
-    /// It is another file.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    #[error("it is no recording: make one with `taut run SCENE --record FILE`")]
     Foreign,
     /// A later program wrote it.
+    #[error(
+        "it is of version {version} and this program reads up to {VERSION}: use the program that wrote it, or a newer one"
+    )]
     Newer { version: u8 },
-    /// Nothing of it is whole: not even its first chunk.
+    /// Not even its first chunk is whole.
+    #[error("it ends before anything was recorded: record the run again")]
     Nothing,
-    /// A chunk is whole, but not as this version has it.
-    Malformed {
-        /// Number of the chunk, from 0.
-        chunk: usize,
-        reason: String,
-    },
-    /// It holds more numbers than fit.
+    /// A chunk, numbered from 0, is whole, but not as this version has it.
+    #[error("its part {chunk} is damaged, {reason}: record the run again")]
+    Malformed { chunk: usize, reason: String },
+    #[error(
+        "it holds more than a gigabyte of numbers, as no recording does that `taut run` writes: record the run again"
+    )]
     TooLarge,
-}
-
-impl fmt::Display for RecordingError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Io(e) => write!(f, "{e}"),
-            Self::Foreign => write!(
-                f,
-                "it is no recording: make one with `taut run SCENE --record FILE`"
-            ),
-            Self::Newer { version } => write!(
-                f,
-                "it is of version {version} and this program reads up to {VERSION}: use the program that wrote it, or a newer one"
-            ),
-            Self::Nothing => write!(
-                f,
-                "it ends before anything was recorded: record the run again"
-            ),
-            Self::Malformed { chunk, reason } => {
-                write!(
-                    f,
-                    "its part {chunk} is damaged, {reason}: record the run again"
-                )
-            }
-            Self::TooLarge => write!(
-                f,
-                "it holds more than a gigabyte of numbers, as no recording does that `taut run` writes: record the run again"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for RecordingError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Io(e) => Some(e),
-            _ => None,
-        }
-    }
 }
 
 pub(crate) fn deflated(bytes: &[u8]) -> io::Result<Vec<u8>> {
@@ -157,9 +121,7 @@ pub(crate) fn put(out: &mut dyn Write, bytes: &[u8]) -> io::Result<()> {
 pub(crate) fn check_begin(from: &mut dyn Read) -> Result<(), RecordingError> {
     let mut begin = Vec::new();
     let count = MAGIC.len() as u64 + 1;
-    from.take(count)
-        .read_to_end(&mut begin)
-        .map_err(RecordingError::Io)?;
+    from.take(count).read_to_end(&mut begin)?;
     match begin.strip_prefix(MAGIC) {
         Some([version]) if *version <= VERSION => Ok(()),
         Some([version, ..]) => Err(RecordingError::Newer { version: *version }),
@@ -172,17 +134,13 @@ pub(crate) fn check_begin(from: &mut dyn Read) -> Result<(), RecordingError> {
 /// The bytes of the next chunk; `None` without a whole one.
 pub(crate) fn next(from: &mut dyn Read) -> Result<Option<Vec<u8>>, RecordingError> {
     let mut head = Vec::new();
-    from.take(8)
-        .read_to_end(&mut head)
-        .map_err(RecordingError::Io)?;
+    from.take(8).read_to_end(&mut head)?;
     let Ok([a, b, c, d, sum @ ..]) = <[u8; 8]>::try_from(&head[..]) else {
         return Ok(None);
     };
     let length = u32::from_le_bytes([a, b, c, d]);
     let mut packed = Vec::new();
-    from.take(u64::from(length))
-        .read_to_end(&mut packed)
-        .map_err(RecordingError::Io)?;
+    from.take(u64::from(length)).read_to_end(&mut packed)?;
     if packed.len() as u64 != u64::from(length)
         || crc32fast::hash(&packed) != u32::from_le_bytes(sum)
     {

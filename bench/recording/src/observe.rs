@@ -2,6 +2,7 @@
 
 use crate::layout::{Body, Cable, Channel, Layout, Line, Point, Shape, Sheave, Solid};
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_ground::columns;
 use taut_ground::quantities::{OF_RUN, OfRun};
 use taut_ground::trajectory::Sample;
 use taut_integrator::Stepper;
@@ -119,11 +120,7 @@ impl Observer {
                 own[k] = Some(self.channel(&format!("{name}.{quantity}"), unit));
             }
             self.sources.push(Source::Loads(c, has));
-            let winds = matches!(
-                scene.constraints[c],
-                Constraint::MasslessCable(_) | Constraint::Fairlead(_)
-            );
-            if winds {
+            if columns::length(stepper, c).is_some() {
                 self.channel(&format!("{name}.length"), "m");
                 self.sources.push(Source::Length(c));
             }
@@ -287,7 +284,9 @@ impl Observer {
                         put(values, [of(&loads).unwrap_or(f64::NAN)]);
                     }
                 }
-                Source::Length(c) => put(values, [length(&scene.constraints[c], stepper.time())]),
+                Source::Length(c) => {
+                    put(values, [columns::length(stepper, c).unwrap_or(f64::NAN)]);
+                }
                 Source::First(c) => put(values, [first(&scene.constraints[c])]),
                 Source::Moved(c, side) => {
                     let frame = &scene.constraints[c].frames()[side];
@@ -326,15 +325,6 @@ fn counts(turn: &UnitQuaternion<f64>, last: Option<[i32; 4]>) -> [i32; 4] {
     };
     let other = last.is_some_and(|last| nearer(last) < 0);
     counts.map(|x| if other { -x } else { x })
-}
-
-/// Length off its drums \[m].
-fn length(constraint: &Constraint, time: f64) -> f64 {
-    match constraint {
-        Constraint::MasslessCable(cable) => cable.length_at(time),
-        Constraint::Fairlead(lead) => lead.length_at(time),
-        _ => f64::NAN,
-    }
 }
 
 fn first(constraint: &Constraint) -> f64 {

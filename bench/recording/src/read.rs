@@ -136,7 +136,7 @@ pub struct Recording {
 impl Recording {
     /// Reads a file.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let file = std::fs::File::open(path).map_err(RecordingError::Io)?;
+        let file = std::fs::File::open(path)?;
         Self::read(&mut BufReader::new(file))
     }
 

@@ -2,9 +2,9 @@
 
 use super::Failure;
 use super::console::Console;
-use super::track::{Outputs, TrackArgs};
+use super::track::{Outputs, TrackArgs, counter};
 use crate::machine::Machine;
-use crate::track::{self, Case, Compared, Effort, Measure, Program, Verdict, Versus};
+use crate::track::{self, Case, Effort, Measure, Program, Row, Verdict, Versus};
 use std::io;
 use taut_ground::files;
 
@@ -21,8 +21,7 @@ pub(crate) fn run(
     console: Console,
 ) -> Result<(), Failure> {
     let outputs = Outputs::open(args)?;
-    let counter = args.instructions.then(track::Counter::new).transpose();
-    let counter = counter.map_err(|missing| Failure::Input(missing.reason()))?;
+    let counter = counter(args)?;
     let bar = console.progress(0);
     let base = track::base(name, |doing| bar.set_message(doing.to_owned()));
     let base = base.map_err(Failure::Input)?;
@@ -63,9 +62,9 @@ fn versus(args: &TrackArgs, base: Program) -> Result<Versus, Failure> {
     })
 }
 
-fn verdict(compared: &[Compared]) -> Result<(), Failure> {
+fn verdict(compared: &[Row]) -> Result<(), Failure> {
     let count = |verdict| compared.iter().filter(|c| c.verdict == verdict).count();
-    let uncounted = |c: &&Compared| c.measure == Measure::Instructions && c.ratio.is_none();
+    let uncounted = |c: &&Row| c.measure == Measure::Instructions.name() && c.ratio.is_none();
     let uncounted = compared.iter().filter(uncounted).count();
     match (count(Verdict::Fail), count(Verdict::NotMeasured)) {
         (0, n) if n == compared.len() => Err(Failure::NotChecked(

@@ -1,7 +1,7 @@
 //! `taut ledger`: what a scene may do without.
 
 use super::console::Console;
-use super::{Failure, StepArgs, step_options};
+use super::{Failure, SceneArgs, StepArgs, step_options};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -9,18 +9,15 @@ use taut_ground::files::{self, read_text};
 use taut_ground::source;
 use taut_output::table;
 use taut_studies::ledger::{Ledger, Line, Question, Setup, change::flags, ledger, modes};
-use taut_studies::options::{number, overrides, require_positive, steps};
+use taut_studies::options::{number, require_positive, steps};
 
 /// Most steps of a run.
 const MOST_STEPS: usize = 100_000;
 
 #[derive(Debug, Args)]
 pub(crate) struct LedgerArgs {
-    /// Name of a scene, or a TOML file
-    scene: String,
-    /// Overrides a parameter of the scene
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
+    #[command(flatten)]
+    scene: SceneArgs,
     #[command(flatten)]
     step: StepArgs,
     /// Largest error of the load that the lean scene may have (mm)
@@ -51,7 +48,8 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
         )));
     }
     let mut read: Vec<&Path> = args.controls.as_deref().into_iter().collect();
-    read.extend(source::is_file(&args.scene).then(|| Path::new(&args.scene)));
+    let scene = &args.scene.scene;
+    read.extend(source::is_file(scene).then(|| Path::new(scene)));
     let [apply, json] = files::open(
         [
             ("--apply", args.apply.as_deref()),
@@ -59,8 +57,7 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
         ],
         &read,
     )?;
-    let built = source::built(&args.scene, &overrides(&args.overrides)?);
-    let (whole, scene) = built.map_err(Failure::of)?;
+    let (whole, scene) = args.scene.built()?;
     source::inputs(args.controls.as_deref(), &scene).map_err(Failure::of)?;
     let question = Question {
         whole: Setup {

@@ -1,7 +1,7 @@
 //! `taut dump`, `taut solve`, `taut matrices`: linear systems as files.
 
 use super::console::Console;
-use super::{Failure, StepArgs, step_options};
+use super::{Failure, SceneArgs, StepArgs, step_options};
 use crate::machine::Machine;
 use clap::Args;
 use indicatif::ProgressBar;
@@ -16,20 +16,17 @@ use taut_ground::matrix::solve::{Record, STALLED};
 use taut_ground::{pace, source};
 use taut_integrator::Stepper;
 use taut_output::check::ExperimentError;
+use taut_output::row::number_of;
 use taut_output::table::MARK;
 use taut_studies::matrix::{self, suite};
-use taut_studies::options::overrides;
 
 /// Most steps before a dump.
 const MOST_STEPS: u64 = 10_000_000;
 
 #[derive(Debug, Args)]
 pub(crate) struct DumpArgs {
-    /// Name of a scene, or a TOML file
-    scene: String,
-    /// Overrides a parameter of the scene
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
+    #[command(flatten)]
+    scene: SceneArgs,
     #[command(flatten)]
     step: StepArgs,
     /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls; linear in
@@ -121,8 +118,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 
 /// Writes the system of a step, or those of a sequence.
 pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
-    let built = source::built(&args.scene, &overrides(&args.overrides)?);
-    let (_, scene) = built.map_err(Failure::of)?;
+    let (_, scene) = args.scene.built()?;
     let inputs = source::inputs(args.controls.as_deref(), &scene).map_err(Failure::of)?;
     let at = args.at.unwrap_or_default();
     let steps = args.steps.clone().unwrap_or(at..at + 1);
@@ -184,7 +180,7 @@ fn name_of(args: &DumpArgs, at: u64) -> Result<String, Failure> {
         )),
         Some(name) => Ok(name.clone()),
         None => {
-            let stem = Path::new(&args.scene).file_stem().unwrap_or_default();
+            let stem = Path::new(&args.scene.scene).file_stem().unwrap_or_default();
             Ok(format!("{}_{at}", stem.to_string_lossy()))
         }
     }
@@ -235,15 +231,11 @@ fn tell(written: Written, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The scene, with what was set.
-fn scene_of(args: &DumpArgs) -> String {
-    let set = args.overrides.join(" ");
-    format!("{} {set}", args.scene).trim_end().to_owned()
-}
-
 fn comments(args: &DumpArgs, mass_ratio: f64) -> Vec<String> {
+    let set = args.scene.overrides.join(" ");
+    let scene = format!("scene {} {set}", args.scene.scene);
     vec![
-        format!("scene {}", scene_of(args)),
+        scene.trim_end().to_owned(),
         match (&args.steps, args.at.unwrap_or_default()) {
             (Some(steps), _) => format!("steps {} to {}", steps.start, steps.end - 1),
             (None, at) => format!("step {at}: the system of the step after {at} others"),
@@ -305,7 +297,7 @@ pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Fail
     let sequence = suite::generate_sequence(steps, &args.out, args.gzip, &bar).map_err(unmade)?;
     bar.finish_and_clear();
     if !json.as_ref().is_some_and(Output::is_stdout) {
-        let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
+        let bytes = entries.iter().filter_map(|e| number_of(e, "bytes"));
         files::print(&matrix::suite_table(&entries))?;
         files::print(&format!(
             "sequence {}: {steps} systems, {:.1} MB\n",
@@ -315,7 +307,7 @@ pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Fail
         console.note(&format!(
             "\n{} systems, {:.1} MB, listed in {}",
             entries.len(),
-            bytes as f64 / 1e6,
+            bytes.sum::<f64>() / 1e6,
             args.out.join("index.csv").display()
         ))?;
     }

@@ -1,19 +1,20 @@
 //! From the program's arguments to a command.
 
 use super::Cli;
-use super::study::{described, with_options};
+use super::study::{described, with_options, with_studies};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
-use clap::{Arg, CommandFactory, FromArgMatches};
+use clap::{Arg, ArgMatches, CommandFactory, FromArgMatches};
 use std::ffi::OsString;
-use taut_studies::studies::{BENCH, COMMANDS};
+use taut_studies::studies::{BENCH, COMMANDS, STUDIES};
 
 /// The command line. The commands of experiments are those of their studies; the main job's options stand without a
 /// command too.
 fn command() -> clap::Command {
     let cli = with_options(Cli::command(), BENCH)
         .about("Sparse linear solvers on hoisting cables: speed against error")
-        .long_about(None);
+        .long_about(None)
+        .mut_subcommand("study", with_studies);
     COMMANDS.into_iter().fold(cli, |cli, study| {
         cli.mut_subcommand(study.name, |own| described(own, study, study.name))
     })
@@ -33,6 +34,13 @@ pub(crate) fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli
         let option = option.get_long().unwrap_or_default();
         let message = format!("`--{option}` stands before `{command}`: put it after it");
         return Err(cli.error(ErrorKind::ArgumentConflict, message));
+    }
+    let study = matches.subcommand_matches("study");
+    let study = study.and_then(ArgMatches::subcommand_name);
+    if let Some(name) = study.filter(|name| STUDIES.iter().all(|study| study.name != *name)) {
+        let names = STUDIES.map(|study| study.name).join(", ");
+        let message = format!("`{name}` is no study: choose one of {names}");
+        return Err(cli.error(ErrorKind::InvalidSubcommand, message));
     }
     let cli = Cli::from_arg_matches(&matches)?;
     Ok(Cli { matches, ..cli })

@@ -68,11 +68,11 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
         console.note(&format!("{what} written to {}", to.path().display()))
     };
     if let Some(to) = &page {
-        report::write(&reports[0], to).map_err(|e| failed(&e))?;
+        to.text(&report::page(&reports[0]).map_err(|e| failed(&e))?)?;
         written("report", to)?;
     }
     if let Some(to) = &picture {
-        report::write_picture(&reports[0], to).map_err(|e| failed(&e))?;
+        to.text(&report::picture(&reports[0]).map_err(|e| failed(&e))?)?;
         written("picture", to)?;
     }
     if let Some(to) = &markdown {
@@ -101,7 +101,7 @@ pub(crate) fn write(
 ) -> Result<(), Failure> {
     let write = || {
         let report = Report::new(study, found, machine, arguments)?;
-        report::write(&report, &Output::open(Path::new(PAGE))?)?;
+        files::write_text(Path::new(PAGE), &report::page(&report)?)?;
         let data = format!("target/taut/{}.report.json", study.name);
         Ok::<(), ExperimentError>(files::write_json(Path::new(&data), &report)?)
     };

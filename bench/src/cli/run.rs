@@ -140,7 +140,8 @@ fn prepared(args: &RunArgs, console: Console) -> Result<Prepared, Failure> {
         });
     }
     let name = args.scene.as_deref().unwrap_or_default();
-    let prepared = run::prepare(name, &overrides(&args.overrides)?).map_err(Failure::of)?;
+    let built = source::built(name, &overrides(&args.overrides)?);
+    let prepared = run::prepare(built.map_err(Failure::of)?);
     let inputs = inputs(&prepared.scene)?;
     let driven = inputs.names().to_vec();
     let options = StepOptions {

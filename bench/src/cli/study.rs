@@ -4,9 +4,8 @@
 use super::Failure;
 use super::cases::{self, CasesArgs, Opened};
 use super::console::Console;
-use super::{Cli, Command as Commands, report};
-use clap::error::ErrorKind;
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use super::{Cli, report};
+use clap::{Arg, ArgMatches, Args, Command, value_parser};
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, FileError, Output};
 use taut_output::check::ExperimentError;
@@ -16,42 +15,14 @@ use taut_studies::ladder::is_lost;
 use taut_studies::studies::{self, BENCH, STUDIES};
 use taut_studies::study::{Found, Reporter, Study};
 
-/// The study asked for with its options; none for the list.
-#[derive(Debug)]
-pub(crate) struct StudyArgs(Option<(&'static Study, ArgMatches)>);
-
-impl Args for StudyArgs {
-    fn augment_args(command: Command) -> Command {
-        command
-            .subcommands(STUDIES.map(study_command))
-            .subcommand_value_name("NAME")
-            .subcommand_help_heading("Studies")
-            .disable_help_subcommand(true)
-            .allow_external_subcommands(true)
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for StudyArgs {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let Some((name, own)) = matches.subcommand() else {
-            return Ok(Self(None));
-        };
-        let Some(study) = STUDIES.into_iter().find(|study| study.name == name) else {
-            let names = STUDIES.map(|study| study.name).join(", ");
-            let message = format!("`{name}` is no study: choose one of {names}");
-            return Err(clap::Error::raw(ErrorKind::InvalidSubcommand, message));
-        };
-        Ok(Self(Some((study, own.clone()))))
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
+/// `taut study`, with a command for each study; without a name it lists them.
+pub(crate) fn with_studies(command: Command) -> Command {
+    command
+        .subcommands(STUDIES.map(study_command))
+        .subcommand_value_name("NAME")
+        .subcommand_help_heading("Studies")
+        .disable_help_subcommand(true)
+        .allow_external_subcommands(true)
 }
 
 fn study_command(study: &'static Study) -> Command {
@@ -126,8 +97,10 @@ pub(crate) struct Call<'a> {
 
 /// The experiment that a command calls: the study asked for, else that of a command of its own, else the main job.
 pub(crate) fn call(cli: &Cli) -> Result<Option<Call<'_>>, Failure> {
-    if let Some(Commands::Study(args)) = &cli.command {
-        return Ok(args.0.as_ref().map(|(study, matches)| Call {
+    if let Some(matches) = cli.matches.subcommand_matches("study") {
+        let named = matches.subcommand();
+        let named = named.and_then(|(name, own)| Some((studies::named(name)?, own)));
+        return Ok(named.map(|(study, matches)| Call {
             words: vec!["study", study.name],
             options: study,
             study,

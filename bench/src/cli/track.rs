@@ -121,10 +121,9 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     }
     let mut outputs = Outputs::open(args)?;
     let baseline = baseline(args)?;
-    let counter = args.instructions.then(Counter::new).transpose();
     let config = Config {
         cases: cases(args, args.quick),
-        counter: counter.map_err(|missing| Failure::Input(missing.reason()))?,
+        counter: counter(args)?,
         budget: if args.quick { QUICK_BUDGET } else { BUDGET },
     };
     // Every start and reference needs this backend; another one would take hours over the largest
@@ -164,6 +163,12 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
             rows.len()
         ))),
     }
+}
+
+/// The counter of instructions, where they are asked for.
+pub(super) fn counter(args: &TrackArgs) -> Result<Option<Counter>, Failure> {
+    let counter = args.instructions.then(Counter::new).transpose();
+    counter.map_err(|missing| Failure::Input(missing.reason()))
 }
 
 /// The cases named, each once; or else those of a quick run, or all.

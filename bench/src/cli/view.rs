@@ -2,14 +2,13 @@
 
 use super::run::every;
 use super::signals::signals;
-use super::{Failure, StepArgs, step_options};
+use super::{Failure, SceneArgs, StepArgs, step_options};
 use crate::run;
 use crate::run_file::RunFile;
 use clap::Args;
 use std::sync::Arc;
 use taut_ground::{files, trajectory};
 use taut_integrator::{SavedRun, StepOptions};
-use taut_studies::options::overrides;
 use taut_view::{Drive, View};
 
 pub(crate) const AFTER_HELP: &str = "\
@@ -19,11 +18,8 @@ Examples:
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewArgs {
-    /// Name of a scene, or a TOML file
-    scene: String,
-    /// Overrides a parameter of the scene
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
+    #[command(flatten)]
+    scene: SceneArgs,
     #[command(flatten)]
     step: StepArgs,
     /// Estimates the error of the load's position, by a companion run of steps so many times as long: off, or 2 and more
@@ -41,7 +37,7 @@ pub(crate) struct ViewArgs {
 
 /// Serves until a signal comes.
 pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
-    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?).map_err(Failure::of)?;
+    let prepared = run::prepare(args.scene.built()?);
     let options = StepOptions {
         energy_tolerance: Some(trajectory::ENERGY_TOLERANCE),
         estimate: every(&args.estimate)?,

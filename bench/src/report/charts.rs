@@ -44,10 +44,13 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
                 }
             };
             for r in own.iter().filter(|r| r.backend == backend) {
+                let known = |x: Option<f64>| x.unwrap_or(f64::NAN);
+                let whole = known(r.step_ns);
                 if r.refinements > 0 && r.velocity_error.is_none() {
-                    add(r.forward_error_unrefined, r.step_ns - r.refine_ns, r, 0);
+                    let unrefined = whole - known(r.refine_ns);
+                    add(known(r.forward_error_unrefined), unrefined, r, 0);
                 }
-                add(r.step_error(), r.step_ns, r, r.refinements);
+                add(r.step_error(), whole, r, r.refinements);
             }
             Series {
                 notes,

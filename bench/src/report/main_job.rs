@@ -62,11 +62,7 @@ fn answer(records: &[Record]) -> Option<Section> {
              how many times as long its step takes; k× are iterations a step." }
         (table(sheet, &rows))
     };
-    (rows != json!([])).then_some(Section {
-        id: "answer".to_owned(),
-        title: "Which solver".to_owned(),
-        body,
-    })
+    (rows != json!([])).then(|| Section::new("answer", "Which solver", body))
 }
 
 /// The times of single steps, and what most of them keep.
@@ -159,11 +155,7 @@ fn means(scores: &[Scores]) -> Option<Section> {
              takes part; – where it reaches none. The best of each level is marked." }
         (sortable(&headings, &rows))
     };
-    (!rows.is_empty()).then_some(Section {
-        id: "means".to_owned(),
-        title: "Mean costs".to_owned(),
-        body,
-    })
+    (!rows.is_empty()).then(|| Section::new("means", "Mean costs", body))
 }
 
 /// How often solvers that said so had solved their system.
@@ -178,11 +170,7 @@ fn claims(records: &[Record]) -> Option<Section> {
         }
         (table(&ladder::CLAIMS, &rows))
     };
-    (rows != json!([])).then_some(Section {
-        id: "claims".to_owned(),
-        title: "Claimed against verified".to_owned(),
-        body,
-    })
+    (rows != json!([])).then(|| Section::new("claims", "Claimed against verified", body))
 }
 
 fn rows(records: &[Record]) -> Option<Section> {
@@ -191,11 +179,7 @@ fn rows(records: &[Record]) -> Option<Section> {
         p { (ladder::LEGEND) ". Marked: the least of its scene. A heading sorts its column." }
         (table(ladder::sheet_of(records), &rows))
     };
-    (!records.is_empty()).then_some(Section {
-        id: "rows".to_owned(),
-        title: "All rows".to_owned(),
-        body,
-    })
+    (!records.is_empty()).then(|| Section::new("rows", "All rows", body))
 }
 
 #[cfg(test)]

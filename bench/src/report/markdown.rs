@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use taut_output::check::Verdict;
 use taut_output::row::{self, Row, number_of, text_of};
-use taut_output::sheet::{Across, PLAIN, Sheet, Show, column};
+use taut_output::sheet::{PLAIN, Sheet, Show, across, column};
 use taut_studies::ladder::Answer;
 
 pub fn markdown(reports: &[Report]) -> String {
@@ -38,7 +38,7 @@ pub fn markdown(reports: &[Report]) -> String {
     out
 }
 
-fn capital(text: &str) -> String {
+pub(super) fn capital(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
     first.chain(letters).collect()
@@ -63,12 +63,7 @@ const COUNTS: Sheet = Sheet {
         column("title", "about"),
         column("checks", "checks"),
     ],
-    across: Some(Across {
-        by: &[column("verdict", "{}")],
-        cells: &[column("count", "")],
-        several: false,
-        most: usize::MAX,
-    }),
+    across: across(&[column("verdict", "{}")], &[column("count", "")]),
     ..PLAIN
 };
 

@@ -103,11 +103,8 @@ fn other_sections(other: &Other) -> Result<Vec<Section>, ExperimentError> {
     }
     sections.extend(sheets::sheets(other).iter().map(sheets::Sheet::section));
     if !other.printed.is_empty() {
-        sections.push(Section {
-            id: "printed".to_owned(),
-            title: "As printed".to_owned(),
-            body: html! { pre.scroll { (other.printed.trim()) } },
-        });
+        let body = html! { pre.scroll { (other.printed.trim()) } };
+        sections.push(Section::new("printed", "As printed", body));
     }
     Ok(sections)
 }
@@ -137,6 +134,13 @@ pub(super) struct Section {
     pub(super) id: String,
     pub(super) title: String,
     pub(super) body: Markup,
+}
+
+impl Section {
+    pub(super) fn new(id: impl Into<String>, title: impl Into<String>, body: Markup) -> Self {
+        let (id, title) = (id.into(), title.into());
+        Self { id, title, body }
+    }
 }
 
 /// Legend of the slopes below a chart.
@@ -183,11 +187,7 @@ pub(super) fn figures(
             (all)
         }
     };
-    Ok(Some(Section {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        body,
-    }))
+    Ok(Some(Section::new(id, title, body)))
 }
 
 /// Section on omitted solvers and known limits, with reasons.
@@ -198,11 +198,7 @@ fn left_out(report: &Report) -> Section {
             @for limit in limits::limits() { li { (limit) } }
         }
     };
-    Section {
-        id: "limits".to_owned(),
-        title: "Left out, and known limits".to_owned(),
-        body,
-    }
+    Section::new("limits", "Left out, and known limits", body)
 }
 
 /// Date and time in UTC of a time in seconds since 1970 (Hinnant's civil calendar).

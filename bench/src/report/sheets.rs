@@ -3,11 +3,12 @@
 
 use super::Other;
 use super::cells::{Cell, sortable};
+use super::markdown::capital;
 use super::page::{Section, settings};
 use maud::{Markup, html};
 use serde_json::{Map, Value};
 use taut_output::row::{self, Row, flatten, heading, is_list, rows_of, shown, words};
-use taut_output::settings::Setting;
+use taut_output::settings::{Setting, distinct};
 use taut_output::sheet::{self, Column};
 
 type List = (String, Vec<Row>);
@@ -74,12 +75,7 @@ fn collect(name: &str, value: &Value, lists: &mut Vec<List>) {
 impl Sheet {
     /// Table of a list; `known` gives headings and best values. `None` if no column has a value.
     fn of(name: String, rows: &[Row], known: &[&sheet::Sheet]) -> Option<Self> {
-        let mut keys: Vec<&String> = Vec::new();
-        for key in rows.iter().flat_map(Map::keys) {
-            if !keys.contains(&key) {
-                keys.push(key);
-            }
-        }
+        let mut keys = distinct(rows.iter().flat_map(Map::keys));
         let nothing = |v: &Value| v.is_null() || v.as_array().is_some_and(Vec::is_empty);
         let filled = |key: &&String| {
             rows.iter()
@@ -100,27 +96,9 @@ impl Sheet {
         let mut cells = vec![Vec::new(); rows.len()];
         let mut headings = Vec::new();
         for key in columns {
-            let found = known.iter().find_map(|s| Some((s, s.column(key)?)));
+            let found = known.iter().find_map(|s| Some((*s, s.column(key)?)));
             headings.push(found.map_or_else(|| heading(key), |(_, column)| column.named()));
-            let best = found.map(|(sheet, column)| sheet.best(column, rows));
-            let is_number = rows
-                .iter()
-                .any(|r| r.get(key).is_some_and(Value::is_number));
-            for (i, (row, cells)) in rows.iter().zip(&mut cells).enumerate() {
-                let value = row.get(key).unwrap_or(&Value::Null);
-                let text = match found {
-                    Some((_, column)) if !value.is_null() => column.text(row),
-                    _ => row::text(key, value),
-                };
-                cells.push(match value.as_f64() {
-                    None if is_number => Cell::none(),
-                    None => Cell::text(text),
-                    Some(number) => Cell {
-                        best: best.as_ref().is_some_and(|best| best[i]),
-                        ..Cell::number(text, number)
-                    },
-                });
-            }
+            add(found, key, rows, &mut cells);
         }
         Some(Self {
             shared: shared.collect(),
@@ -135,22 +113,37 @@ impl Sheet {
         let title = match self.name.as_str() {
             RECORDS => "All rows".to_owned(),
             "omissions" => "Left out".to_owned(),
-            name => {
-                let name = words(name);
-                let mut letters = name.chars();
-                let first = letters.next().map(|c| c.to_ascii_uppercase());
-                first.into_iter().chain(letters).collect()
-            }
+            name => capital(&words(name)),
         };
         let body = html! {
             (settings(&self.shared))
             @if !self.headings.is_empty() { (sortable(&self.headings, &self.rows)) }
         };
-        Section {
-            id: format!("table-{}", self.name),
-            title,
-            body,
-        }
+        Section::new(format!("table-{}", self.name), title, body)
+    }
+}
+
+/// Adds the cell of a column to each row, as a sheet writes it that has the column.
+fn add(found: Option<(&sheet::Sheet, &Column)>, key: &str, rows: &[Row], cells: &mut [Vec<Cell>]) {
+    let best = found.map(|(sheet, column)| sheet.best(column, rows));
+    let is_number = |row: &Row| row.get(key).is_some_and(Value::is_number);
+    let has_numbers = rows.iter().any(is_number);
+    for (i, (row, cells)) in rows.iter().zip(cells).enumerate() {
+        let value = row.get(key).unwrap_or(&Value::Null);
+        let text = match found {
+            Some((_, column)) => column.text(row),
+            None => row::text(key, value),
+        };
+        let is_missing = text == "-" || text == "–";
+        cells.push(match value.as_f64() {
+            Some(number) => Cell {
+                best: best.as_ref().is_some_and(|best| best[i]),
+                ..Cell::number(text, number)
+            },
+            None if is_missing && has_numbers => Cell::none(),
+            None if is_missing => Cell::text("–"),
+            None => Cell::text(text),
+        });
     }
 }
 
@@ -169,18 +162,7 @@ pub(super) fn table(sheet: &sheet::Sheet, data: &Value) -> Markup {
             true => heading(column.key),
             false => column.titled(),
         });
-        let best = sheet.best(column, &rows);
-        for ((row, cells), best) in rows.iter().zip(&mut cells).zip(best) {
-            let text = column.text(row);
-            cells.push(match row.get(column.key).and_then(Value::as_f64) {
-                None if text == "-" => Cell::none(),
-                None => Cell::text(text),
-                Some(number) => Cell {
-                    best,
-                    ..Cell::number(text, number)
-                },
-            });
-        }
+        add(Some((sheet, column)), column.key, &rows, &mut cells);
     }
     sortable(&headings, &cells)
 }

@@ -14,15 +14,14 @@
 use super::base::Program;
 use super::callgrind::Counter;
 use super::cases::{CASES, Case};
-use super::compare::{TOLERANCE, Verdict};
-use super::formats::{Entry, Metric};
+use super::compare::{Row, TOLERANCE, Verdict};
+use super::formats::{Entry, Metric, Metrics};
 use super::measures::{Measure, Missing};
 use super::peer::Peer;
 use super::ratio::{Ratio, median};
 use super::start::PASS;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// Relative growth of a time that passes.
@@ -87,30 +86,13 @@ pub struct Versus {
     pub every_case: bool,
 }
 
-/// A figure of two programs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Compared {
-    /// `scene/backend`.
-    pub case: String,
-    pub measure: Measure,
-    /// The base's value: of times the median of all rounds.
-    pub base: Option<f64>,
-    /// The head's.
-    pub head: Option<f64>,
-    /// The head's over the base's, as the median of the rounds' ratios.
-    pub ratio: Option<Ratio>,
-    pub verdict: Verdict,
-    /// Reason or remark beside the verdict.
-    pub note: String,
-}
-
 /// Compares the times of all cases, and their instructions where there is a counter. `progress` advances once for each
 /// figure and round.
 pub fn against(
     versus: &Versus,
     cases: &[Case],
     progress: &ProgressBar,
-) -> Result<Vec<Compared>, String> {
+) -> Result<Vec<Row>, String> {
     let mut samples: Vec<Sample<'_>> = cases.iter().flat_map(Sample::of).collect();
     progress.set_length((versus.effort.rounds * samples.len()) as u64);
     let (mut note, mut lost) = (String::new(), Vec::new());
@@ -141,12 +123,12 @@ pub fn against(
             progress.inc(1);
         }
     }
-    let mut all: Vec<Compared> = samples.iter().map(|s| s.compared(&note)).collect();
+    let mut all: Vec<Row> = samples.iter().map(|s| s.compared(&note)).collect();
     if let Some(counter) = &versus.counter {
         progress.set_message("instructions");
         // Not of what one of them does not have.
         let counted = cases.par_iter().filter(|case| {
-            let known = |c: &Compared| c.case == case.name() && c.ratio.is_some();
+            let known = |c: &Row| c.case == case.name() && c.ratio.is_some();
             case.counts_instructions() && all.iter().any(known)
         });
         let counted = counted.map(|case| instructions(versus, counter, case));
@@ -159,10 +141,10 @@ pub fn against(
 }
 
 /// A failure for a case of the base, unless this program has it too.
-fn gone(name: &str) -> Option<Compared> {
+fn gone(name: &str) -> Option<Row> {
     let known = CASES.iter().any(|case| case.name() == name);
     let why = "the base has this case, the head has not".to_owned();
-    (!known).then(|| Compared::new(name.to_owned(), Measure::Min, Err(Missing::Failed(why))))
+    (!known).then(|| Row::new(name, Measure::Min.name()).without(Missing::Failed(why)))
 }
 
 /// Base and head, of which neither is always the one that was started first.
@@ -243,20 +225,21 @@ impl<'a> Sample<'a> {
         Ok(())
     }
 
-    fn compared(&self, note: &str) -> Compared {
-        let found = match &self.missing {
-            Some(missing) => Err(missing.clone()),
-            None => {
-                let [base, head] = [0, 1].map(|one| median(self.times.iter().map(|t| t[one])));
-                let ratio = self.ratio();
-                Ok((base, head, ratio, judge(ratio, SLOWER)))
-            }
-        };
-        let mut compared = Compared::new(self.case.name(), self.measure, found);
-        if compared.ratio.is_some() {
-            note.clone_into(&mut compared.note);
+    fn compared(&self, note: &str) -> Row {
+        let row = Row::new(&self.case.name(), self.measure.name());
+        if let Some(missing) = &self.missing {
+            return row.without(missing.clone());
         }
-        compared
+        let ratio = self.ratio();
+        let [base, head] = [0, 1].map(|one| Some(median(self.times.iter().map(|t| t[one]))));
+        Row {
+            before: base,
+            now: head,
+            ratio: Some(ratio),
+            verdict: judge(ratio, SLOWER),
+            note: note.to_owned(),
+            ..row
+        }
     }
 }
 
@@ -274,40 +257,6 @@ fn both([base, head]: [Result<f64, Missing>; 2]) -> Result<[f64; 2], Missing> {
     }
 }
 
-impl Compared {
-    /// Row of a comparison, or of the reason why there is none.
-    pub(super) fn new(
-        case: String,
-        measure: Measure,
-        found: Result<(f64, f64, Ratio, Verdict), Missing>,
-    ) -> Self {
-        let blank = Self {
-            case,
-            measure,
-            base: None,
-            head: None,
-            ratio: None,
-            verdict: Verdict::Fail,
-            note: String::new(),
-        };
-        match found {
-            Ok((base, head, ratio, verdict)) => Self {
-                base: Some(base),
-                head: Some(head),
-                ratio: Some(ratio),
-                verdict,
-                ..blank
-            },
-            Err(Missing::NotMeasured(note)) => Self {
-                verdict: Verdict::NotMeasured,
-                note,
-                ..blank
-            },
-            Err(Missing::Failed(note)) => Self { note, ..blank },
-        }
-    }
-}
-
 /// The verdict on a ratio that may be 1 + `bar`.
 fn judge(ratio: Ratio, bar: f64) -> Verdict {
     match ratio {
@@ -320,43 +269,44 @@ fn judge(ratio: Ratio, bar: f64) -> Verdict {
 }
 
 /// Instructions of a step of both programs.
-fn instructions(versus: &Versus, counter: &Counter, case: &Case) -> Compared {
+fn instructions(versus: &Versus, counter: &Counter, case: &Case) -> Row {
+    let row = Row::new(&case.name(), Measure::Instructions.name());
     let count = |program: &Program| counter.of(&program.path).per_step(case);
     let counts = count(&versus.base).and_then(|base| Ok((base, count(&versus.head)?)));
-    let found = counts.map(|(base, head)| {
-        let bar = if case.has_24_segments() {
-            SMALL
-        } else {
-            TOLERANCE
-        };
-        let value = head / base;
-        let ratio = Ratio {
-            value,
-            low: value - REPEATS,
-            high: value + REPEATS,
-        };
-        (base, head, ratio, judge(ratio, bar))
-    });
-    Compared::new(case.name(), Measure::Instructions, found)
-}
-
-fn ratio_name(measure: Measure) -> String {
-    format!("{}-against-base", measure.name())
+    let (base, head) = match counts {
+        Ok(counts) => counts,
+        Err(missing) => return row.without(missing),
+    };
+    let bar = if case.has_24_segments() {
+        SMALL
+    } else {
+        TOLERANCE
+    };
+    let value = head / base;
+    let ratio = Ratio {
+        value,
+        low: value - REPEATS,
+        high: value + REPEATS,
+    };
+    Row {
+        before: Some(base),
+        now: Some(head),
+        ratio: Some(ratio),
+        verdict: judge(ratio, bar),
+        ..row
+    }
 }
 
 /// The ratios as github-action-benchmark reads them, and as Bencher does.
-pub fn ratios(
-    compared: &[Compared],
-    base: &str,
-) -> (Vec<Entry>, BTreeMap<String, BTreeMap<String, Metric>>) {
-    let (mut entries, mut metrics) = (Vec::new(), BTreeMap::<_, BTreeMap<_, _>>::new());
-    for c in compared {
-        let Some(ratio) = c.ratio.filter(|r| r.value.is_finite()) else {
+pub fn ratios(rows: &[Row], base: &str) -> (Vec<Entry>, Metrics) {
+    let (mut entries, mut metrics) = (Vec::new(), Metrics::new());
+    for row in rows {
+        let Some(ratio) = row.ratio.filter(|r| r.value.is_finite()) else {
             continue;
         };
-        let name = ratio_name(c.measure);
+        let name = format!("{}-against-base", row.measure);
         entries.push(Entry {
-            name: format!("{}/{name}", c.case),
+            name: format!("{}/{name}", row.case),
             unit: "of the base".to_owned(),
             value: ratio.value,
             range: Some(format!("{:.4} to {:.4}", ratio.low, ratio.high)),
@@ -367,10 +317,8 @@ pub fn ratios(
             lower_value: Some(ratio.low),
             upper_value: Some(ratio.high),
         };
-        metrics
-            .entry(c.case.clone())
-            .or_default()
-            .insert(name, metric);
+        let case = metrics.entry(row.case.clone()).or_default();
+        case.insert(name, metric);
     }
     (entries, metrics)
 }
@@ -450,18 +398,10 @@ mod tests {
 
     #[test]
     fn ratios_are_figures_with_their_interval() {
-        let compared = Compared {
-            case: "gantry/banded".to_owned(),
-            measure: Measure::P99,
-            base: Some(100.0),
-            head: Some(102.0),
+        let absent = Row::new("gantry/banded", Measure::P99.name());
+        let compared = Row {
             ratio: Some(ratio(1.02, 1.0104, 1.03)),
-            verdict: Verdict::Slower,
-            note: String::new(),
-        };
-        let absent = Compared {
-            ratio: None,
-            ..compared.clone()
+            ..absent.clone()
         };
         let (entries, metrics) = ratios(&[compared, absent], "abc");
         assert_eq!(entries.len(), 1);

@@ -1,6 +1,6 @@
 //! Tracked cases: scenes × solvers, their measures, and the bar of each error.
 
-use super::measures::{Bars, Measure};
+use super::measures::Measure;
 use super::start::PASS;
 use std::fmt;
 use taut_ground::choice::Choice;
@@ -117,27 +117,25 @@ pub struct Case {
     pub place: Place,
     /// The solver, as the command line reads it; its options besides are those of [`Choice::options`].
     pub backend: &'static str,
-    /// Largest errors that pass.
-    pub bars: Bars,
+    /// Largest errors that pass, in the order of `BARRED`; infinite without a bar.
+    pub bars: [f64; 4],
     /// Takes part in a quick run.
     pub quick: bool,
 }
 
-/// The bars stand in the order of the fields of [`Bars`].
-const fn case(
-    place: Place,
-    backend: &'static str,
-    [forward, backward, load, elongation]: [f64; 4],
-) -> Case {
+/// Measures that a case has a bar for; the last one is of hoists alone.
+const BARRED: [Measure; 4] = [
+    Measure::ForwardError,
+    Measure::BackwardError,
+    Measure::LoadError,
+    Measure::ElongationError,
+];
+
+const fn case(place: Place, backend: &'static str, bars: [f64; 4]) -> Case {
     Case {
         place,
         backend,
-        bars: Bars {
-            forward,
-            backward,
-            load,
-            elongation,
-        },
+        bars,
         quick: false,
     }
 }
@@ -256,16 +254,11 @@ impl Case {
 
     /// Largest figure that passes; `None` if it is judged otherwise or not at all.
     pub fn bar(&self, measure: Measure) -> Option<f64> {
-        let bars = &self.bars;
-        let bar = match measure {
-            Measure::Allocations if self.is_own() => 0.0,
-            Measure::ForwardError => bars.forward,
-            Measure::BackwardError => bars.backward,
-            Measure::LoadError => bars.load,
-            Measure::ElongationError => bars.elongation,
-            _ => NONE,
-        };
-        bar.is_finite().then_some(bar)
+        if measure == Measure::Allocations && self.is_own() {
+            return Some(0.0);
+        }
+        let place = BARRED.iter().position(|known| *known == measure)?;
+        Some(self.bars[place]).filter(|bar| bar.is_finite())
     }
 }
 

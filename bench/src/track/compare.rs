@@ -13,6 +13,7 @@
 use super::cases::CASES;
 use super::formats::Entry;
 use super::measures::{Figure, Kind, Measure, Missing};
+use super::ratio::Ratio;
 use std::collections::HashSet;
 use std::fmt;
 
@@ -54,20 +55,53 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// A figure beside the baseline's.
+/// A figure beside that of the baseline, or that of another program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// `scene/backend`.
     pub case: String,
     pub measure: String,
-    pub baseline: Option<f64>,
-    /// The value now.
+    /// The baseline's value, or the base's: of times the median of all rounds.
+    pub before: Option<f64>,
+    /// The value now, or the head's.
     pub now: Option<f64>,
+    /// The head's over the base's, as the median of the rounds' ratios.
+    pub ratio: Option<Ratio>,
     /// The bar, for errors.
     pub bar: Option<f64>,
     pub verdict: Verdict,
     /// Reason or remark beside the verdict.
     pub note: String,
+}
+
+impl Row {
+    /// A failed row without values.
+    pub(super) fn new(case: &str, measure: &str) -> Self {
+        Self {
+            case: case.to_owned(),
+            measure: measure.to_owned(),
+            before: None,
+            now: None,
+            ratio: None,
+            bar: None,
+            verdict: Verdict::Fail,
+            note: String::new(),
+        }
+    }
+
+    /// The row with the reason why it has no value.
+    pub(super) fn without(self, missing: Missing) -> Self {
+        let verdict = match missing {
+            Missing::NotMeasured(_) => Verdict::NotMeasured,
+            Missing::Failed(_) => Verdict::Fail,
+        };
+        let note = missing.reason();
+        Self {
+            verdict,
+            note,
+            ..self
+        }
+    }
 }
 
 /// Every figure beside the baseline's of the same name, in the figures' order; then those of the baseline that are no
@@ -85,13 +119,9 @@ pub fn compare(figures: &[Figure], baseline: &[Entry]) -> Vec<Row> {
     rows.extend(gone.map(|e| {
         let (case, measure) = e.name.rsplit_once('/').unwrap_or((&e.name, ""));
         Row {
-            case: case.to_owned(),
-            measure: measure.to_owned(),
-            baseline: Some(e.value),
-            now: None,
-            bar: None,
-            verdict: Verdict::Fail,
+            before: Some(e.value),
             note: "no longer tracked: `--update` takes it out of the baseline".to_owned(),
+            ..Row::new(case, measure)
         }
     }));
     rows
@@ -106,23 +136,21 @@ fn tracked() -> impl Iterator<Item = String> {
 }
 
 fn row(figure: &Figure, entry: Option<&Entry>) -> Row {
-    let baseline = entry.map(|e| e.value);
-    let (now, verdict, note) = match &figure.value {
-        Err(Missing::NotMeasured(why)) => (None, Verdict::NotMeasured, why.clone()),
-        Err(Missing::Failed(why)) => (None, Verdict::Fail, why.clone()),
-        Ok(value) => {
-            let (verdict, note) = judge(figure, *value, entry);
-            (Some(*value), verdict, note)
-        }
-    };
-    Row {
-        case: figure.case.clone(),
-        measure: figure.measure.name().to_owned(),
-        baseline,
-        now,
+    let row = Row {
+        before: entry.map(|e| e.value),
         bar: figure.bar,
+        ..Row::new(&figure.case, figure.measure.name())
+    };
+    let value = match &figure.value {
+        Ok(value) => *value,
+        Err(missing) => return row.without(missing.clone()),
+    };
+    let (verdict, note) = judge(figure, value, entry);
+    Row {
+        now: Some(value),
         verdict,
         note,
+        ..row
     }
 }
 
@@ -247,7 +275,7 @@ mod tests {
             other.extra = extra.to_owned();
             let rows = compare(&[figure(Measure::Instructions, 2000.0, None)], &[other]);
             assert_eq!(rows[0].verdict, verdict);
-            assert_eq!(rows[0].baseline, Some(1000.0));
+            assert_eq!(rows[0].before, Some(1000.0));
             let uncounted = verdict == Verdict::OtherToolchain;
             assert_eq!(uncompared(&rows), usize::from(uncounted));
             let now = "rustc 1, generic, valgrind-2";

@@ -35,6 +35,9 @@ pub fn entries(figures: &[Figure]) -> Vec<Entry> {
     figures.iter().filter_map(entry).collect()
 }
 
+/// Bencher's benchmarks, each with its measures by name.
+pub type Metrics = BTreeMap<String, BTreeMap<String, Metric>>;
+
 /// A measure of Bencher's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Metric {
@@ -49,8 +52,8 @@ pub struct Metric {
 
 /// Benchmarks `scene/backend`, each with its measures by name. The time is `latency`, the median with
 /// the least as the lower value (ns).
-pub fn bencher(figures: &[Figure]) -> BTreeMap<String, BTreeMap<&'static str, Metric>> {
-    let mut all: BTreeMap<String, BTreeMap<&'static str, Metric>> = BTreeMap::new();
+pub fn bencher(figures: &[Figure]) -> Metrics {
+    let mut all = Metrics::new();
     for figure in figures {
         let Some(value) = figure.value.as_ref().ok().filter(|v| v.is_finite()) else {
             continue;
@@ -69,9 +72,8 @@ pub fn bencher(figures: &[Figure]) -> BTreeMap<String, BTreeMap<&'static str, Me
             lower_value,
             upper_value: None,
         };
-        all.entry(figure.case.clone())
-            .or_default()
-            .insert(name, metric);
+        let case = all.entry(figure.case.clone()).or_default();
+        case.insert(name.to_owned(), metric);
     }
     all
 }

@@ -49,56 +49,32 @@ impl Measure {
         Self::P99,
     ];
 
-    /// Its part of a figure's name.
-    pub fn name(self) -> &'static str {
+    /// Its part of a figure's name, its unit, and how it is judged.
+    fn about(self) -> (&'static str, &'static str, Kind) {
         match self {
-            Self::Instructions => "instructions",
-            Self::Allocations => "allocations",
-            Self::ForwardError => "forward-error",
-            Self::BackwardError => "backward-error",
-            Self::LoadError => "load-error",
-            Self::ElongationError => "elongation-error",
-            Self::Min => "time-min",
-            Self::Median => "time-median",
-            Self::P99 => "time-p99",
+            Self::Instructions => ("instructions", "instructions/step", Kind::Instructions),
+            Self::Allocations => ("allocations", "calls/step", Kind::Barred),
+            Self::ForwardError => ("forward-error", "relative", Kind::Barred),
+            Self::BackwardError => ("backward-error", "relative", Kind::Barred),
+            Self::LoadError => ("load-error", "m", Kind::Barred),
+            Self::ElongationError => ("elongation-error", "relative", Kind::Barred),
+            Self::Min => ("time-min", "ns/step", Kind::Wall),
+            Self::Median => ("time-median", "ns/step", Kind::Wall),
+            Self::P99 => ("time-p99", "ns/step", Kind::Wall),
         }
+    }
+
+    pub fn name(self) -> &'static str {
+        self.about().0
     }
 
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Instructions => "instructions/step",
-            Self::Allocations => "calls/step",
-            Self::ForwardError | Self::BackwardError | Self::ElongationError => "relative",
-            Self::LoadError => "m",
-            _ => "ns/step",
-        }
+        self.about().1
     }
 
-    /// How it is judged.
     pub fn kind(self) -> Kind {
-        match self {
-            Self::Instructions => Kind::Instructions,
-            Self::Allocations
-            | Self::ForwardError
-            | Self::BackwardError
-            | Self::LoadError
-            | Self::ElongationError => Kind::Barred,
-            _ => Kind::Wall,
-        }
+        self.about().2
     }
-}
-
-/// Largest errors of a case that pass.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bars {
-    /// Bar of [`Measure::ForwardError`]; infinite, here as below, without a bar.
-    pub forward: f64,
-    /// Bar of [`Measure::BackwardError`].
-    pub backward: f64,
-    /// Bar of [`Measure::LoadError`] \[m].
-    pub load: f64,
-    /// Bar of [`Measure::ElongationError`]; unused except for a hoist.
-    pub elongation: f64,
 }
 
 /// Result of one measurement.

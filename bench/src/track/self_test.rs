@@ -1,9 +1,9 @@
 //! Self-test of comparisons on this machine: the program must pass against itself, and must fail
 //! every time against a copy that spins after each step until its time is 10 % longer.
 
-use super::against::{Compared, Versus, against};
+use super::against::{Versus, against};
 use super::cases::Case;
-use super::compare::Verdict;
+use super::compare::{Row, Verdict};
 use indicatif::ProgressBar;
 
 /// The part that each step is made longer by.
@@ -54,7 +54,7 @@ pub fn self_test(
         progress.set_message(format!("trial {trial} of {trials}"));
         progress.reset();
         let same = against(versus, cases, progress)?;
-        let measured = |c: &&Compared| c.verdict != Verdict::NotMeasured;
+        let measured = |c: &&Row| c.verdict != Verdict::NotMeasured;
         test.figures = same.iter().filter(measured).count();
         if test.figures == 0 {
             break;
@@ -69,13 +69,13 @@ pub fn self_test(
 }
 
 /// True if any figure was measured and every measured one has a right verdict.
-fn all(compared: &[Compared], is_right: fn(Verdict) -> bool) -> bool {
+fn all(compared: &[Row], is_right: fn(Verdict) -> bool) -> bool {
     let verdicts = compared.iter().map(|c| c.verdict);
     let mut judged = verdicts.filter(|v| *v != Verdict::NotMeasured).peekable();
     judged.peek().is_some() && judged.all(is_right)
 }
 
-fn widen([least, most]: &mut [f64; 2], compared: &[Compared]) {
+fn widen([least, most]: &mut [f64; 2], compared: &[Row]) {
     for ratio in compared.iter().filter_map(|c| c.ratio) {
         *least = least.min(ratio.value);
         *most = most.max(ratio.value);
@@ -84,12 +84,12 @@ fn widen([least, most]: &mut [f64; 2], compared: &[Compared]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::measures::{Measure, Missing};
+    use super::super::measures::Missing;
     use super::*;
 
     #[test]
     fn what_was_not_measured_is_no_trial() {
-        let found = |missing| Compared::new("gantry/banded".to_owned(), Measure::Min, Err(missing));
+        let found = |missing| Row::new("gantry/banded", "time-min").without(missing);
         let absent = || found(Missing::NotMeasured(String::new()));
         let failed = || found(Missing::Failed(String::new()));
         let fails = |verdict| verdict == Verdict::Fail;

@@ -1,13 +1,12 @@
 //! The comparison as a table for people.
 
-use super::against::Compared;
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
-use super::ratio::Ratio;
 use super::self_test::{SLOWED, SelfTest};
-use comfy_table::{Cell, CellAlignment};
+use comfy_table::Cell;
 use std::fmt::Write;
-use taut_output::table::{error, table, verdict, wrapped};
+use taut_output::settings::distinct;
+use taut_output::table::{error, pairs, table, verdict};
 
 pub const LEGEND: &str = "\
 A step from a common state of the scene. instructions: by callgrind, FAIL beyond 2 % above the baseline of the same
@@ -21,62 +20,61 @@ rounds with its bootstrap interval of 95 %. time-min and time-p99 FAIL where the
 
 /// A row for each figure under the name of its case; then the notes and the counts of the verdicts.
 pub fn text(rows: &[Row]) -> String {
-    let mut t = table(&["", "baseline", "now", "ratio", "bar", "verdict"]);
-    let mut notes: Vec<&str> = Vec::new();
+    let cells = |row: &Row| {
+        let ratio = row.before.zip(row.now).map(|(before, now)| now / before);
+        let ratio = ratio.filter(|r| r.is_finite()).map(|r| format!("{r:.3}"));
+        [ratio, row.bar.map(bar)]
+    };
+    figures(rows, ["baseline", "now", "ratio", "bar"], cells) + &summary(rows)
+}
+
+/// Table of a comparison of two programs.
+pub fn against_text(rows: &[Row]) -> String {
+    let cells = |row: &Row| {
+        let ratio = row.ratio.map(|r| format!("{:.4}", r.value));
+        let interval = row.ratio.map(|r| format!("{:.4} … {:.4}", r.low, r.high));
+        [ratio, interval]
+    };
+    figures(rows, ["base", "head", "ratio", "interval"], cells)
+}
+
+/// The rows with their values, two further cells, their verdicts and the notes below them.
+fn figures(
+    rows: &[Row],
+    [before, now, third, fourth]: [&str; 4],
+    cells: impl Fn(&Row) -> [Option<String>; 2],
+) -> String {
+    let mut t = table(&["", before, now, third, fourth, "verdict"]);
+    let notes = rows.iter().map(|row| row.note.as_str());
+    let notes = distinct(notes.filter(|note| !note.is_empty()));
+    let noted = |row: &Row| match notes.iter().position(|note| *note == row.note) {
+        None => row.verdict.to_string(),
+        Some(i) => format!("{} ({})", row.verdict, i + 1),
+    };
     let mut case = "";
     for row in rows {
         if row.case != case {
             case = &row.case;
             t.add_row([case]);
         }
-        let judged = noted(row.verdict, &row.note, &mut notes);
-        let ratio = row.baseline.zip(row.now).map(|(before, now)| now / before);
-        let ratio = ratio.filter(|r| r.is_finite());
         let good = match row.verdict {
-            Verdict::Pass | Verdict::Better => Some(true),
-            Verdict::Fail => Some(false),
-            _ => None,
-        };
-        t.add_row([
-            Cell::new(format!("  {}", row.measure)),
-            Cell::new(number(&row.measure, row.baseline)),
-            Cell::new(number(&row.measure, row.now)),
-            Cell::new(ratio.map_or_else(String::new, |r| format!("{r:.3}"))),
-            Cell::new(row.bar.map_or_else(String::new, bar)),
-            verdict(judged, good),
-        ]);
-    }
-    taut_output::table::text(&t) + &listed(&notes) + &summary(rows)
-}
-
-/// Table of a comparison of two programs.
-pub fn against_text(compared: &[Compared]) -> String {
-    let mut t = table(&["", "base", "head", "ratio", "interval", "verdict"]);
-    let mut notes = Vec::new();
-    let mut case = "";
-    for c in compared {
-        if c.case != case {
-            case = &c.case;
-            t.add_row([case]);
-        }
-        let good = match c.verdict {
             Verdict::Pass | Verdict::Better => Some(true),
             Verdict::Fail | Verdict::Slower => Some(false),
             _ => None,
         };
-        let value = |value| number(c.measure.name(), value);
-        let ratio = |of: fn(&Ratio) -> f64| c.ratio.map(|r| format!("{:.4}", of(&r)));
-        let ends = ratio(|r| r.low).zip(ratio(|r| r.high));
+        let [third, fourth] = cells(row).map(|cell| Cell::new(cell.unwrap_or_default()));
         t.add_row([
-            Cell::new(format!("  {}", c.measure.name())),
-            Cell::new(value(c.base)),
-            Cell::new(value(c.head)),
-            Cell::new(ratio(|r| r.value).unwrap_or_default()),
-            Cell::new(ends.map_or_else(String::new, |(low, high)| format!("{low} … {high}"))),
-            verdict(noted(c.verdict, &c.note, &mut notes), good),
+            Cell::new(format!("  {}", row.measure)),
+            Cell::new(number(&row.measure, row.before)),
+            Cell::new(number(&row.measure, row.now)),
+            third,
+            fourth,
+            verdict(noted(row), good),
         ]);
     }
-    taut_output::table::text(&t) + &listed(&notes)
+    let notes = notes.iter().enumerate();
+    let notes = notes.map(|(i, note)| [format!("({})", i + 1), (*note).to_owned()]);
+    taut_output::table::text(&t) + &pairs(notes)
 }
 
 pub fn self_test_text(test: &SelfTest) -> String {
@@ -94,33 +92,6 @@ pub fn self_test_text(test: &SelfTest) -> String {
     let slower = format!("{:.0} % slower", 100.0 * SLOWED);
     line("the same program", test.same, "pass", test.same_ratios)
         + &line(&slower, test.slowed, "fail", test.slowed_ratios)
-}
-
-fn noted<'a>(verdict: Verdict, note: &'a str, notes: &mut Vec<&'a str>) -> String {
-    if note.is_empty() {
-        return verdict.to_string();
-    }
-    let known = notes.iter().position(|n| *n == note);
-    let index = known.unwrap_or_else(|| {
-        notes.push(note);
-        notes.len() - 1
-    });
-    format!("{verdict} ({})", index + 1)
-}
-
-/// The notes with their numbers; empty without any.
-fn listed(notes: &[&str]) -> String {
-    if notes.is_empty() {
-        return String::new();
-    }
-    let mut list = wrapped(&[]);
-    for (i, note) in notes.iter().enumerate() {
-        list.add_row([format!("({})", i + 1), (*note).to_owned()]);
-    }
-    for column in list.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Left);
-    }
-    taut_output::table::text(&list)
 }
 
 fn number(measure: &str, value: Option<f64>) -> String {
@@ -172,13 +143,11 @@ mod tests {
     #[test]
     fn figures_stand_under_their_case_with_their_notes_below() {
         let row = |measure: Measure, now, verdict, note: &str| Row {
-            case: "hoist-24-1e3/gauss-seidel:groups".to_owned(),
-            measure: measure.name().to_owned(),
-            baseline: Some(1000.0),
+            before: Some(1000.0),
             now: Some(now),
-            bar: None,
             verdict,
             note: note.to_owned(),
+            ..Row::new("hoist-24-1e3/gauss-seidel:groups", measure.name())
         };
         let rows = [
             row(Measure::Instructions, 900.0, Verdict::Better, ""),

@@ -325,10 +325,6 @@ fn record(
     let timing: Timing = run.nanoseconds(PhaseTimes::total);
     let steps = run.samples.len().max(1) as f64;
     let times = run.samples.iter().map(|s| s.phases.total().as_secs_f64());
-    let choice = Choice {
-        backend: options.backend.clone(),
-        form: options.form,
-    };
     Ok(json!({
         "joint": params.joint,
         "segments": params.segments,
@@ -338,7 +334,7 @@ fn record(
         "scheme": options.scheme.to_string(),
         "stiffness": options.stiffness.to_string(),
         "guard": options.guard.is_some(),
-        "backend": choice.family(),
+        "backend": Choice::of(options).family(),
         "iterations": setting.iterations,
         "refinements": options.refinements,
         "dt": dt,
@@ -381,14 +377,12 @@ const SHEETS: &[Sheet] = &[Sheet {
         column("drive", "{}").shown(Show::Row(drive)),
     ],
     columns: &[column("setting", "setting"), motions::RATE],
-    across: Some(Across {
-        by: RATIOS,
-        cells: &[column("horizontal_m", "")
+    across: sheet::across(
+        RATIOS,
+        &[column("horizontal_m", "")
             .shown(Show::Row(motion))
             .least_of(distance)],
-        several: false,
-        most: usize::MAX,
-    }),
+    ),
     takes: is_motion,
     counts: |row| is(row, "stable"),
     rivals: &["dt"],
@@ -416,9 +410,9 @@ const SOLVERS: Sheet = Sheet {
         column("iterations", "iter."),
         column("refinements", "refined"),
     ],
-    across: Some(Across {
-        by: RATIOS,
-        cells: &[
+    across: sheet::across(
+        RATIOS,
+        &[
             column("horizontal_m", "mm")
                 .shown(Show::Row(|row| {
                     lost(row).unwrap_or_else(|| mm(distance(row)))
@@ -426,9 +420,7 @@ const SOLVERS: Sheet = Sheet {
                 .least_of(distance),
             sheet::time("step_ns", "step"),
         ],
-        several: false,
-        most: usize::MAX,
-    }),
+    ),
     counts: |row| is(row, "stable"),
     ..sheet::PLAIN
 };

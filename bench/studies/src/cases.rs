@@ -28,16 +28,9 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use taut_output::check::ExperimentError;
 
 /// No fault: the study is not whole, for other shards have the rest of its cases.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("the other cases are those of other shards")]
 pub struct Elsewhere;
-
-impl fmt::Display for Elsewhere {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the other cases are those of other shards")
-    }
-}
-
-impl std::error::Error for Elsewhere {}
 
 /// One of several runs that share a study, such as `3/8`: the third of eight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

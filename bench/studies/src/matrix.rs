@@ -6,7 +6,6 @@ use crate::study::question::*;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
-use suite::Entry;
 use taut_ground::Choice;
 use taut_ground::matrix::solve::{About, CONVERGED, Config, DIRECT, Record, Results};
 use taut_ground::matrix::{System, solve};
@@ -313,32 +312,30 @@ const SUITE: Sheet = Sheet {
 };
 
 /// The graded set by topology and size.
-pub fn suite_table(entries: &[Entry]) -> String {
-    let key = |e: &Entry| (e.topology, e.size);
-    let groups = entries.chunk_by(|a, b| key(a) == key(b));
+pub fn suite_table(entries: &[Row]) -> String {
+    let groups = entries.chunk_by(|a, b| a["topology"] == b["topology"] && a["size"] == b["size"]);
     SUITE.of(&groups.map(of_size).collect::<Vec<_>>())
 }
 
 /// Facts common to the systems of a topology and size.
-fn of_size(group: &[Entry]) -> Value {
-    let conditions = || group.iter().filter_map(|e| e.condition);
-    let scaled = || group.iter().filter_map(|e| e.condition_scaled);
-    let bytes: u64 = group.iter().map(|e| e.bytes).sum();
-    let rows = || group.iter().map(|e| e.dim);
-    let rows = match (rows().min(), rows().max()) {
+fn of_size(group: &[Row]) -> Value {
+    let values = |key| group.iter().filter_map(move |row| number_of(row, key));
+    let least = |key| values(key).reduce(f64::min);
+    let most = |key| values(key).reduce(f64::max);
+    let rows = match (least("dim"), most("dim")) {
         (Some(least), Some(most)) if least < most => format!("{least} … {most}"),
-        (least, _) => least.unwrap_or(0).to_string(),
+        (least, _) => least.unwrap_or(0.0).to_string(),
     };
     json!({
-        "topology": group[0].topology,
-        "size": group[0].size,
+        "topology": group[0]["topology"],
+        "size": group[0]["size"],
         "systems": group.len(),
-        "solved": group.iter().filter(|e| e.solution).count(),
+        "solved": group.iter().filter(|row| is(row, "solution")).count(),
         "rows": rows,
-        "least": conditions().reduce(f64::min),
-        "most": conditions().reduce(f64::max),
-        "least_scaled": scaled().reduce(f64::min),
-        "most_scaled": scaled().reduce(f64::max),
-        "megabytes": bytes as f64 / 1e6,
+        "least": least("condition"),
+        "most": most("condition"),
+        "least_scaled": least("condition_scaled"),
+        "most_scaled": most("condition_scaled"),
+        "megabytes": values("bytes").sum::<f64>() / 1e6,
     })
 }

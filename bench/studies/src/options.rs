@@ -2,22 +2,14 @@
 
 use clap::{ArgMatches, Args, Command};
 use std::any::Any;
-use std::fmt;
 use taut_ground::choice::Choice;
 use taut_ground::trajectory::steps_in;
 use taut_output::settings::distinct;
 
 /// An option whose value cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub struct Refused(pub String);
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Refused {}
 
 fn refused<T>(reason: String) -> Result<T, Refused> {
     Err(Refused(reason))
@@ -71,11 +63,6 @@ impl Asked {
             time: given(matches, "time").pop(),
             quick: given::<bool>(matches, "quick") == [true],
         }
-    }
-
-    /// The short form of an experiment where it is asked for, else the whole one.
-    pub(crate) fn form<C: Default>(&self, quick: fn() -> C) -> C {
-        if self.quick { quick() } else { C::default() }
     }
 
     /// The numbers given, ascending and once each, in place of others.

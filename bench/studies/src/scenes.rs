@@ -71,38 +71,29 @@ pub struct Config {
 
 impl Default for Config {
     fn default() -> Self {
-        Self {
-            sizes: vec![
-                (Network::Ring, vec![24, 50, 100, 200, 1000]),
-                (Network::Junction, vec![8, 24, 100]),
-                (Network::Cranes, vec![8, 24, 100]),
-                (Network::Ladder, vec![2, 4, 8, 16, 64]),
-                (Network::Net, vec![5, 8, 14, 20]),
-            ],
-            ratios: vec![100.0],
-            choices: Choice::all(),
-            iterations: vec![10, 100, 1000],
-            dt: 1.0 / 60.0,
-            time: 1.0,
-            timing_budget: Duration::from_millis(15),
-        }
+        Self::new(false)
     }
 }
 
 impl Config {
-    /// Two small sizes of each scene.
-    pub fn quick() -> Self {
+    /// All scenes and solvers; quick two small sizes of each scene.
+    pub fn new(quick: bool) -> Self {
+        let sizes: [(_, &[usize], [usize; 2]); 5] = [
+            (Network::Ring, &[24, 50, 100, 200, 1000], [12, 24]),
+            (Network::Junction, &[8, 24, 100], [4, 8]),
+            (Network::Cranes, &[8, 24, 100], [6, 12]),
+            (Network::Ladder, &[2, 4, 8, 16, 64], [2, 3]),
+            (Network::Net, &[5, 8, 14, 20], [4, 5]),
+        ];
+        let sizes = sizes.map(|(n, whole, few)| (n, pick(quick, [whole, &few]).to_vec()));
         Self {
-            sizes: vec![
-                (Network::Ring, vec![12, 24]),
-                (Network::Junction, vec![4, 8]),
-                (Network::Cranes, vec![6, 12]),
-                (Network::Ladder, vec![2, 3]),
-                (Network::Net, vec![4, 5]),
-            ],
-            iterations: vec![10, 100],
-            timing_budget: Duration::from_millis(2),
-            ..Self::default()
+            sizes: sizes.to_vec(),
+            ratios: vec![100.0],
+            choices: Choice::all(),
+            iterations: pick(quick, [vec![10, 100, 1000], vec![10, 100]]),
+            dt: 1.0 / 60.0,
+            time: 1.0,
+            timing_budget: Duration::from_millis(pick(quick, [15, 2])),
         }
     }
 
@@ -382,7 +373,7 @@ mod tests {
     fn every_direct_solver_keeps_the_bar_on_every_scene() {
         let config = Config {
             timing_budget: Duration::ZERO,
-            ..Config::quick()
+            ..Config::new(true)
         };
         let results = run(&config, &Cases::default()).unwrap();
         for network in Network::ALL {

@@ -326,12 +326,10 @@ const LARGEST: Column = column("highest", "largest").shown(Show::Row(largest));
 const SHEETS: &[Sheet] = &[Sheet {
     shared: &[column("cable", "{}"), column("segments", "{} segments")],
     columns: &[JOINT, column("scheme", "scheme")],
-    across: Some(Across {
-        by: &[column("stiffness", "{}").shown(Show::Row(stiffness))],
-        cells: &[column("highest", "").shown(Show::Row(largest))],
-        several: false,
-        most: usize::MAX,
-    }),
+    across: sheet::across(
+        &[column("stiffness", "{}").shown(Show::Row(stiffness))],
+        &[column("highest", "").shown(Show::Row(largest))],
+    ),
     takes: |row| !is(row, "guarded") && !is(row, "planar") && !readable(row),
     ..sheet::PLAIN
 }];

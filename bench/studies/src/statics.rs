@@ -333,14 +333,12 @@ const NEEDED: Sheet = Sheet {
         RATIO,
         column("warm_start", "start").shown(Show::Row(start)),
     ],
-    across: Some(Across {
-        by: &[column("level", "{}").shown(Show::Error(0))],
-        cells: &[column("iterations", "")
+    across: sheet::across(
+        &[column("level", "{}").shown(Show::Error(0))],
+        &[column("iterations", "")
             .shown(Show::Row(iterations))
             .least()],
-        several: false,
-        most: usize::MAX,
-    }),
+    ),
     rivals: &["segments", "mass_ratio"],
     ..sheet::PLAIN
 };

@@ -130,13 +130,6 @@ struct Options {
     next: Option<StepOptions>,
 }
 
-fn chosen(options: &StepOptions) -> Choice {
-    Choice {
-        backend: options.backend.clone(),
-        form: options.form,
-    }
-}
-
 /// A run after its first step, which `stop` ends early.
 type Begun = (Stepper, Simulation, Sample);
 
@@ -161,7 +154,7 @@ fn begun(
 
 /// Message of a run that begins with the options `held`, since the `asked` ones end with `error`.
 fn told(asked: &StepOptions, held: &StepOptions, error: &StepError) -> String {
-    let name = |options: &StepOptions| format!("`{}`, `{}`", chosen(options), options.scheme);
+    let name = |options: &StepOptions| format!("`{}`, `{}`", Choice::of(options), options.scheme);
     let (asked, held) = (name(asked), name(held));
     format!("{asked} makes no step ({error}): the run began anew with {held}")
 }
@@ -279,7 +272,7 @@ impl Drive {
                 let choice: Choice = name.parse()?;
                 choice.check().map_err(|e| e.to_string())?;
                 self.with_options(|options| {
-                    let old = chosen(options).options(options.dt);
+                    let old = Choice::of(options).options(options.dt);
                     let new = choice.options(options.dt);
                     options.backend = new.backend;
                     options.form = new.form;
@@ -491,7 +484,7 @@ impl Drive {
         });
         let failure = self.simulation.failure.as_ref();
         Status {
-            solver: chosen(options).to_string(),
+            solver: Choice::of(options).to_string(),
             scheme: options.scheme.to_string(),
             paused: self.paused,
             steps: self.steps,

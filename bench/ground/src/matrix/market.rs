@@ -29,37 +29,12 @@ const MOST_BLOCKS: usize = 1 << 23;
 /// Entries that memory is made for before they are there.
 const EXPECTED: usize = 1 << 12;
 
-/// Fault of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Fault {
-    /// It cannot be opened, read or unpacked.
-    Unreadable,
-    /// It does not begin with a banner.
-    Banner,
-    /// A matrix of a kind that is not solved here.
-    Unsupported,
-    /// Malformed sizes, or sizes beyond any machine.
-    Sizes,
-    /// A malformed index, or one out of its range.
-    Index,
-    /// A value that is not a finite number.
-    Value,
-    /// Fewer or more numbers in a line, or lines, than there should be.
-    Count,
-    /// Sound in itself, but not what is needed: not square, no right-hand side of that length, singular as it stands.
-    Shape,
-    /// Blocks or groups that do not fit the matrix.
-    Blocks,
-}
-
 /// A file that is not read, with its line where there is one, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MarketError {
     pub path: PathBuf,
     /// Line from 1.
     pub line: Option<u64>,
-    pub fault: Fault,
     /// Fault and remedy, in words.
     pub message: String,
 }
@@ -101,7 +76,6 @@ pub fn read(path: &Path) -> Result<Market, MarketError> {
     let unreadable = |e: io::Error| MarketError {
         path: path.to_owned(),
         line: None,
-        fault: Fault::Unreadable,
         message: format!("cannot be read: {e}"),
     };
     let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(unreadable)?);
@@ -145,11 +119,10 @@ struct Reader<'a, R> {
 }
 
 impl<R: BufRead> Reader<'_, R> {
-    fn error(&self, fault: Fault, message: impl Into<String>) -> MarketError {
+    fn error(&self, message: impl Into<String>) -> MarketError {
         MarketError {
             path: self.path.to_owned(),
             line: (self.number > 0).then_some(self.number),
-            fault,
             message: message.into(),
         }
     }
@@ -162,10 +135,9 @@ impl<R: BufRead> Reader<'_, R> {
         let mut count = 0;
         while self.next_data()? {
             if count == promised {
-                let message = format!(
+                return Err(self.error(format!(
                     "more than the {promised} entries that line {at} promises: correct it there"
-                );
-                return Err(self.error(Fault::Count, message));
+                )));
             }
             if banner.array {
                 self.array_entry(banner, count)?;
@@ -175,11 +147,10 @@ impl<R: BufRead> Reader<'_, R> {
             count += 1;
         }
         if count < promised {
-            let message = format!(
+            return Err(self.error(format!(
                 "the file ends after {count} of the {promised} entries that line {at} promises: it is cut off, or the \
                  line is wrong"
-            );
-            return Err(self.error(Fault::Count, message));
+            )));
         }
         if banner.array && self.market.columns > 1 {
             self.market.entries.retain(|&(_, _, value)| value != 0.0);
@@ -194,14 +165,12 @@ impl<R: BufRead> Reader<'_, R> {
         let mut limited = self.text.by_ref().take(LONGEST_LINE as u64 + 1);
         let read = limited.read_until(b'\n', &mut self.line);
         let read = read.map_err(|e| {
-            let message = format!("cannot be read further: {e}; a compressed file may be damaged");
-            self.error(Fault::Unreadable, message)
+            self.error(format!(
+                "cannot be read further: {e}; a compressed file may be damaged"
+            ))
         })?;
         if read > LONGEST_LINE {
-            return Err(self.error(
-                Fault::Unreadable,
-                "is no line of text: not a Matrix Market file",
-            ));
+            return Err(self.error("is no line of text: not a Matrix Market file"));
         }
         while self.line.last().is_some_and(u8::is_ascii_whitespace) {
             self.line.pop();
@@ -246,8 +215,9 @@ impl<R: BufRead> Reader<'_, R> {
         }
         let lists = [market.blocks.len(), market.groups.len(), market.signs.len()];
         if lists.into_iter().max() > Some(MOST_BLOCKS) {
-            let message = format!("comments tell of more than {MOST_BLOCKS} blocks: drop them");
-            return Err(self.error(Fault::Blocks, message));
+            return Err(self.error(format!(
+                "comments tell of more than {MOST_BLOCKS} blocks: drop them"
+            )));
         }
         Ok(())
     }
@@ -256,25 +226,22 @@ impl<R: BufRead> Reader<'_, R> {
         const CURE: &str =
             "the first line has to be such as `%%MatrixMarket matrix coordinate real symmetric`";
         if !self.next()? {
-            return Err(self.error(Fault::Banner, format!("the file is empty: {CURE}")));
+            return Err(self.error(format!("the file is empty: {CURE}")));
         }
         if self.line.contains(&0) {
-            let message =
-                "is not text: unpack archives such as .tar.gz first, and give the .mtx in it";
-            return Err(self.error(Fault::Banner, message));
+            return Err(self.error(
+                "is not text: unpack archives such as .tar.gz first, and give the .mtx in it",
+            ));
         }
         let line = String::from_utf8_lossy(&self.line).to_lowercase();
         // Editors put a byte order mark first.
         let line = line.trim_start_matches('\u{feff}');
         let words: Vec<&str> = line.split_whitespace().collect();
         let ["%%matrixmarket", object, format, field, symmetry] = words[..] else {
-            return Err(self.error(Fault::Banner, format!("no Matrix Market banner: {CURE}")));
+            return Err(self.error(format!("no Matrix Market banner: {CURE}")));
         };
         let unsupported = |what: &str, cure: &str| {
-            Err(self.error(
-                Fault::Unsupported,
-                format!("`{what}` is not solved here: {cure}"),
-            ))
+            Err(self.error(format!("`{what}` is not solved here: {cure}")))
         };
         if object != "matrix" {
             return unsupported(object, "store it as a `matrix`");
@@ -318,8 +285,9 @@ impl<R: BufRead> Reader<'_, R> {
             "ROWS COLUMNS ENTRIES"
         };
         if !self.next_data()? {
-            let message = format!("the file ends before its sizes: a line `{what}` is needed");
-            return Err(self.error(Fault::Sizes, message));
+            return Err(self.error(format!(
+                "the file ends before its sizes: a line `{what}` is needed"
+            )));
         }
         let line = String::from_utf8_lossy(&self.line).into_owned();
         let mut sizes = Vec::new();
@@ -331,25 +299,23 @@ impl<R: BufRead> Reader<'_, R> {
                 .ok()
                 .filter(|&n| n <= isize::MAX as usize / 8);
             let size = size.ok_or_else(|| {
-                let message = format!(
+                self.error(format!(
                     "`{word}` is no size that can be held: `{what}` are needed, not negative"
-                );
-                self.error(Fault::Sizes, message)
+                ))
             })?;
             sizes.push(size);
         }
         let wanted = if banner.array { 2 } else { 3 };
         if sizes.len() != wanted {
-            let message = format!("has {} numbers: `{what}` are needed", sizes.len());
-            return Err(self.error(Fault::Sizes, message));
+            return Err(self.error(format!("has {} numbers: `{what}` are needed", sizes.len())));
         }
         let (rows, columns) = (sizes[0], sizes[1]);
         let market = &mut self.market;
         (market.rows, market.columns) = (rows, columns);
         if market.symmetric && rows != columns {
-            let message =
-                format!("a symmetric matrix has as many rows as columns, not {rows} and {columns}");
-            return Err(self.error(Fault::Sizes, message));
+            return Err(self.error(format!(
+                "a symmetric matrix has as many rows as columns, not {rows} and {columns}"
+            )));
         }
         let promised = match sizes.get(2) {
             Some(&entries) => Some(entries),
@@ -357,15 +323,15 @@ impl<R: BufRead> Reader<'_, R> {
             None => rows.checked_mul(columns),
         };
         promised.ok_or_else(|| {
-            let message =
-                format!("an array of {rows} × {columns} cannot be held: store it by coordinates");
-            self.error(Fault::Sizes, message)
+            self.error(format!(
+                "an array of {rows} × {columns} cannot be held: store it by coordinates"
+            ))
         })
     }
 
     /// The words of the line, which are to be `N`.
     fn words<const N: usize>(&self, what: &str) -> Result<[&str; N], MarketError> {
-        let no_text = |_| self.error(Fault::Count, format!("is not text: `{what}` are needed"));
+        let no_text = |_| self.error(format!("is not text: `{what}` are needed"));
         let line = std::str::from_utf8(&self.line).map_err(no_text)?;
         let mut words = line.split_ascii_whitespace();
         let mut found = [""; N];
@@ -374,8 +340,7 @@ impl<R: BufRead> Reader<'_, R> {
         }
         let n = line.split_ascii_whitespace().count();
         if n != N {
-            let message = format!("has {n} numbers where `{what}` are needed");
-            return Err(self.error(Fault::Count, message));
+            return Err(self.error(format!("has {n} numbers where `{what}` are needed")));
         }
         Ok(found)
     }
@@ -386,13 +351,12 @@ impl<R: BufRead> Reader<'_, R> {
         let column = self.index("column", column, self.market.columns)?;
         let value = self.value(value, banner)?;
         if self.market.symmetric && row < column {
-            let message = format!(
+            return Err(self.error(format!(
                 "entry ({}, {}) stands above the diagonal: a symmetric file holds the lower triangle; exchange the \
                  indices, or call it `general`",
                 row + 1,
                 column + 1
-            );
-            return Err(self.error(Fault::Index, message));
+            )));
         }
         self.market.entries.push((row, column, value));
         Ok(())
@@ -419,21 +383,18 @@ impl<R: BufRead> Reader<'_, R> {
     fn index(&self, what: &str, word: &str, size: usize) -> Result<usize, MarketError> {
         match word.parse::<usize>() {
             Ok(i) if (1..=size).contains(&i) => Ok(i - 1),
-            Ok(0) => Err(self.error(Fault::Index, format!("the {what} is 0: they count from 1"))),
-            Ok(i) => {
-                let message = format!("the {what} is {i} of {size}: correct it, or the sizes");
-                Err(self.error(Fault::Index, message))
-            }
-            Err(_) => {
-                let message =
-                    format!("the {what} is `{word}`: it has to be a number from 1 to {size}");
-                Err(self.error(Fault::Index, message))
-            }
+            Ok(0) => Err(self.error(format!("the {what} is 0: they count from 1"))),
+            Ok(i) => Err(self.error(format!(
+                "the {what} is {i} of {size}: correct it, or the sizes"
+            ))),
+            Err(_) => Err(self.error(format!(
+                "the {what} is `{word}`: it has to be a number from 1 to {size}"
+            ))),
         }
     }
 
     fn value(&self, word: &str, banner: Banner) -> Result<f64, MarketError> {
-        let bad = |why: &str| self.error(Fault::Value, format!("the value is `{word}`: {why}"));
+        let bad = |why: &str| self.error(format!("the value is `{word}`: {why}"));
         if banner.integer {
             let large = "a double does not hold it, call the matrix `real` to have it rounded";
             let value: i128 = word.parse().map_err(|e: ParseIntError| match e.kind() {

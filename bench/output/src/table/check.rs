@@ -1,7 +1,8 @@
 //! Checks: reference, ours, error, bar, verdict; criteria and notes below them.
 
-use super::{error, text, verdict, wrapped};
+use super::{error, pairs, text, verdict, wrapped};
 use crate::check::{Check, Outcome, Parts, Verdict};
+use crate::settings::distinct;
 use comfy_table::{Cell, CellAlignment};
 
 /// An outcome's own tables, and its checks with `reference` as the heading of what ours is compared with. A note that
@@ -29,20 +30,11 @@ pub fn checks(outcome: &Outcome, reference: &str) -> String {
             column.set_cell_alignment(CellAlignment::Left);
         }
     }
-    let mut notes: Vec<&str> = Vec::new();
+    let of = |check| noted(check).into_iter().filter(|note| !note.is_empty());
+    let notes = distinct(outcome.checks.iter().flat_map(of));
     for check in &outcome.checks {
-        let mut marks = Vec::new();
-        for note in [&check.criterion, &check.note] {
-            if note.is_empty() {
-                continue;
-            }
-            let known = notes.iter().position(|n| n == note);
-            let index = known.unwrap_or_else(|| {
-                notes.push(note);
-                notes.len() - 1
-            });
-            marks.push((index + 1).to_string());
-        }
+        let places = of(check).filter_map(|note| notes.iter().position(|n| *n == note));
+        let marks: Vec<String> = places.map(|i| (i + 1).to_string()).collect();
         let number = |x: Option<f64>| x.map_or_else(String::new, |x| error(Some(x)));
         let mut row = vec![
             Cell::new(&check.case),
@@ -71,14 +63,12 @@ pub fn checks(outcome: &Outcome, reference: &str) -> String {
         t.add_row(row);
     }
     out.push_str(&text(&t));
-    if !notes.is_empty() {
-        let mut list = wrapped(&[]);
-        for (i, note) in notes.iter().enumerate() {
-            list.add_row([(i + 1).to_string(), (*note).to_owned()]);
-        }
-        out.push_str(&text(&list));
-    }
-    out
+    let notes = notes.iter().enumerate();
+    out + &pairs(notes.map(|(i, note)| [(i + 1).to_string(), (*note).to_owned()]))
+}
+
+fn noted(check: &Check) -> [&str; 2] {
+    [&check.criterion, &check.note]
 }
 
 #[cfg(test)]

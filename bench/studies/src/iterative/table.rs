@@ -14,12 +14,10 @@ pub(super) const SHEETS: &[Sheet] = &[Sheet {
         column("start", "{}"),
     ],
     columns: &[column("backend", "solver")],
-    across: Some(Across {
-        by: &[TARGET],
-        cells: &[column("ns", "").shown(Show::Row(cell)).least_of(reached)],
-        several: false,
-        most: usize::MAX,
-    }),
+    across: sheet::across(
+        &[TARGET],
+        &[column("ns", "").shown(Show::Row(cell)).least_of(reached)],
+    ),
     ..sheet::PLAIN
 }];
 
@@ -65,12 +63,7 @@ const WINS: Sheet = Sheet {
 
 const UNREACHED: Sheet = Sheet {
     columns: &[column("backend", "solver")],
-    across: Some(Across {
-        by: &[column("start", "{}"), TARGET],
-        cells: &[column("short", "")],
-        several: false,
-        most: usize::MAX,
-    }),
+    across: sheet::across(&[column("start", "{}"), TARGET], &[column("short", "")]),
     ..sheet::PLAIN
 };
 
@@ -133,6 +126,7 @@ fn verdicts(records: &[Record]) -> Vec<Verdict> {
     let mut targets: Vec<f64> = records.iter().map(|r| r.target).collect();
     targets.sort_by(|a, b| b.total_cmp(a));
     targets.dedup();
+    let gain = |r: &Record| r.gain().unwrap_or(0.0);
     let mut verdicts = Vec::new();
     for start in Start::ALL {
         for &target in &targets {
@@ -143,31 +137,17 @@ fn verdicts(records: &[Record]) -> Vec<Verdict> {
                 let own: Vec<&Record> = case.iter().filter(of).collect();
                 cases += usize::from(own.iter().any(|r| r.iterations != Some(0)));
                 let reached = own.into_iter().filter(|r| r.gain().is_some());
-                fastest.extend(
-                    reached
-                        .max_by(|a, b| {
-                            a.gain()
-                                .partial_cmp(&b.gain())
-                                .unwrap_or(std::cmp::Ordering::Equal)
-                        })
-                        .cloned(),
-                );
+                fastest.extend(reached.max_by(|a, b| gain(a).total_cmp(&gain(b))).cloned());
             }
-            fastest.sort_by(|a, b| {
-                b.gain()
-                    .partial_cmp(&a.gain())
-                    .unwrap_or(std::cmp::Ordering::Equal)
-            });
-            let nearest = fastest.first().cloned();
-            let wins: Vec<Record> = fastest
-                .into_iter()
-                .filter(|r| r.gain() > Some(1.0))
-                .collect();
+            fastest.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+            let (wins, others): (Vec<Record>, Vec<Record>) =
+                fastest.into_iter().partition(|r| gain(r) > 1.0);
+            let nearest = others.into_iter().next().filter(|_| wins.is_empty());
             verdicts.push(Verdict {
                 target,
                 start,
                 cases,
-                nearest: nearest.filter(|_| wins.is_empty()),
+                nearest,
                 wins,
             });
         }

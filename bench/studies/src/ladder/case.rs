@@ -4,7 +4,6 @@
 use super::trial;
 use super::{Config, SceneNote};
 use nalgebra::Vector3;
-use std::fmt;
 use taut_ground::inputs::Inputs;
 use taut_ground::reference::{self, Motion, Reference, reference_choice};
 use taut_ground::source;
@@ -66,19 +65,12 @@ pub(super) struct Case {
 }
 
 /// Error of a scene of the user's own before any solver is compared.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{scene}: {error}")]
 struct Named {
     scene: String,
     error: StepError,
 }
-
-impl fmt::Display for Named {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.scene, self.error)
-    }
-}
-
-impl std::error::Error for Named {}
 
 /// True if the motion of a scene was lost: its text is sound.
 pub fn is_lost(error: &ExperimentError) -> bool {

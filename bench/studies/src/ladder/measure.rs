@@ -46,33 +46,11 @@ impl Record {
             backend: trial.family(),
             options: trial.text(),
             iterations: rung,
-            iterations_used: 0.0,
             dt: config.dt,
             refinements: trial.plain_options(config.dt).refinements,
-            step_ns: f64::NAN,
-            step_ns_min: f64::NAN,
-            solve_ns: f64::NAN,
-            refine_ns: f64::NAN,
-            backward_error: f64::NAN,
-            backward_error_componentwise: f64::NAN,
-            forward_error: f64::NAN,
-            forward_error_unrefined: f64::NAN,
-            velocity_error: None,
-            complementarity: None,
-            elongation_error: None,
-            elongation_error_continuum: None,
-            load_error_m: None,
-            energy_drift: None,
-            max_violation_m: None,
-            stable: false,
             simulated_s: config.time,
-            failure: None,
-            claimed_converged: None,
-            verified_converged: None,
-            verified_to_rounding: None,
             frames: case.exact.len(),
-            fastest_at: Vec::new(),
-            error: None,
+            ..Self::default()
         }
     }
 }
@@ -181,19 +159,19 @@ fn measure_algebra(
         ..options.clone()
     };
     let plain = solves(case, trial, unrefined)?;
-    row.backward_error = plain.normwise;
-    row.backward_error_componentwise = plain.componentwise;
-    row.forward_error_unrefined = plain.forward;
+    row.backward_error = Some(plain.normwise);
+    row.backward_error_componentwise = Some(plain.componentwise);
+    row.forward_error_unrefined = Some(plain.forward);
     row.iterations_used = plain.iterations as f64 / row.frames as f64;
     [
         row.claimed_converged,
         row.verified_converged,
         row.verified_to_rounding,
     ] = plain.claims.map(Some);
-    row.forward_error = match options.refinements {
+    row.forward_error = Some(match options.refinements {
         0 => plain.forward,
         _ => solves(case, trial, options)?.forward,
-    };
+    });
     Ok(())
 }
 
@@ -270,8 +248,8 @@ pub(super) fn timed(
         let mut row = row.clone();
         match &last {
             Some(Ok([step, solve, refine])) => {
-                (row.step_ns, row.step_ns_min) = (step.median, step.least);
-                (row.solve_ns, row.refine_ns) = (solve.median, refine.median);
+                (row.step_ns, row.step_ns_min) = (Some(step.median), Some(step.least));
+                (row.solve_ns, row.refine_ns) = (Some(solve.median), Some(refine.median));
             }
             Some(Err(e)) => {
                 row.error.get_or_insert(e.to_string());

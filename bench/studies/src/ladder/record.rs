@@ -1,12 +1,12 @@
 //! A row of the main job, and which rows are the fastest within an error level.
 
 use super::LEVELS;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use taut_ground::trajectory::Failure;
 use taut_output::notation::number;
 
 /// One row: a solver with its options on one scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
     pub scene: String,
     /// Segments of the hoist's cable; none of another scene, which has no elongation either.
@@ -23,36 +23,27 @@ pub struct Record {
     /// Limit of iterations; 0 for direct solvers.
     pub iterations: usize,
     /// Mean number of iterations of a step on the common states.
-    #[serde(deserialize_with = "nan_for_null")]
     pub iterations_used: f64,
     /// Δt \[s].
     pub dt: f64,
     /// Refinement sweeps from the pieces in the timed and simulated step.
     pub refinements: usize,
     /// Whole step, median \[ns].
-    #[serde(deserialize_with = "nan_for_null")]
-    pub step_ns: f64,
+    pub step_ns: Option<f64>,
     /// Whole step, minimum \[ns].
-    #[serde(deserialize_with = "nan_for_null")]
-    pub step_ns_min: f64,
+    pub step_ns_min: Option<f64>,
     /// Factorisation, solve and refinement, median \[ns].
-    #[serde(deserialize_with = "nan_for_null")]
-    pub solve_ns: f64,
+    pub solve_ns: Option<f64>,
     /// Refinement alone, median \[ns].
-    #[serde(deserialize_with = "nan_for_null")]
-    pub refine_ns: f64,
+    pub refine_ns: Option<f64>,
     /// Normwise backward error on the assembled system, without refinement; largest of the frames.
-    #[serde(deserialize_with = "nan_for_null")]
-    pub backward_error: f64,
+    pub backward_error: Option<f64>,
     /// Componentwise backward error, likewise.
-    #[serde(deserialize_with = "nan_for_null")]
-    pub backward_error_componentwise: f64,
+    pub backward_error_componentwise: Option<f64>,
     /// Relative error of the multipliers against extended precision, as stepped; largest of the frames.
-    #[serde(deserialize_with = "nan_for_null")]
-    pub forward_error: f64,
+    pub forward_error: Option<f64>,
     /// `forward_error` without refinement.
-    #[serde(deserialize_with = "nan_for_null")]
-    pub forward_error_unrefined: f64,
+    pub forward_error_unrefined: Option<f64>,
     /// Relative error of the velocities after a step, of scenes with contacts; largest of the frames.
     #[serde(default)]
     pub velocity_error: Option<f64>,
@@ -92,11 +83,6 @@ pub struct Record {
     /// Reason for missing numbers if the solver failed on the common states: they are null in JSON.
     /// Without it null means not measured.
     pub error: Option<String>,
-}
-
-/// A number; JSON's null is read as NaN.
-fn nan_for_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 /// The fastest of a scene within an error level: the multipliers' forward error and the elongation error.
@@ -143,7 +129,8 @@ impl Record {
 
     /// The error that its step is judged by: of the velocities with contacts, else of the multipliers.
     pub fn step_error(&self) -> f64 {
-        self.velocity_error.unwrap_or(self.forward_error)
+        let error = self.velocity_error.or(self.forward_error);
+        error.unwrap_or(f64::NAN)
     }
 
     /// Time of a step with errors within `level`, less the refinement if the level does not need
@@ -152,30 +139,23 @@ impl Record {
         let held = self.error.is_none() && self.failure.is_none();
         // A hoist that did not hold has no elongation error and is not sound.
         let hangs = self.segments.is_none() || self.elongation_error.is_some_and(|e| e <= level);
-        let sound = held && hangs;
-        if !sound || !self.step_ns.is_finite() {
-            return None;
-        }
+        let whole = self.step_ns.filter(|ns| held && hangs && ns.is_finite())?;
         // With contacts the velocities decide, of the step as it is.
         if let Some(error) = self.velocity_error {
-            let (refined, step_ns) = (self.refinements > 0, self.step_ns);
             return (error <= level).then_some(Fastest {
                 level,
-                refined,
-                step_ns,
+                refined: self.refinements > 0,
+                step_ns: whole,
             });
         }
         // NaN is within no level.
-        let refined = self.forward_error_unrefined.is_nan() || self.forward_error_unrefined > level;
-        let step_ns = if refined {
-            self.step_ns
-        } else {
-            self.step_ns - self.refine_ns
-        };
-        (!refined || self.forward_error <= level).then_some(Fastest {
+        let is_within = |error: Option<f64>| error.is_some_and(|e| e <= level);
+        let refined = !is_within(self.forward_error_unrefined);
+        let refine_ns = self.refine_ns.filter(|_| !refined).unwrap_or(0.0);
+        (!refined || is_within(self.forward_error)).then_some(Fastest {
             level,
             refined: refined && self.refinements > 0,
-            step_ns,
+            step_ns: whole - refine_ns,
         })
     }
 }

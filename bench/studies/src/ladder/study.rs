@@ -73,7 +73,7 @@ struct Own {
 }
 
 fn config(asked: &Asked, own: &Own) -> Result<Config, ExperimentError> {
-    let mut config = asked.form(Config::quick);
+    let mut config = Config::new(asked.quick);
     if !asked.segments.is_empty() {
         config.segments.clone_from(&asked.segments);
     }

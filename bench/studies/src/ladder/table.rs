@@ -145,7 +145,7 @@ pub(super) fn answer(results: &Results) -> String {
         rows,
         advice,
     } = Answer::of(&results.records);
-    let mut sentence = table::wrapped(&[]);
+    let mut sentence = table::wrapped(&[""; 0]);
     sentence.add_row([advice]);
     format!(
         "{}\n{}{}",
@@ -160,7 +160,7 @@ fn once(records: &[Record]) -> Vec<Record> {
     let mut rows = records.to_vec();
     rows.dedup_by(|r, last| {
         let converged = last.iterations_used < last.iterations as f64;
-        let same_time = r.step_ns.to_bits() == last.step_ns.to_bits();
+        let same_time = r.step_ns.map(f64::to_bits) == last.step_ns.map(f64::to_bits);
         let same = r.backend == last.backend && r.scene_key() == last.scene_key();
         converged && same && same_time
     });

@@ -39,10 +39,8 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
     let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
     // The dense reference is too slow to run with.
     let fast = compiled.filter(|c| c.backend.name() != "dense");
-    let own = |choice: &Choice| {
-        choice.backend == whole.options.backend && choice.form == whole.options.form
-    };
-    all.extend(fast.filter(|choice| !own(choice)).map(Change::Solver));
+    let own = Choice::of(&whole.options);
+    all.extend(fast.filter(|choice| *choice != own).map(Change::Solver));
     all
 }
 
@@ -166,10 +164,7 @@ impl Change {
 /// The options of `taut run` that step a scene so, those that differ from the default.
 pub fn flags(options: &StepOptions) -> String {
     let default = StepOptions::default();
-    let choice = Choice {
-        backend: options.backend.clone(),
-        form: options.form,
-    };
+    let choice = Choice::of(options);
     let StepOptions {
         refinements: refine,
         scheme,

@@ -27,6 +27,7 @@
 use crate::checks::each;
 use indicatif::ProgressBar;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use taut_ground::files::{Output, make_folder};
 use taut_ground::inputs::Inputs;
@@ -41,6 +42,7 @@ use taut_ground::reference::reference_choice;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::{GantryParams, HoistParams, Network, NetworkParams, Scene};
 use taut_output::check::ExperimentError;
+use taut_output::row::{self, Row};
 
 /// Compliance of the stiff systems \[m/N].
 pub const STIFF: f64 = 1e-12;
@@ -100,40 +102,6 @@ pub struct Case {
     pub compliance: Compliance,
     /// Writes the KKT form too.
     pub kkt: bool,
-}
-
-/// A system that was written.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Entry {
-    /// Name of its matrix, without `.mtx`.
-    pub name: String,
-    pub topology: Topology,
-    /// Segments, or nodes of the net.
-    pub size: usize,
-    pub state: State,
-    /// Mass of the load over that of a segment.
-    pub mass_ratio: f64,
-    /// Compliance of a joint in stretch \[m/N].
-    pub epsilon: f64,
-    /// Form of the system.
-    pub form: String,
-    /// Dimension.
-    pub dim: usize,
-    /// Block rows.
-    pub blocks: usize,
-    /// Entries of both triangles, those of stored blocks that are zero among them.
-    pub entries: usize,
-    /// Estimate of the condition number in the ∞-norm; beyond 10¹⁶ it says no more than that.
-    pub condition: Option<f64>,
-    /// Condition number after scaling rows and columns to one size, without the effect of bad
-    /// units.
-    pub condition_scaled: Option<f64>,
-    /// The exact solution was found and is in `_x`.
-    pub solution: bool,
-    /// Seed of the random velocities.
-    pub seed: u64,
-    /// Size of all its files.
-    pub bytes: u64,
 }
 
 /// The cases of the set; the small ones only if `quick`. The largest size has the first state and compliance only.
@@ -264,7 +232,8 @@ impl Case {
         Ok((systems, state, epsilon))
     }
 
-    fn write(&self, folder: &Path, gzip: bool) -> Result<Vec<Entry>, ExperimentError> {
+    /// Writes its systems; a row for each.
+    fn write(&self, folder: &Path, gzip: bool) -> Result<Vec<Value>, ExperimentError> {
         let (systems, state, epsilon) = self
             .systems()
             .map_err(|e| format!("{}: {e}", self.name()))?;
@@ -290,26 +259,32 @@ impl Case {
             let solution = system.x.is_ok();
             let matrix = Matrix::Symmetric(system.matrix);
             let condition = condition(&Problem::new(&matrix));
-            entries.push(Entry {
-                name: match system.form {
-                    Form::Kkt => format!("{}_kkt", label.name),
-                    _ => label.name.clone(),
-                },
-                topology: self.topology,
-                size: self.size,
-                state,
-                mass_ratio: self.mass_ratio,
-                epsilon,
-                form: system.form.to_string(),
-                dim: matrix.dim(),
-                blocks: matrix.blocks(),
-                entries: matrix.entries(),
-                condition: condition.map(|c| c.of_matrix),
-                condition_scaled: condition.map(|c| c.scaled),
-                solution,
-                seed,
-                bytes: files.iter().map(size).sum(),
-            });
+            let name = match system.form {
+                Form::Kkt => format!("{}_kkt", label.name),
+                _ => label.name.clone(),
+            };
+            entries.push(json!({
+                "name": name,
+                "topology": self.topology,
+                // Segments, or nodes of the net.
+                "size": self.size,
+                "state": state,
+                "mass_ratio": self.mass_ratio,
+                // Compliance of a joint in stretch (m/N).
+                "epsilon": epsilon,
+                "form": system.form.to_string(),
+                "dim": matrix.dim(),
+                "blocks": matrix.blocks(),
+                // Of both triangles, zeros of stored blocks among them.
+                "entries": matrix.entries(),
+                // Estimates in the ∞-norm, as it is and with rows and columns scaled; beyond 10¹⁶ no more than that.
+                "condition": condition.map(|c| c.of_matrix),
+                "condition_scaled": condition.map(|c| c.scaled),
+                // The exact solution was found and is in `_x`.
+                "solution": solution,
+                "seed": seed,
+                "bytes": files.iter().map(size).sum::<u64>(),
+            }));
         }
         Ok(entries)
     }
@@ -330,19 +305,11 @@ pub fn generate(
     folder: &Path,
     gzip: bool,
     progress: &ProgressBar,
-) -> Result<Vec<Entry>, ExperimentError> {
+) -> Result<Vec<Row>, ExperimentError> {
     make_folder(folder)?;
-    let entries = each(cases, progress, |case| case.write(folder, gzip))?.concat();
-    let index = Output::open(&folder.join("index.csv")).and_then(|to| {
-        to.write(|out| {
-            let mut index = csv::Writer::from_writer(out);
-            entries
-                .iter()
-                .try_for_each(|entry| index.serialize(entry))?;
-            index.flush()
-        })
-    });
-    index?;
+    let entries = each(cases, progress, |case| case.write(folder, gzip))?;
+    let entries = row::rows_of(&entries.concat().into(), "");
+    Output::open(&folder.join("index.csv"))?.write(|out| row::csv(&entries, out))?;
     Ok(entries)
 }
 
@@ -429,24 +396,26 @@ mod tests {
         };
         let (entries, files) = run("a", false);
         assert!((entries.clone(), files) == run("b", false));
-        let bytes = |entries: &[Entry]| entries.iter().map(|e| e.bytes).sum::<u64>();
-        assert!(3 * bytes(&run("c", true).0) < 2 * bytes(&entries));
-        assert_eq!(entries.len(), 2 * small.len());
-        for entry in &entries {
-            let path = folder.join(format!("a/{}.mtx", entry.name));
-            let read = System::read(&path, None, None).expect("reads");
-            assert_eq!(
-                (read.matrix.dim(), read.matrix.blocks()),
-                (entry.dim, entry.blocks)
-            );
-            assert_eq!(read.x.is_some(), entry.solution, "{entry:?}");
-            assert!(entry.condition.is_some_and(|c| c > 1.0), "{entry:?}");
-        }
-        let of = |name: &str| {
+        let number = |entry: &Row, key| row::number_of(entry, key);
+        let bytes = |entries: &[Row]| {
             entries
                 .iter()
-                .find(|e| e.name == name)
-                .and_then(|e| e.condition)
+                .filter_map(|e| number(e, "bytes"))
+                .sum::<f64>()
+        };
+        assert!(3.0 * bytes(&run("c", true).0) < 2.0 * bytes(&entries));
+        assert_eq!(entries.len(), 2 * small.len());
+        for entry in &entries {
+            let path = folder.join(format!("a/{}.mtx", row::text_of(entry, "name")));
+            let read = System::read(&path, None, None).expect("reads");
+            assert_eq!(entry["dim"], read.matrix.dim());
+            assert_eq!(entry["blocks"], read.matrix.blocks());
+            assert_eq!(entry["solution"], read.x.is_some(), "{entry:?}");
+            assert!(number(entry, "condition") > Some(1.0), "{entry:?}");
+        }
+        let of = |name: &str| {
+            let entry = entries.iter().find(|e| e["name"] == name)?;
+            number(entry, "condition")
         };
         let (easy, hard) = (
             of("chain6_bent_r1e0_material"),

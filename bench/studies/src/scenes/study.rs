@@ -49,7 +49,7 @@ fn run(asked: &Asked, names: &[String], cases: &Cases) -> Result<Found, Experime
     let networks = distinct(networks.collect::<Result<Vec<_>, _>>()?.into_iter());
     let mut sizes = Vec::new();
     asked.segments(&mut sizes);
-    let mut config = asked.form(Config::quick).with(&networks, &sizes);
+    let mut config = Config::new(asked.quick).with(&networks, &sizes);
     asked.ratios(&mut config.ratios)?;
     asked.iterations(&mut config.iterations)?;
     asked.refuse_limits()?;
@@ -167,12 +167,10 @@ pub(super) const SHEETS: &[Sheet] = &[
         title: "Growth of the linear solve: exponent of its time over the number of rows",
         shared: &[RATIO],
         columns: &[SOLVER, column("iterations", "iter")],
-        across: Some(Across {
-            by: &[column("scene", "{}")],
-            cells: &[column("exponent", "").shown(Show::Fixed(2))],
-            several: false,
-            most: usize::MAX,
-        }),
+        across: sheet::across(
+            &[column("scene", "{}")],
+            &[column("exponent", "").shown(Show::Fixed(2))],
+        ),
         ..sheet::PLAIN
     },
 ];

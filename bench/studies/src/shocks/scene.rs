@@ -2,9 +2,8 @@
 
 use crate::motions::linearized;
 use nalgebra::{UnitQuaternion, Vector3};
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use std::fmt;
+use taut_ground::random::Random;
 use taut_model::{Bodies, HoistParams, Scene, SceneError};
 
 /// Segments of every cable.
@@ -138,10 +137,9 @@ pub(super) fn scene(shock: Shock, ratio: f64, length: f64) -> Result<Scene, Scen
 
 /// A unit vector, all directions alike.
 fn random_direction(seed: u64) -> Vector3<f64> {
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut uniform = || (random.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0;
+    let mut random = Random::new(seed);
     loop {
-        let v = Vector3::new(uniform(), uniform(), uniform());
+        let v = random.vector(1.0);
         let square = v.norm_squared();
         if (0.01..=1.0).contains(&square) {
             return v / square.sqrt();
