@@ -334,12 +334,16 @@ impl Activation {
     }
 
     /// Takes the drift from rows that the parts of a divided step, `dt` long, resolve: their gap is the stretch of their force. So
-    /// it is of dampers, and of all rows where the step `goes_on` from parts; a whole step leaves its gaps unfelt.
+    /// it is of dampers, and of all rows where the step `goes_on` from parts; a whole step leaves its gaps unfelt. One-sided rows
+    /// with drift are young: the rates of whole steps would ring in parts.
     pub(crate) fn drop_resolved_drift(&mut self, system_data: &SystemData, goes_on: bool, dt: f64) {
         let rows = &system_data.rows;
-        for bound in &rows.bounds {
+        for (age, bound) in self.ages.iter_mut().zip(&rows.bounds) {
             if goes_on || rows.damping[bound.row] > 0.0 {
                 self.drift[bound.row] *= stiff_part(system_data, bound, dt);
+            }
+            if bound.side() != 0.0 && self.drift[bound.row] != 0.0 {
+                *age = (*age).min(1);
             }
         }
         for constraint in 0..rows.constraints() {
