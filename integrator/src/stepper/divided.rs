@@ -8,8 +8,8 @@
 //! in a step. Cables that slip over sheaves with friction divide no step: their parts share one length.
 //!
 //! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
-//! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row's rate
-//! changes fast, until it is slack ([`crate::activation`]). At the ends of a division half a kick is taken back or added; there
+//! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row swings
+//! fast, until it is slack ([`crate::activation`]). At the ends of a division half a kick is taken back or added; there
 //! the gap tells whether the row is closed: without the force of a row that is, the speed is off by Ω²/12 of a part.
 //!
 //! A body that turns by θ = |ω| Δt in a step parts the gaps from their prediction by the lever arm times θ²/2, d of it. Where the
@@ -26,8 +26,8 @@
 //! Δv of a part. From there the next step begins as the first step of a run does. If it is divided too, it goes back to those
 //! velocities.
 //!
-//! Drift of the rows at the beginning goes in proportion to time over the parts
-//! ([`crate::activation`]).
+//! Whole steps leave gaps that they do not feel, as (v Δt)²/2L on a circle. This drift of the rows at the beginning goes in
+//! proportion to time over the parts ([`crate::activation`]): parts would take it for stretch, or take it back at once.
 //!
 //! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts, from which the next step
 //! starts: a catch in the last one is no force that lasts.

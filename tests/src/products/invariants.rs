@@ -417,7 +417,9 @@ fn passive_energy(case: &Case) -> Fault {
         let m = &case.run.steps[n];
         shock |= m.report.redone || m.report.events > 0;
         let blows = c.restitution > 0.0 && touches(case, n);
-        if blows || m.report.redone || m.report.asleep {
+        // Half of the change of velocities in a step that is divided is not its first half kick.
+        let begins = m.report.divided > 0 && case.run.steps[n - 1].report.divided == 0;
+        if blows || begins || m.report.redone || m.report.asleep {
             continue;
         }
         let (kinetic, total) = energy(case, n);
