@@ -65,8 +65,8 @@ const HALF: f64 = 3.0;
 /// where Ω > 0.1, and so do the divisions end.
 const SOFT: f64 = 0.1;
 
-/// Least Ω of a row that counts as rigid: its parts do not resolve a swing. It alone divides a step while it is taut, where its drive
-/// jumps or its load lands; a softer one would be kicked by a winch that starts.
+/// Least Ω of a row that counts as rigid: its parts do not resolve a swing. It alone divides a step where its drive jumps; a softer
+/// one would be kicked by a winch that starts.
 const STIFF: f64 = 96.0;
 
 /// A row without bounds that an event has made, and the steps since then.
