@@ -437,6 +437,20 @@ impl Stepper {
         }
     }
 
+    /// Rows of rods that the velocities given break are young: they would ring from −1.5 of their rate on. Rows in threes, as those
+    /// of a joint, are components along some axes, and each by itself would tell these apart. Returns true if there are any.
+    pub(crate) fn begin_single_rows_young(&mut self) -> bool {
+        let rows = &self.system_data.rows;
+        let mut single = vec![false; rows.rows()];
+        for constraint in 0..rows.constraints() {
+            let range = rows.row_range(constraint);
+            if range.len() == 1 {
+                single[range.start] = true;
+            }
+        }
+        self.begin_young(|row| single[row])
+    }
+
     /// New rows without bounds whose bodies part or approach at once are young. Returns true if there are any.
     pub(crate) fn begin_young(&mut self, is_new: impl Fn(usize) -> bool) -> bool {
         let (rows, dt) = (&self.system_data.rows, self.substep());

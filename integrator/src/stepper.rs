@@ -491,9 +491,7 @@ impl Stepper {
         if self.options.scheme.is_staggered() {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
-            // Rows that the velocities given break would ring from −1.5 of their rate on.
-            let begins = !self.started && !self.division.goes_on;
-            if begins && self.begin_young(|_| true) {
+            if !self.started && !self.division.goes_on && self.begin_single_rows_young() {
                 self.solve_scheme(self.options.stiffness)?;
             }
             self.system_data.update_velocity_change(&self.mu);
