@@ -19,6 +19,7 @@ pub(crate) use study::STUDY;
 
 pub use crate::checks::Measured;
 use indicatif::ProgressBar;
+use nalgebra::Vector3;
 use std::fmt;
 use std::sync::LazyLock;
 use taut_ground::choice::Choice;
@@ -190,6 +191,24 @@ pub(crate) fn counted<T: ExactSizeIterator>(
     let items = items.into_iter();
     progress.set_length(items.len() as u64);
     items.inspect(|_| progress.inc(1))
+}
+
+/// Time step of most cases \[s].
+pub(crate) const DT: f64 = 1.0 / 60.0;
+/// \[m/s²].
+pub(crate) const GRAVITY: f64 = 9.81;
+
+/// An empty scene in which things fall down along z.
+pub(crate) fn under_gravity(name: &str) -> Scene {
+    let mut scene = Scene::new(name);
+    scene.gravity = Vector3::z() * -GRAVITY;
+    scene
+}
+
+/// Largest distance of two ways, place by place.
+pub(crate) fn farthest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    let each = a.iter().zip(b).map(|(a, b)| (a - b).norm());
+    each.fold(0.0, worse)
 }
 
 /// The default step in time steps of `dt` (s).
