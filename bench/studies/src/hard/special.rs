@@ -113,9 +113,14 @@ mod tests {
     #[test]
     fn elliptic_integrals_at_known_places() {
         let complete = |k| elliptic(FRAC_PI_2, k);
-        assert!(complete(0.0).iter().all(|x| (x / FRAC_PI_2 - 1.0).abs() < 1e-15));
+        assert!(
+            complete(0.0)
+                .iter()
+                .all(|x| (x / FRAC_PI_2 - 1.0).abs() < 1e-15)
+        );
         // Legendre's relation at k = sin 40°.
-        let [[k, e], [k1, e1]] = [40_f64.to_radians().sin(), 40_f64.to_radians().cos()].map(complete);
+        let [[k, e], [k1, e1]] =
+            [40_f64.to_radians().sin(), 40_f64.to_radians().cos()].map(complete);
         near(e * k1 + e1 * k - k * k1, FRAC_PI_2, 2e-15);
         // The period of a pendulum.
         for (degrees, ratio) in [

@@ -75,11 +75,16 @@ fn swing(ratio: f64) -> Result<[Check; 2], StepError> {
     let energy = Check::off(format!("{case}: energy"), "no gain", gain, "", GAIN_BAR)
         .by("mean energy of two periods after 60 s less that after 5 s, over the largest kinetic energy");
     let (None, Some(early), Some(late)) = (&run.failure, at(EARLY), at(SWING)) else {
-        let why = run.failure.map(|f| format!("{} at {:.2} s", f.reason, f.time));
+        let why = run
+            .failure
+            .map(|f| format!("{} at {:.2} s", f.reason, f.time));
         let lost = Check::stated(case, "stays whole", "lost", false);
         return Ok([lost.noting(why.unwrap_or_default()), energy]);
     };
-    let (change, waves) = (late.amplitude / early.amplitude - 1.0, early.rest / early.amplitude);
+    let (change, waves) = (
+        late.amplitude / early.amplitude - 1.0,
+        early.rest / early.amplitude,
+    );
     let ours = format!("amplitude {change:+.1e}");
     let error = (change - damped).abs();
     let redone = run.samples.iter().filter(|s| s.redone).count();

@@ -3,7 +3,7 @@
 pub(super) mod exact;
 
 use self::exact::{EA, Hanging, LENGTH, SPAN, WEIGHT, chain, continuum};
-use crate::hard::{counted, solvers, together};
+use crate::hard::{DT, counted, solvers, together};
 use crate::paper::specimens::{largest, settle};
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -130,7 +130,6 @@ fn measured(
     particles: bool,
     nodes: &[Vector3<f64>],
 ) -> Result<(f64, Hanging), ExperimentError> {
-    const DT: f64 = 1.0 / 60.0;
     let mut stepper = Stepper::new(rest.clone(), choice.plain_options(DT))?;
     stepper.step()?;
     let bodies = &stepper.scene().bodies;

@@ -16,8 +16,8 @@
 //! torques of fixed direction on the outer segments; between clamped ends the twist T L/GJ is given.
 
 use super::buckling::{DISTURBANCE, Search, check, off_axis};
-use crate::hard::{counted, either};
 use crate::hard::special::bessel_zero;
+use crate::hard::{counted, either};
 use crate::paper::specimens::twist::{buckling_torque, greenhill};
 use indicatif::ProgressBar;
 use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -227,7 +227,9 @@ pub(super) fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
         for &tension in tensions.iter().filter(|t| fine(n, **t)) {
             let torques = [pinned_torque_of_rod(tension), pinned_torque(n, tension)];
             let pinned = search(format!("pinned, P = {tension}"), torques, tension);
-            checks.extend(buckles(n, pinned, |torque| (Ends::Pinned { torque }, tension))?);
+            checks.extend(buckles(n, pinned, |torque| {
+                (Ends::Pinned { torque }, tension)
+            })?);
         }
     }
     Ok(checks.into())
