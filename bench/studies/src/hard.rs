@@ -222,6 +222,11 @@ pub(crate) fn at(dt: f64) -> StepOptions {
 /// The checks of several solvers on one thing, `case`: those that pass the same bar, or in the same words, share a row
 /// with the largest of their errors, the others have one each.
 pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
+    alike(case, "solvers", checks)
+}
+
+/// [`together`] of things that are called so.
+pub(crate) fn alike(case: &str, noun: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
     // A passed check with a number and a bar, or one in words, which have to be the same.
     let way = |c: &Check| match (c.verdict, c.error) {
         (Verdict::Pass, Some(_)) => Some(format!("{:?}", c.bar)),
@@ -244,7 +249,7 @@ pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
         let names: Vec<&str> = group.iter().map(|(solver, _)| solver.as_str()).collect();
         let (who, names) = match names.as_slice() {
             [one] => ((*one).to_owned(), String::new()),
-            all => (format!("{} solvers", all.len()), all.join(", ")),
+            all => (format!("{} {noun}", all.len()), all.join(", ")),
         };
         let size = |c: &Check| c.error.unwrap_or(0.0);
         let (_, worst) = group

@@ -295,34 +295,32 @@ fn changes_of_bounce(hysteresis: f64, pause: f64) -> Result<usize, ExperimentErr
     Ok(changes)
 }
 
-fn bouncing() -> Result<[Check; 3], ExperimentError> {
-    let [calm, paused, restless] = [(2.0, 1e-3), (1.0, 0.5), (1.0, 1e-3)];
-    let of = |(hysteresis, pause)| changes_of_bounce(hysteresis, pause);
-    let (calm, paused, restless) = (of(calm)?, of(paused)?, of(restless)?);
-    let settled = |what: &str, changes: usize, most: f64| {
-        Check::within(
-            format!("a tension that swells and ebbs about the rule's: {what}"),
-            format!("at most {most} changes a second"),
-            format!("{changes}"),
-            changes as f64,
-            most,
-        )
-        .by("changes in a second")
-    };
-    Ok([
-        settled("hysteresis of 2", calm, 0.0),
-        // In each pause 16 pairs merge and split at most.
-        settled("a pause of 0.5 s", paused, 64.0),
-        Check::within(
-            "a tension that swells and ebbs about the rule's: no hysteresis, hardly a pause",
-            "more than 64 changes a second",
-            format!("{restless}"),
-            64.0 / restless as f64,
-            1.0,
-        )
-        .by("64 over the changes in a second"),
-    ])
+fn bouncing() -> Result<Vec<Check>, ExperimentError> {
+    let mut checks = Vec::new();
+    // In each pause of 0.5 s 16 pairs merge and split at most.
+    for (what, hysteresis, pause, most) in [
+        ("hysteresis of 2", 2.0, 1e-3, 0.0),
+        ("a pause of 0.5 s", 1.0, 0.5, 64.0),
+    ] {
+        let changes = changes_of_bounce(hysteresis, pause)?;
+        let case = format!("{BOUNCE}: {what}");
+        let reference = format!("at most {most} changes a second");
+        let check = Check::within(case, reference, changes.to_string(), changes as f64, most);
+        checks.push(check.by("changes in a second"));
+    }
+    let restless = changes_of_bounce(1.0, 1e-3)?;
+    let check = Check::within(
+        format!("{BOUNCE}: no hysteresis, hardly a pause"),
+        "more than 64 changes a second",
+        restless.to_string(),
+        64.0 / restless as f64,
+        1.0,
+    );
+    checks.push(check.by("64 over the changes in a second"));
+    Ok(checks)
 }
+
+const BOUNCE: &str = "a tension that swells and ebbs about the rule's";
 
 /// Mass, length, momentum and angular momentum of all pairs and halves of a cable, kept.
 fn kept(midst: &Scene) -> Check {

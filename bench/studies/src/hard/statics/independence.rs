@@ -5,7 +5,7 @@
 //! swings until it is at rest. Its exact discrete shape is known ([`super::rod`]).
 
 use super::rod::Rod;
-use crate::hard::{DT, either, solvers, together};
+use crate::hard::{DT, alike, either, solvers};
 use crate::paper::specimens::largest;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -171,12 +171,8 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
                 Ok((way.name.clone(), check))
             })
             .collect::<Result<_, ExperimentError>>()?;
-        for mut check in together(&format!("N = {n}, {what}"), found) {
-            if what != "solvers" {
-                check.case = check.case.replace(" solvers", " of them");
-            }
-            checks.push(check);
-        }
+        let noun = if what == "solvers" { what } else { "of them" };
+        checks.extend(alike(&format!("N = {n}, {what}"), noun, found));
     }
     Ok(checks.into())
 }
