@@ -19,6 +19,7 @@ pub(crate) use study::STUDY;
 
 pub use crate::checks::Measured;
 use indicatif::ProgressBar;
+use nalgebra::Vector3;
 use std::fmt;
 use std::sync::LazyLock;
 use taut_ground::choice::Choice;
@@ -192,6 +193,24 @@ pub(crate) fn counted<T: ExactSizeIterator>(
     items.inspect(|_| progress.inc(1))
 }
 
+/// Time step of most cases \[s].
+pub(crate) const DT: f64 = 1.0 / 60.0;
+/// \[m/s²].
+pub(crate) const GRAVITY: f64 = 9.81;
+
+/// An empty scene in which things fall down along z.
+pub(crate) fn under_gravity(name: &str) -> Scene {
+    let mut scene = Scene::new(name);
+    scene.gravity = Vector3::z() * -GRAVITY;
+    scene
+}
+
+/// Largest distance of two ways, place by place.
+pub(crate) fn farthest(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    let each = a.iter().zip(b).map(|(a, b)| (a - b).norm());
+    each.fold(0.0, worse)
+}
+
 /// The default step in time steps of `dt` (s).
 pub(crate) fn at(dt: f64) -> StepOptions {
     StepOptions {
@@ -203,6 +222,11 @@ pub(crate) fn at(dt: f64) -> StepOptions {
 /// The checks of several solvers on one thing, `case`: those that pass the same bar, or in the same words, share a row
 /// with the largest of their errors, the others have one each.
 pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
+    alike(case, "solvers", checks)
+}
+
+/// [`together`] of things that are called so.
+pub(crate) fn alike(case: &str, noun: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
     // A passed check with a number and a bar, or one in words, which have to be the same.
     let way = |c: &Check| match (c.verdict, c.error) {
         (Verdict::Pass, Some(_)) => Some(format!("{:?}", c.bar)),
@@ -225,7 +249,7 @@ pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
         let names: Vec<&str> = group.iter().map(|(solver, _)| solver.as_str()).collect();
         let (who, names) = match names.as_slice() {
             [one] => ((*one).to_owned(), String::new()),
-            all => (format!("{} solvers", all.len()), all.join(", ")),
+            all => (format!("{} {noun}", all.len()), all.join(", ")),
         };
         let size = |c: &Check| c.error.unwrap_or(0.0);
         let (_, worst) = group

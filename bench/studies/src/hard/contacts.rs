@@ -5,13 +5,11 @@ mod touchdown;
 mod wound;
 
 use super::{Coded, no_scenes};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_PI_2;
 use taut_integrator::{StepError, StepOptions, StepReport, Stepper};
 use taut_model::Scene;
-use taut_model::collide::Surface;
-
-const GRAVITY: f64 = 9.81;
-const DT: f64 = 1.0 / 60.0;
+use taut_model::collide::{Collider, Shape, Surface};
 
 pub const CASES: &[Coded] = &[
     Coded {
@@ -44,28 +42,31 @@ fn rough(friction: f64) -> Surface {
     }
 }
 
-/// Steps of a run with something undecided, and those that the guard redid.
-#[derive(Debug, Clone, Copy, Default)]
-struct Said {
-    undecided: usize,
-    redone: usize,
+/// The drum of a capstan, or an edge: a fixed cylinder along y.
+fn cylinder(name: &str, friction: f64, length: f64, radius: f64) -> Collider {
+    Collider {
+        surface: rough(friction),
+        orientation: UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2),
+        ..Collider::new(name, None, Shape::Capsule { length, radius })
+    }
 }
 
-/// So many steps of a scene, each of which `each` sees.
+/// So many steps of a scene, each of which `each` sees; how many were undecided, or redone by the guard, in words.
 fn run(
     scene: Scene,
     options: StepOptions,
     steps: usize,
     mut each: impl FnMut(&Stepper, &StepReport),
-) -> Result<(Stepper, Said), StepError> {
+) -> Result<(Stepper, String), StepError> {
     let mut stepper = Stepper::new(scene, options)?;
-    let mut said = Said::default();
+    let (mut undecided, mut redone) = (0, 0);
     for _ in 0..steps {
         let report = taut_ground::pace::step(&mut stepper)?;
-        said.undecided += usize::from(report.undecided > 0);
-        said.redone += usize::from(report.redone);
+        undecided += usize::from(report.undecided > 0);
+        redone += usize::from(report.redone);
         each(&stepper, &report);
     }
+    let said = format!("{undecided} undecided, {redone} redone steps");
     Ok((stepper, said))
 }
 

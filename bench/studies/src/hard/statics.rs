@@ -59,14 +59,14 @@ pub const CASES: &[Coded] = &[
     Coded {
         name: "H07",
         title: "the catenary, of rods",
-        run: catenary::rods,
-        scenes: || Ok(vec![catenary::scene(4, f64::INFINITY, false)?]),
+        run: |quick, progress| catenary::family(&catenary::RODS, quick, progress),
+        scenes: || Ok(vec![catenary::scene(4, &catenary::RODS)?]),
     },
     Coded {
         name: "H07d",
         title: "the catenary, of links with masses at the joints",
-        run: catenary::particles,
-        scenes: || Ok(vec![catenary::scene(4, f64::INFINITY, true)?]),
+        run: |quick, progress| catenary::family(&catenary::PARTICLES, quick, progress),
+        scenes: || Ok(vec![catenary::scene(4, &catenary::PARTICLES)?]),
     },
     Coded {
         name: "H08",

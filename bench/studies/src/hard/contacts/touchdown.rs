@@ -9,14 +9,14 @@
 //! ⇒  s = √(h² (1 + μ²) + 2 μ h L) − μ h
 //! ```
 
-use super::{DT, GRAVITY, rough, run};
-use crate::hard::{at, either, worse};
+use super::{rough, run};
+use crate::hard::{DT, GRAVITY, at, either, under_gravity, worse};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_model::collide::{Collider, Shape};
 use taut_model::{
-    Body, Cable, CableEnd, DEFAULT_GROUP, Damping, Frame, JointKind, Mobility, Rest, Scene,
-    SceneError, Segments, Stiffness,
+    Body, Cable, CableEnd, Damping, Frame, JointKind, Material, Mobility, Scene, SceneError,
+    Segments, Stiffness,
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
@@ -54,8 +54,7 @@ fn route() -> Vec<Vector3<f64>> {
 }
 
 fn dragged(segments: usize) -> Result<Scene, SceneError> {
-    let mut scene = Scene::new("dragged cable");
-    scene.gravity = Vector3::z() * -GRAVITY;
+    let mut scene = under_gravity("dragged cable");
     scene.add_collider(Collider {
         surface: rough(MU),
         ..Collider::new("ground", None, Shape::HalfSpace)
@@ -66,18 +65,14 @@ fn dragged(segments: usize) -> Result<Scene, SceneError> {
     tug.mobility = Mobility::Driven;
     tug.velocity.x = SPEED;
     let tug = scene.add_body("tug", tug);
+    let ends = [
+        CableEnd::Free(points[0]),
+        CableEnd::Pinned(Frame::body(tug, Vector3::zeros())),
+    ];
     let parts = scene.add_cable(&Cable {
-        name: "cable".to_owned(),
-        ends: [
-            CableEnd::Free(points[0]),
-            CableEnd::Pinned(Frame::body(tug, Vector3::zeros())),
-        ],
         points: points[1..last].to_vec(),
         segments: Segments::Equal(segments),
-        winch: None,
-        resolution: None,
         density: DENSITY,
-        radius: RADIUS,
         stiffness: Stiffness {
             ea: 1e6,
             ei: 1.0,
@@ -87,11 +82,8 @@ fn dragged(segments: usize) -> Result<Scene, SceneError> {
         joint: JointKind::Spherical,
         bend: false,
         twist: false,
-        rest: Rest::Straight,
-        group: 0,
         collide: Some(rough(MU)),
-        groups: DEFAULT_GROUP,
-        meets: u32::MAX,
+        ..Cable::round("cable", &Material::NYLON, RADIUS, ends)
     })?;
     for i in parts.bodies {
         scene.bodies.velocity[i].x = SPEED;
@@ -103,24 +95,17 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![dragged(12)?])
 }
 
-/// Means over the second half of a drag.
-struct Dragged {
-    /// Horizontal pull of the tug over that of the continuum.
-    pull: f64,
-    /// Largest error of the tension along the floor, over H.
-    along: f64,
-    note: String,
-}
-
-fn drag(segments: usize, steps: usize) -> Result<Dragged, ExperimentError> {
+/// Means over the second half of a drag: the tug's horizontal pull over that of the continuum, and the largest error of the
+/// tension along the floor, over H; and what the steps said.
+fn drag(segments: usize) -> Result<([f64; 2], String), ExperimentError> {
     let weight = DENSITY * GRAVITY;
     let h = MU * weight * (LENGTH - hanging());
     let element = LENGTH / segments as f64;
     let mut mean = vec![0.0; segments];
     let mut carried = 0.0;
-    let half = 0.5 * steps as f64 * DT;
+    let half = 0.5 * STEPS as f64 * DT;
     let mut failed = Ok(());
-    let (_, said) = run(dragged(segments)?, at(DT), steps, |stepper, report| {
+    let (_, said) = run(dragged(segments)?, at(DT), STEPS, |stepper, report| {
         if stepper.time() < half {
             return;
         }
@@ -133,7 +118,7 @@ fn drag(segments: usize, steps: usize) -> Result<Dragged, ExperimentError> {
         }
     })?;
     failed?;
-    let count = (steps / 2) as f64;
+    let count = (STEPS / 2) as f64;
     let mut along = 0.0;
     for (i, tension) in mean.iter().enumerate() {
         let x = (i as f64 + 0.5) * element;
@@ -141,9 +126,7 @@ fn drag(segments: usize, steps: usize) -> Result<Dragged, ExperimentError> {
             along = worse(along, (tension / count - MU * weight * x).abs() / h);
         }
     }
-    let pull = MU * carried / count / h;
-    let note = format!("{} undecided, {} redone steps", said.undecided, said.redone);
-    Ok(Dragged { pull, along, note })
+    Ok(([MU * carried / count / h, along], said))
 }
 
 pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
@@ -151,18 +134,14 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
     let exact = LENGTH - hanging();
     let (mut checks, mut errors) = (Vec::new(), Vec::new());
     for &segments in counts {
-        let found = drag(segments, STEPS)?;
+        let ([pull, along], note) = drag(segments)?;
         let case = format!("dragged cable, {segments} segments: length on the floor L − s");
-        let check = Check::relative(case, [exact, exact * found.pull], "m", BAR);
-        checks.push(
-            check
-                .by("relative, from the mean friction")
-                .noting(found.note),
-        );
+        let check = Check::relative(case, [exact, exact * pull], "m", BAR);
+        checks.push(check.by("relative, from the mean friction").noting(note));
         let case = format!("dragged cable, {segments} segments: tension on the floor");
-        let check = Check::off(case, "H − μ w x", found.along, "H", BAR);
+        let check = Check::off(case, "H − μ w x", along, "H", BAR);
         checks.push(check.by("largest error of a mean"));
-        errors.push((found.pull - 1.0).abs());
+        errors.push((pull - 1.0).abs());
     }
     let order =
         (errors[0] / errors[errors.len() - 1]).ln() / 2.0_f64.powi(errors.len() as i32 - 1).ln();

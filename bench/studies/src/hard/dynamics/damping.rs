@@ -7,8 +7,7 @@
 //! 0 every scheme closes it as e^(−t/τ), at a rate that has a power series in Δt/τ, so that four time steps
 //! extrapolate it.
 
-use crate::hard::worse;
-use crate::hard::{at, each_solver};
+use crate::hard::{DT, at, each_solver, worse};
 use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -19,7 +18,6 @@ use taut_model::{
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
-const DT: f64 = 1.0 / 60.0;
 /// Largest error of a root's modulus (relative) or phase (rad) that passes.
 pub(super) const LAW_BAR: f64 = 1e-8;
 /// Largest error of a gap, relative to the initial one, and of τ, relative, that passes.
@@ -159,8 +157,13 @@ pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, 
                 let [modulus, phase] = law_error(&MODES[0], options, omega, 0.0)?;
                 worst = worse(worst, modulus + phase);
             }
-            let check = Check::off("", "roots of the polynomial", worst, "", LAW_BAR);
-            Ok(check)
+            Ok(Check::off(
+                "",
+                "roots of the polynomial",
+                worst,
+                "",
+                LAW_BAR,
+            ))
         },
     )?);
     Ok(checks.into())
@@ -228,13 +231,8 @@ pub(super) fn gaps(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, Exp
     for scheme in SCHEMES {
         for theta in [1.0, 2.5, 20.0] {
             let worst = closing(with_scheme(scheme, at(DT)), theta)?;
-            let check = Check::off(
-                format!("{scheme}, τ = {theta} Δt: gap step by step"),
-                "φ̄ + τ r = 0",
-                worst,
-                "",
-                GAP_BAR,
-            );
+            let case = format!("{scheme}, τ = {theta} Δt: gap step by step");
+            let check = Check::off(case, "φ̄ + τ r = 0", worst, "", GAP_BAR);
             checks.push(check.by("largest over 40 steps, over the initial gap"));
         }
         checks.push(relaxation(scheme)?);
@@ -242,8 +240,7 @@ pub(super) fn gaps(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, Exp
     checks.extend(each_solver("third-difference, every solver", |choice| {
         let options = with_scheme(Scheme::default(), choice.plain_options(DT));
         let worst = closing(options, 2.5)?;
-        let check = Check::off("", "φ̄ + τ r = 0", worst, "", GAP_BAR);
-        Ok(check)
+        Ok(Check::off("", "φ̄ + τ r = 0", worst, "", GAP_BAR))
     })?);
     Ok(checks.into())
 }
@@ -286,12 +283,8 @@ fn relaxation(scheme: Scheme) -> Result<Check, ExperimentError> {
         }
     }
     let found = tau / rates[3];
-    let check = Check::relative(
-        format!("{scheme}: relaxation time as Δt → 0"),
-        [tau, found],
-        "s",
-        GAP_BAR,
-    );
+    let case = format!("{scheme}: relaxation time as Δt → 0");
+    let check = Check::relative(case, [tau, found], "s", GAP_BAR);
     let note = "time: what Δt = τ/50 adds, before the extrapolation";
     Ok(check.noting(note).time_part(coarse))
 }

@@ -3,8 +3,7 @@
 //!
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 
-use crate::hard::worse;
-use crate::hard::{at, either, solvers, together};
+use crate::hard::{DT, at, each_solver, either, farthest, worse};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::fmt::Write;
@@ -14,12 +13,11 @@ use taut_ground::pace;
 use taut_ground::trajectory::steps_in;
 use taut_integrator::{StepError, Stepper};
 use taut_model::{GantryParams, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 /// The drive: a minute.
 pub(super) const DRIVE: &str = include_str!("gantry.csv");
 const TIME: f64 = 60.0;
-const DT: f64 = 1.0 / 60.0;
 /// Largest error of the positions of hook and load that passes \[m]: half a per cent of the cables' 4 m, half of what
 /// engines are compared at.
 const BAR: f64 = 0.02;
@@ -31,10 +29,10 @@ const WORST_BAR: f64 = 1.0;
 const SOLVER_BAR: f64 = 1e-8;
 
 /// One drive.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Default)]
 struct Run {
     /// Centres of hook and load after each sixtieth of a second \[m].
-    path: Vec<[Vector3<f64>; 2]>,
+    path: [Vec<Vector3<f64>>; 2],
     /// Wall-clock time of each step \[s].
     spent: Vec<f64>,
     /// Steps that the guard took again.
@@ -42,28 +40,14 @@ struct Run {
     failure: Option<String>,
 }
 
-/// Figures of a drive at one ratio.
-#[derive(Debug, Clone, PartialEq)]
-struct Row {
-    ratio: f64,
-    stable: bool,
-    hook_error_m: f64,
-    load_error_m: f64,
-    reference_error_m: f64,
-    realtime_factor: f64,
-    /// The step that 99 of 100 are not slower than; the first, which may allocate, is left out.
-    late_step_s: f64,
-    worst_step_s: f64,
-    median_step_s: f64,
-    redone: usize,
-}
-
-/// The checks of the driven gantry.
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let (ratios, time): (&[f64], f64) = either(quick, (&[1e5], 15.0), (&[1e3, 1e4, 1e5], TIME));
     progress.set_length(3 * ratios.len() as u64);
-    let mut outcome = Outcome::default();
-    let mut rows = Vec::new();
+    let mut outcome = Outcome {
+        text: "load/element  hook error  load error  reference ±  real-time factor  slowest step  redone\n"
+            .to_owned(),
+        ..Outcome::default()
+    };
     for &ratio in ratios {
         let params = GantryParams {
             mass_ratio: ratio,
@@ -76,11 +60,8 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         };
         let finer = if quick { 8 } else { 16 };
         let (ours, coarse, fine) = (driven(1)?, driven(finer / 2)?, driven(finer)?);
-        let row = compare(ratio, time, &ours, [&coarse, &fine]);
-        outcome.checks.extend(checks(&row, &ours, finer));
-        rows.push(row);
+        compare(ratio, (time, finer), &ours, [&coarse, &fine], &mut outcome);
     }
-    outcome.text = table(&rows);
     for parts in if quick { vec![2] } else { vec![2, 4, 12] } {
         outcome.checks.extend(agreement(parts)?);
     }
@@ -112,8 +93,9 @@ fn drive(scene: Scene, time: f64, finer: usize) -> Result<Run, StepError> {
             }
         }
         if n % finer == 0 {
-            run.path
-                .push([hook, load].map(|i| stepper.scene().bodies.position[i]));
+            for (path, i) in run.path.iter_mut().zip([hook, load]) {
+                path.push(stepper.scene().bodies.position[i]);
+            }
         }
     }
     Ok(run)
@@ -127,47 +109,33 @@ fn inputs(scene: &Scene) -> Result<Inputs, StepError> {
     })
 }
 
-/// Largest distance of two paths of hook (0) or load (1); infinite where one ends early.
-fn distance(a: &Run, b: &Run, which: usize) -> f64 {
-    if a.path.len() != b.path.len() {
-        return f64::INFINITY;
-    }
-    let pairs = a.path.iter().zip(&b.path);
-    pairs
-        .map(|(a, b)| (a[which] - b[which]).norm())
-        .fold(0.0, worse)
+/// Largest distances of the hooks and of the loads; infinite where one drive ends early.
+fn distances(a: &Run, b: &Run) -> [f64; 2] {
+    [0, 1].map(|which| match (&a.path[which], &b.path[which]) {
+        (a, b) if a.len() == b.len() => farthest(a, b),
+        _ => f64::INFINITY,
+    })
 }
 
-fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row {
+/// The checks of the drives at one ratio, and the row of the table.
+fn compare(
+    ratio: f64,
+    (time, finer): (f64, usize),
+    ours: &Run,
+    [coarse, fine]: [&Run; 2],
+    outcome: &mut Outcome,
+) {
+    // The first step, which may allocate, is left out.
     let mut later = ours.spent.get(1..).unwrap_or_default().to_vec();
     later.sort_by(f64::total_cmp);
-    let late = later.len().saturating_sub(1 + later.len() / 100);
-    let at = |i: usize| later.get(i).copied().unwrap_or(f64::NAN);
-    Row {
-        ratio,
-        stable: ours.failure.is_none(),
-        hook_error_m: distance(ours, fine, 0),
-        load_error_m: distance(ours, fine, 1),
-        reference_error_m: worse(distance(coarse, fine, 0), distance(coarse, fine, 1)),
-        realtime_factor: time / ours.spent.iter().sum::<f64>(),
-        late_step_s: at(late),
-        worst_step_s: at(later.len().saturating_sub(1)),
-        median_step_s: at(later.len() / 2),
-        redone: ours.redone,
-    }
-}
-
-fn checks(row: &Row, ours: &Run, finer: usize) -> Vec<Check> {
-    let case = |what: &str| format!("load/element {:.0e}: {what}", row.ratio);
-    let stable = Check::stated(
-        case("driven to the end"),
-        "stable, true inertia",
-        ours.failure
-            .clone()
-            .unwrap_or_else(|| format!("stable, {} steps redone", row.redone)),
-        row.stable,
-    );
-    let position = |what: &str, reference: String, error: f64, bar: f64| {
+    let slow = later.len().saturating_sub(1 + later.len() / 100);
+    let [late, worst] =
+        [slow, later.len().saturating_sub(1)].map(|i| later.get(i).copied().unwrap_or(f64::NAN));
+    let [hook, load] = distances(ours, fine);
+    let known = distances(coarse, fine).into_iter().fold(0.0, worse);
+    let (factor, redone) = (time / ours.spent.iter().sum::<f64>(), ours.redone);
+    let case = |what: &str| format!("load/element {ratio:.0e}: {what}");
+    let position = |what: &str, reference: &str, error: f64, bar: f64| {
         Check::off(case(what), reference, error, "m", bar)
             .by("largest distance over the whole drive, m")
     };
@@ -175,53 +143,36 @@ fn checks(row: &Row, ours: &Run, finer: usize) -> Vec<Check> {
         let ours = format!("{:.3} ms", 1e3 * time);
         Check::within(case(what), "16.7 ms a frame", ours, time, DT).by("seconds, wall clock")
     };
-    let late = frame("all but the slowest 1 % of the steps", row.late_step_s);
-    // Interruptions by other processes count here; the step is not to blame.
-    let worst = frame("slowest step", row.worst_step_s).limited(
-        row.worst_step_s <= WORST_BAR,
-        "the system took the processor away: all but 1 % of the steps are judged above",
-    );
-    let finer = || format!("steps {finer} times finer");
-    let fast = Check::stated(
-        case("real-time factor"),
-        "above 1",
-        format!("{:.0}", row.realtime_factor),
-        row.realtime_factor > 1.0,
-    );
-    vec![
-        stable,
-        position("hook", finer(), row.hook_error_m, BAR),
-        position("load", finer(), row.load_error_m, BAR),
-        position(
-            "the reference",
-            "steps twice as long".to_owned(),
-            row.reference_error_m,
-            REFERENCE_BAR,
+    let stable = format!("stable, {redone} steps redone");
+    let finer = format!("steps {finer} times finer");
+    outcome.checks.extend([
+        Check::stated(
+            case("driven to the end"),
+            "stable, true inertia",
+            ours.failure.as_ref().unwrap_or(&stable),
+            ours.failure.is_none(),
         ),
-        fast,
-        late,
-        worst,
-    ]
-}
-
-fn table(rows: &[Row]) -> String {
-    let mut text = String::from(
-        "load/element  hook error  load error  reference ±  real-time factor  slowest step  redone\n",
+        position("hook", &finer, hook, BAR),
+        position("load", &finer, load, BAR),
+        position("the reference", "steps twice as long", known, REFERENCE_BAR),
+        Check::stated(
+            case("real-time factor"),
+            "above 1",
+            format!("{factor:.0}"),
+            factor > 1.0,
+        ),
+        frame("all but the slowest 1 % of the steps", late),
+        // Interruptions by other processes count here; the step is not to blame.
+        frame("slowest step", worst).limited(
+            worst <= WORST_BAR,
+            "the system took the processor away: all but 1 % of the steps are judged above",
+        ),
+    ]);
+    let [hook, load, known, worst] = [hook, load, known, worst].map(|x| 1e3 * x);
+    let _ = writeln!(
+        outcome.text,
+        "{ratio:>12.0e}  {hook:>7.1} mm  {load:>7.1} mm  {known:>8.2} mm  {factor:>16.0}  {worst:>9.3} ms  {redone:>6}"
     );
-    for r in rows {
-        let _ = writeln!(
-            text,
-            "{:>12.0e}  {:>7.1} mm  {:>7.1} mm  {:>8.2} mm  {:>16.0}  {:>9.3} ms  {:>6}",
-            r.ratio,
-            1e3 * r.hook_error_m,
-            1e3 * r.load_error_m,
-            1e3 * r.reference_error_m,
-            r.realtime_factor,
-            1e3 * r.worst_step_s,
-            r.redone
-        );
-    }
-    text
 }
 
 /// Every solver on the system after four seconds of the drive, falls per hoist cable `parts`.
@@ -241,8 +192,8 @@ fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
     }
     let state = leader.scene().clone();
     let tension: Vec<f64> = leader.multipliers().iter().map(|mu| mu / DT).collect();
-    let mut found = Vec::new();
-    for choice in solvers() {
+    let case = format!("{parts} falls a cable, multipliers");
+    each_solver(&case, |choice| {
         let scene = Scene {
             start_in_equilibrium: false,
             ..state.clone()
@@ -256,23 +207,13 @@ fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
         stepper.set_tension(&tension)?;
         let report = match stepper.solve() {
             Ok(report) => report,
-            Err(e) => {
-                let failed = "failed".to_owned();
-                let check = Check::claim("", "32 digits", failed, Verdict::Fail, e.to_string());
-                found.push((choice.family(), check));
-                continue;
-            }
+            Err(e) => return Ok(Check::failed("", "32 digits", &e)),
         };
         let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let pairs = stepper.multipliers().iter().zip(&exact);
         let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, worse) / largest;
-        let check = Check::off("", "32 digits", error, "", SOLVER_BAR)
+        Ok(Check::off("", "32 digits", error, "", SOLVER_BAR)
             .by("multipliers, relative to the largest")
-            .unless_claimed(&report.solve);
-        found.push((choice.family(), check));
-    }
-    Ok(together(
-        &format!("{parts} falls a cable, multipliers"),
-        found,
-    ))
+            .unless_claimed(&report.solve))
+    })
 }

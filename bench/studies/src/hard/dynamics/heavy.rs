@@ -6,8 +6,7 @@
 //! to half a step of gravity's power). The cost of the steps that are redone is bounded. Over the first snaps, which differ
 //! little from one fine step to another (which is checked), the load's path is compared with that of fine steps.
 
-use crate::hard::worse;
-use crate::hard::{at, either};
+use crate::hard::{DT, GRAVITY, at, either, farthest, worse};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -18,8 +17,6 @@ use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::HoistParams;
 use taut_output::check::{Check, ExperimentError, Outcome};
 
-const DT: f64 = 1.0 / 60.0;
-const GRAVITY: f64 = 9.81;
 /// Steps of a mean.
 const MEAN: usize = 15;
 /// Largest gain over 2MgL, and most linear systems of one step, that pass.
@@ -59,6 +56,7 @@ fn any(random: &mut Random, seed: u64) -> HoistParams {
 }
 
 /// Figures of a drop.
+#[derive(Default)]
 struct Drop {
     /// Largest gain over 2MgL, in the mean of [`MEAN`] steps and at an instant.
     gain: f64,
@@ -76,14 +74,7 @@ fn dropped(params: &HoistParams, time: f64) -> Result<Drop, ExperimentError> {
     let mass = scene.load.map_or(f64::NAN, |i| scene.bodies.mass[i]);
     let mut stepper = Stepper::new(scene, StepOptions::default())?;
     let start = stepper.energy().total();
-    let mut drop = Drop {
-        gain: 0.0,
-        instant: 0.0,
-        most: 0,
-        unconverged: 0,
-        redone: 0,
-        lost: None,
-    };
+    let mut drop = Drop::default();
     let mut last = [0.0; MEAN];
     for _ in 0..steps_in(time, DT) {
         let report = match pace::step(&mut stepper) {
@@ -167,10 +158,7 @@ fn path(params: &HoistParams, dt: f64) -> Result<Vec<Vector3<f64>>, ExperimentEr
 }
 
 fn swing(params: &HoistParams) -> Result<[Check; 2], ExperimentError> {
-    let off = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
-        let ways = a.iter().zip(b).map(|(a, b)| (a - b).norm() / params.length);
-        ways.fold(0.0, worse)
-    };
+    let off = |a: &[Vector3<f64>], b: &[Vector3<f64>]| farthest(a, b) / params.length;
     let fine = [path(params, FINE[0])?, path(params, FINE[1])?];
     let (error, known) = (off(&path(params, DT)?, &fine[1]), off(&fine[0], &fine[1]));
     let ratio = params.mass_ratio;

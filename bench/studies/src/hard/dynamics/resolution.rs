@@ -7,20 +7,20 @@
 //! - In all of these each change of kinetic energy is that of its blow, −½ uᵀ K⁻¹ u, and of the pair's coming into line. All
 //!   segments of the pile, split and merged in its midst, keep their mass, length and momenta.
 
-use crate::hard::{at, either, worse};
+use super::winding;
+use crate::hard::{DT, GRAVITY, at, either, farthest, under_gravity, worse};
 use indicatif::ProgressBar;
 use nalgebra::{Vector2, Vector3};
 use taut_ground::pace;
+use taut_ground::trajectory::load_position;
 use taut_integrator::{Resolved, Stepper};
 use taut_model::scene::resolution::Resolution;
 use taut_model::{
     Body, Cable, CableEnd, Collider, CrossSection, Damping, Frame, Material, Mobility, Scene,
-    Segments, Shape, Stiffness, Surface, Winch,
+    Segments, Shape, Stiffness, Surface,
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
-const GRAVITY: f64 = 9.81;
-const DT: f64 = 1.0 / 60.0;
 /// Bars: a catenary's shape over its length, the hoisted load \[m], the tension of the taut rope, the energy of changes over
 /// that of the cable, and what a split or merge keeps.
 const BARS: [f64; 5] = [1e-4, 1e-3, 1e-3, 1e-10, 1e-12];
@@ -51,7 +51,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let rule = Some(Resolution::default());
     Ok(vec![
         hanging(32, rule.clone())?,
-        hoist(20.0, rule.clone())?,
+        winding::hoist(20.0, 1.0, CableEnd::Pinned, rule.clone())?,
         pile(rule)?,
     ])
 }
@@ -74,12 +74,6 @@ fn cable(name: &str, ends: [CableEnd; 2], segments: usize, rule: Option<Resoluti
         damping: Damping::Time(0.02),
         ..Cable::round(name, &Material::NYLON, 0.01, ends)
     }
-}
-
-fn under_gravity(name: &str) -> Scene {
-    let mut scene = Scene::new(name);
-    scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
-    scene
 }
 
 const SPAN: f64 = 10.0;
@@ -143,58 +137,21 @@ fn catenary(quick: bool, unforeseen: &mut f64) -> Result<Check, ExperimentError>
     )))
 }
 
-/// A load of 10⁵ segments of 1 m on a winch.
-fn hoist(length: f64, rule: Option<Resolution>) -> Result<Scene, ExperimentError> {
-    let mut scene = under_gravity("hoist");
-    let load = Body::sphere(0.2, 1e4).at(-Vector3::z() * length);
-    let load = scene.add_body("load", load);
-    let frames = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
-    scene.load = Some(load);
-    scene.add_cable(&Cable {
-        density: 0.1,
-        damping: Damping::Time(0.0),
-        stiffness: Stiffness {
-            ea: 2e7,
-            ei: 10.0,
-            gj: 8.0,
-        },
-        winch: Some(Winch {
-            speed: -0.5,
-            shortest: 5.0,
-            ..Winch::new()
-        }),
-        ..cable("rope", frames.map(CableEnd::Pinned), length as usize, rule)
-    })?;
-    scene.start_in_equilibrium = true;
-    Ok(scene)
-}
-
 fn hoisted(length: f64, unforeseen: &mut f64) -> Result<Check, ExperimentError> {
     let mut run = |rule| -> Result<_, ExperimentError> {
-        let mut stepper = Stepper::new(hoist(length, rule)?, at(DT))?;
-        let mut bodies = stepper.scene().bodies.clone();
-        for i in 0..bodies.len() {
-            let swing = Vector3::y() * -3e-3;
-            bodies.velocity[i] = swing.cross(&bodies.position[i]) + Vector3::z() * 0.5;
-            bodies.angular_velocity[i] = swing;
-        }
-        stepper.set_state(&bodies, 0.0)?;
         let (mut places, mut fewest) = (Vec::new(), usize::MAX);
-        for _ in 0..((length - 5.0) / 0.5 / DT).round() as usize {
-            step(&mut stepper, unforeseen)?;
-            let scene = stepper.scene();
-            places.push(scene.bodies.position[scene.load.unwrap_or(0)]);
-            fewest = fewest.min(scene.cables[0].bodies.len());
-        }
+        let scene = winding::hoist(length, 1.0, CableEnd::Pinned, rule)?;
+        winding::hoisted(scene, length, |_, stepper| {
+            step(stepper, unforeseen)?;
+            places.push(load_position(stepper.scene()));
+            fewest = fewest.min(stepper.scene().cables[0].bodies.len());
+            Ok(())
+        })?;
         Ok((places, fewest))
     };
     let (fixed, _) = run(None)?;
     let (ruled, fewest) = run(Some(Resolution::default()))?;
-    let pairs = fixed.iter().zip(&ruled);
-    let apart = pairs.fold(0.0, |worst, (a, b)| worse(worst, (a - b).norm()));
+    let apart = farthest(&fixed, &ruled);
     Ok(Check::within(
         format!("{length} → 5 m by a winch, load of 10⁵ segments, segments by rule"),
         "the motion on fixed segments of 1 m",
@@ -338,42 +295,37 @@ fn changes_of_bounce(hysteresis: f64, pause: f64) -> Result<usize, ExperimentErr
     Ok(changes)
 }
 
-fn bouncing() -> Result<[Check; 3], ExperimentError> {
-    let [calm, paused, restless] = [(2.0, 1e-3), (1.0, 0.5), (1.0, 1e-3)];
-    let of = |(hysteresis, pause)| changes_of_bounce(hysteresis, pause);
-    let (calm, paused, restless) = (of(calm)?, of(paused)?, of(restless)?);
-    let settled = |what: &str, changes: usize, most: f64| {
-        Check::within(
-            format!("a tension that swells and ebbs about the rule's: {what}"),
-            format!("at most {most} changes a second"),
-            format!("{changes}"),
-            changes as f64,
-            most,
-        )
-        .by("changes in a second")
-    };
-    Ok([
-        settled("hysteresis of 2", calm, 0.0),
-        // In each pause 16 pairs merge and split at most.
-        settled("a pause of 0.5 s", paused, 64.0),
-        Check::within(
-            "a tension that swells and ebbs about the rule's: no hysteresis, hardly a pause",
-            "more than 64 changes a second",
-            format!("{restless}"),
-            64.0 / restless as f64,
-            1.0,
-        )
-        .by("64 over the changes in a second"),
-    ])
+fn bouncing() -> Result<Vec<Check>, ExperimentError> {
+    let mut checks = Vec::new();
+    // In each pause of 0.5 s 16 pairs merge and split at most.
+    for (what, hysteresis, pause, most) in [
+        ("hysteresis of 2", 2.0, 1e-3, 0.0),
+        ("a pause of 0.5 s", 1.0, 0.5, 64.0),
+    ] {
+        let changes = changes_of_bounce(hysteresis, pause)?;
+        let case = format!("{BOUNCE}: {what}");
+        let reference = format!("at most {most} changes a second");
+        let check = Check::within(case, reference, changes.to_string(), changes as f64, most);
+        checks.push(check.by("changes in a second"));
+    }
+    let restless = changes_of_bounce(1.0, 1e-3)?;
+    let check = Check::within(
+        format!("{BOUNCE}: no hysteresis, hardly a pause"),
+        "more than 64 changes a second",
+        restless.to_string(),
+        64.0 / restless as f64,
+        1.0,
+    );
+    checks.push(check.by("64 over the changes in a second"));
+    Ok(checks)
 }
+
+const BOUNCE: &str = "a tension that swells and ebbs about the rule's";
 
 /// Mass, length, momentum and angular momentum of all pairs and halves of a cable, kept.
 fn kept(midst: &Scene) -> Check {
     let sums = |scene: &Scene| {
-        let mut segments = Scene::new("segments");
-        for &body in &scene.cables[0].bodies {
-            segments.add_body("", scene.bodies.get(body));
-        }
+        let segments = winding::segments(scene);
         let angular = segments.angular_momentum(&Vector3::zeros());
         (segments.mass(), rods(scene), segments.momentum(), angular)
     };

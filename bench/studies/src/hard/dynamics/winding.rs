@@ -4,19 +4,18 @@
 //! long. Turned against the winch, the cable keeps its twist however short it becomes. Mass, length and momenta of the
 //! segments are weighed before and after a merge and a split in the midst of that motion.
 
-use crate::hard::{at, worse};
+use crate::hard::{DT, at, farthest, under_gravity, worse};
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_ground::pace;
 use taut_integrator::Stepper;
+use taut_model::scene::resolution::Resolution;
 use taut_model::{
     Body, Cable, CableEnd, Constraint, Frame, Material, Scene, Segments, Slider, Stiffness, Winch,
     hanging_axes, update_windings,
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
-const GRAVITY: f64 = 9.81;
-const DT: f64 = 1.0 / 60.0;
 const SPEED: f64 = 0.5;
 /// Length that hauling in ends at \[m].
 const SHORTEST: f64 = 5.0;
@@ -37,23 +36,34 @@ const BARS: [f64; 3] = [1e-3, 1e-9, 1e-12];
 
 pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let length = if quick { 20.0 } else { 100.0 };
-    let (coarse, fine) = (hoisted(length, 1.0)?, hoisted(length, 0.25)?);
-    let apart = coarse.places.iter().zip(&fine.places);
-    let apart = apart.fold(0.0, |worst, (a, b)| worse(worst, (a - b).norm()));
+    let mut midst = Scene::default();
+    let mut run = |segment: f64| -> Result<_, ExperimentError> {
+        let (mut places, half) = (Vec::new(), steps(length) / 2);
+        let scene = hoist(length, segment, CableEnd::Pinned, None)?;
+        hoisted(scene, length, |k, stepper| {
+            pace::step(stepper)?;
+            if k % 20 == 0 {
+                places.push(stepper.scene().bodies.position[0]);
+            }
+            if k == half && segment >= 1.0 {
+                midst = stepper.scene().clone();
+            }
+            Ok(())
+        })?;
+        Ok(places)
+    };
+    let apart = farthest(&run(1.0)?, &run(0.25)?);
+    let case = "m, load of 10⁵ segments: segments of 1 m against 0.25 m";
+    let twist = twisted(length.min(20.0))?;
     let mut checks = vec![
         Check::within(
-            format!(
-                "{length} → {SHORTEST} m, load of 10⁵ segments: segments of 1 m against 0.25 m"
-            ),
+            format!("{length} → {SHORTEST} {case}"),
             "the same motion",
             format!("{apart:.2e} m apart"),
             apart,
             BARS[0],
         )
         .by("largest distance of the loads, m"),
-    ];
-    let twist = twisted(length.min(20.0))?;
-    checks.push(
         Check::within(
             "twist kept while hauled in",
             "12 rad",
@@ -62,9 +72,9 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
             BARS[1],
         )
         .by("largest change of the sum of all twists, rad"),
-    );
+    ];
     for (what, first) in [("merge", 0.45), ("split", 1.6)] {
-        let [mass, lengths, momentum, angular, energy] = kept(&coarse.midst, first)?;
+        let [mass, lengths, momentum, angular, energy] = kept(&midst, first)?;
         let worst = [mass, lengths, momentum, angular]
             .into_iter()
             .fold(0.0, worse);
@@ -86,9 +96,13 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
 }
 
 /// A load on a cable in segments of about `segment` (m), held by `held`, with a winch that hauls it in.
-fn scene(length: f64, segment: f64, held: fn(Frame) -> CableEnd) -> Result<Scene, ExperimentError> {
-    let mut scene = Scene::new("hoisted load");
-    scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
+pub(super) fn hoist(
+    length: f64,
+    segment: f64,
+    held: fn(Frame) -> CableEnd,
+    resolution: Option<Resolution>,
+) -> Result<Scene, ExperimentError> {
+    let mut scene = under_gravity("hoisted load");
     let place = -Vector3::z() * length;
     let load = scene.add_body("load", Body::sphere(0.2, LOAD).at(place));
     scene.load = Some(load);
@@ -105,25 +119,29 @@ fn scene(length: f64, segment: f64, held: fn(Frame) -> CableEnd) -> Result<Scene
             shortest: SHORTEST,
             ..Winch::new()
         }),
+        resolution,
         ..Cable::round("cable", &Material::STEEL, 0.01, frames.map(held))
     })?;
     scene.start_in_equilibrium = true;
     Ok(scene)
 }
 
-/// The hoist at its beginning, in segments of 1 m.
 pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![scene(20.0, 1.0, CableEnd::Pinned)?])
+    Ok(vec![hoist(20.0, 1.0, CableEnd::Pinned, None)?])
 }
 
-/// A hoist: where its load was every third of a second, and how all was half-way.
-struct Hoisted {
-    places: Vec<Vector3<f64>>,
-    midst: Scene,
+/// Steps in which the cable is hauled in.
+fn steps(length: f64) -> usize {
+    ((length - SHORTEST) / SPEED / DT).round() as usize
 }
 
-fn hoisted(length: f64, segment: f64) -> Result<Hoisted, ExperimentError> {
-    let mut stepper = Stepper::new(scene(length, segment, CableEnd::Pinned)?, at(DT))?;
+/// Hoists a load that swings; `step` makes each of the numbered steps.
+pub(super) fn hoisted(
+    scene: Scene,
+    length: f64,
+    mut step: impl FnMut(usize, &mut Stepper) -> Result<(), ExperimentError>,
+) -> Result<(), ExperimentError> {
+    let mut stepper = Stepper::new(scene, at(DT))?;
     let mut bodies = stepper.scene().bodies.clone();
     for i in 0..bodies.len() {
         let swing = Vector3::y() * -SWING;
@@ -131,26 +149,12 @@ fn hoisted(length: f64, segment: f64) -> Result<Hoisted, ExperimentError> {
         bodies.angular_velocity[i] = swing;
     }
     stepper.set_state(&bodies, 0.0)?;
-    let steps = ((length - SHORTEST) / SPEED / DT).round() as usize;
-    let mut run = Hoisted {
-        places: Vec::new(),
-        midst: stepper.scene().clone(),
-    };
-    for k in 0..steps {
-        pace::step(&mut stepper)?;
-        if k % 20 == 0 {
-            run.places.push(stepper.scene().bodies.position[0]);
-        }
-        if k == steps / 2 {
-            run.midst = stepper.scene().clone();
-        }
-    }
-    Ok(run)
+    (0..steps(length)).try_for_each(|k| step(k, &mut stepper))
 }
 
 /// Largest change of the twist of a cable that is clamped at both ends, its load on a rail \[rad].
 fn twisted(length: f64) -> Result<f64, ExperimentError> {
-    let mut scene = scene(length, 1.0, CableEnd::Clamped)?;
+    let mut scene = hoist(length, 1.0, CableEnd::Clamped, None)?;
     let about = |by: f64| UnitQuaternion::from_scaled_axis(-Vector3::z() * by);
     let bodies = scene.cables[0].bodies.clone();
     for (k, &body) in bodies.iter().enumerate() {
@@ -164,10 +168,9 @@ fn twisted(length: f64) -> Result<f64, ExperimentError> {
     ];
     scene.add_constraint("rail", Slider::new(rail), 0);
     update_windings(&mut scene, 0.0);
-    let steps = ((length - SHORTEST) / SPEED / DT).round() as usize;
     let mut stepper = Stepper::new(scene, at(DT))?;
     let mut worst = 0.0;
-    for _ in 0..steps {
+    for _ in 0..steps(length) {
         pace::step(&mut stepper)?;
         let (rows, joints) = (stepper.linearized(), &stepper.scene().cables[0].joints);
         let twists = joints.iter().map(|c| rows.phi[rows.row_range(*c).end - 1]);
@@ -185,50 +188,41 @@ fn kept(midst: &Scene, first: f64) -> Result<[f64; 5], ExperimentError> {
         let by = first - lead.first;
         scene.cut_at_winch(0, 0.0, by);
     }
-    let before = sums(&scene);
+    let before = (segments(&scene), length(&scene));
     if scene.split_at_winch(0, 0.0).is_none()
         && let Some(merged) = scene.merge_at_winch(0, 0.0)
     {
         scene.remove(&[merged.body], &[merged.joint])?;
     }
-    let after = sums(&scene);
-    let change = |of: fn(&Sums) -> f64| (of(&after) / of(&before) - 1.0).abs();
-    let moved =
-        |of: fn(&Sums) -> Vector3<f64>| (of(&after) - of(&before)).norm() / of(&before).norm();
+    let after = (segments(&scene), length(&scene));
+    let change = |[before, after]: [f64; 2]| (after / before - 1.0).abs();
+    let moved = |of: fn(&Scene) -> Vector3<f64>| {
+        (of(&after.0) - of(&before.0)).norm() / of(&before.0).norm()
+    };
     Ok([
-        change(|s| s.mass),
-        change(|s| s.length),
-        moved(|s| s.momentum),
-        moved(|s| s.angular),
-        change(|s| s.energy),
+        change([before.0.mass(), after.0.mass()]),
+        change([before.1, after.1]),
+        moved(Scene::momentum),
+        moved(|s| s.angular_momentum(&Vector3::zeros())),
+        change([before.0.kinetic_energy(), after.0.kinetic_energy()]),
     ])
 }
 
-/// Sums over the segments alone.
-struct Sums {
-    mass: f64,
-    length: f64,
-    momentum: Vector3<f64>,
-    angular: Vector3<f64>,
-    energy: f64,
-}
-
-fn sums(scene: &Scene) -> Sums {
+/// The segments of the first cable alone.
+pub(super) fn segments(scene: &Scene) -> Scene {
     let mut segments = Scene::new("segments");
     for &body in &scene.cables[0].bodies {
         segments.add_body("", scene.bodies.get(body));
     }
-    let length = match &scene.constraints[0] {
+    segments
+}
+
+/// Length of cable that the winch has left out \[m].
+fn length(scene: &Scene) -> f64 {
+    match &scene.constraints[0] {
         Constraint::Fairlead(lead) => {
             lead.first + lead.segment * (scene.cables[0].bodies.len() - 1) as f64
         }
         _ => f64::NAN,
-    };
-    Sums {
-        mass: segments.mass(),
-        length,
-        momentum: segments.momentum(),
-        angular: segments.angular_momentum(&Vector3::zeros()),
-        energy: segments.kinetic_energy(),
     }
 }

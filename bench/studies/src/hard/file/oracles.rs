@@ -11,12 +11,12 @@ use super::expression::Function;
 use crate::hard::special;
 use crate::law;
 use crate::paper::specimens::twist;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use taut_integrator::Scheme;
 
 pub(super) const ORACLES: &[Function] = &[
     // Complete elliptic integral of the first kind of the modulus k.
-    ("complete_k", 1, |x| special::complete_k(x[0])),
+    ("complete_k", 1, |x| special::elliptic(FRAC_PI_2, x[0])[0]),
     // θ of the first mode of N masses in a row with an end mass, all together so many times it.
     ("end_mass", 2, |x| bar::end_mass(x[0] as usize, x[1])),
     // β of β tan β = ratio.

@@ -12,7 +12,7 @@
 //! leaves being carried into the next steps, a relapse is a limit, as long as the top of the ladder is better than its
 //! bottom, by half. What is farther away than the cable is long is lost.
 
-use crate::hard::{either, grid, together, worse};
+use crate::hard::{DT, either, farthest, grid, together, worse};
 use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -42,8 +42,6 @@ const MONOTONE: f64 = 1.0 + 1e-9;
 
 /// Largest last error of a ladder over its first one.
 const IMPROVED: f64 = 0.5;
-
-const DT: f64 = 1.0 / 60.0;
 
 fn params() -> HoistParams {
     HoistParams {
@@ -249,12 +247,6 @@ fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, ExperimentError> {
     Ok(way)
 }
 
-/// Largest distance of two ways.
-fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
-    let each = a.iter().zip(b).map(|(a, b)| (a - b).norm());
-    each.fold(0.0, worse)
-}
-
 /// The ladders of iterations: of one solve, and of the load in a second.
 fn iteration_ladders(quick: bool) -> Result<[Vec<Ladder>; 2], ExperimentError> {
     let direct = second(reference_choice().plain_options(DT))?;
@@ -265,7 +257,7 @@ fn iteration_ladders(quick: bool) -> Result<[Vec<Ladder>; 2], ExperimentError> {
             backend,
             ..choice.plain_options(DT)
         };
-        let way = second(options).ok().map(|way| apart(&way, &direct));
+        let way = second(options).ok().map(|way| farthest(&way, &direct));
         way.filter(|w| w.is_finite())
     };
     let (mut solves, mut loads) = (Vec::new(), Vec::new());

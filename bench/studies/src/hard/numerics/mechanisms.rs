@@ -6,7 +6,7 @@
 //!
 //! Energy must stay constant. Both run with ε > 0 and ε = 0, with the default step, the paper's and SPOOK.
 
-use crate::hard::{either, worse};
+use crate::hard::{DT, GRAVITY, either, under_gravity, worse};
 use crate::scenes;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -20,17 +20,15 @@ use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_solver::SolveError;
 
 /// Compliance of the hinges where they have one \[m/N, rad/(N m)].
-pub(super) const COMPLIANCE: f64 = 1e-8;
+const COMPLIANCE: f64 = 1e-8;
 
 /// Time that a mechanism runs \[s].
-pub(super) const TIME: f64 = 10.0;
+const TIME: f64 = 10.0;
 
 /// Gap of a hinge at which a run is given up \[m].
 const MOST_GAP: f64 = 0.1;
 
-const DT: f64 = 1.0 / 60.0;
 const RADIUS: f64 = 0.02;
-const GRAVITY: f64 = 9.81;
 
 /// The world or a rod.
 #[derive(Debug, Clone, Copy)]
@@ -72,7 +70,7 @@ fn hinge(scene: &mut Scene, parts: [Part; 2], at: Vector3<f64>, axis: Vector3<f6
 }
 
 /// Bricard's six-bar: five rods of 1 m and 1 kg along six edges of a cube that close a ring, the sixth the world.
-pub(super) fn bricard(compliance: f64) -> Result<Scene, SceneError> {
+fn bricard(compliance: f64) -> Result<Scene, SceneError> {
     let mut scene = Scene::new("bricard");
     scene.gravity = Vector3::new(0.0, -GRAVITY, 0.0);
     // A Petrie hexagon of the cube: neighbouring edges are at right angles, and so are neighbouring hinges.
@@ -106,9 +104,8 @@ pub(super) fn bricard(compliance: f64) -> Result<Scene, SceneError> {
 
 /// `loops` four-bars in a row: upright rods of 1 m and 1 kg at x = 0, 1, …, with rods of 1 m from top to top, the tops
 /// moving at 1 m/s along x.
-pub(super) fn four_bars(loops: usize, compliance: f64) -> Result<Scene, SceneError> {
-    let mut scene = Scene::new("four-bars");
-    scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
+fn four_bars(loops: usize, compliance: f64) -> Result<Scene, SceneError> {
+    let mut scene = under_gravity("four-bars");
     let law = RowLaw::new(compliance, 0.0);
     let foot = |j: usize| Vector3::new(j as f64, 0.0, 0.0);
     let top = |j: usize| foot(j) + Vector3::z();
@@ -139,43 +136,38 @@ pub(super) fn four_bars(loops: usize, compliance: f64) -> Result<Scene, SceneErr
 }
 
 /// Figures of a run of a mechanism.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Run {
+struct Run {
     /// Time reached \[s].
-    pub(super) time: f64,
-    /// Largest deviation of the total energy from its start, over the largest kinetic energy.
-    pub(super) drift: f64,
-    /// Most that the total energy ever gained over its start, over the largest kinetic energy.
-    pub(super) gain: f64,
-    /// Change of the total energy from start to end, over the largest kinetic energy.
-    pub(super) change: f64,
+    time: f64,
+    /// Largest deviation, largest gain and change in the end of the total energy, over the largest kinetic energy.
+    drift: f64,
+    gain: f64,
+    change: f64,
     /// Largest gap of a hinge \[m].
-    pub(super) gap: f64,
-    /// Largest multiplier of the last solve \[N, N m]; NaN where one is not finite.
-    pub(super) force: f64,
+    gap: f64,
+    /// All multipliers of the last solve are numbers.
+    finite: bool,
     /// Why it ended early, in words.
-    pub(super) failure: Option<String>,
+    failure: Option<String>,
     /// The solver found the matrix singular and named the hinge.
-    pub(super) singular: bool,
+    singular: bool,
 }
 
 /// Runs a mechanism for [`TIME`].
-pub(super) fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
+fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
     let start = scene.kinetic_energy() + scene.potential_energy();
-    let dt = options.dt;
     let mut stepper = Stepper::new(scene, options)?;
     let trajectory = simulate(&mut stepper, TIME, MOST_GAP, |_| {});
     let samples = &trajectory.samples;
     let kinetic = samples.iter().map(|s| s.energy.kinetic).fold(0.0, worse);
     let mut apart = samples.iter().map(|s| (s.energy.total() - start) / kinetic);
-    let forces = stepper.multipliers().iter().map(|mu| mu.abs() / dt);
     Ok(Run {
         time: stepper.time(),
         drift: apart.clone().map(f64::abs).fold(0.0, worse),
         gain: apart.clone().fold(0.0, worse),
         change: apart.next_back().unwrap_or(f64::NAN),
         gap: trajectory.max_violation(),
-        force: forces.fold(0.0, worse),
+        finite: stepper.multipliers().iter().all(|mu| mu.is_finite()),
         singular: matches!(
             trajectory.error,
             Some(StepError::Solve {
@@ -189,30 +181,29 @@ pub(super) fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> 
 }
 
 /// The steps that are tried, with their names; the last one is short enough for the singular position.
-pub(super) fn steps() -> Vec<(&'static str, StepOptions)> {
+fn steps() -> Vec<(&'static str, StepOptions)> {
     let choice = scenes::reference_choice();
     let standard = choice.options(DT);
-    let with = |scheme: Scheme, stiffness, guard| StepOptions {
-        scheme,
-        stiffness,
-        guard,
+    let paper = StepOptions {
+        scheme: Scheme::LinearlyImplicit,
+        stiffness: GeometricStiffness::Off,
+        guard: None,
         ..standard.clone()
     };
-    let spook = GeometricStiffness::inertia(Scheme::Spook.default_alpha());
+    let spook = StepOptions {
+        scheme: Scheme::Spook,
+        stiffness: GeometricStiffness::inertia(Scheme::Spook.default_alpha()),
+        ..standard.clone()
+    };
+    let substepped = StepOptions {
+        substeps: 8,
+        ..standard.clone()
+    };
     vec![
-        ("default", standard.clone()),
-        (
-            "paper",
-            with(Scheme::LinearlyImplicit, GeometricStiffness::Off, None),
-        ),
-        (SPOOK, with(Scheme::Spook, spook, standard.guard)),
-        (
-            SUBSTEPPED,
-            StepOptions {
-                substeps: 8,
-                ..standard.clone()
-            },
-        ),
+        ("default", standard),
+        ("paper", paper),
+        (SPOOK, spook),
+        (SUBSTEPPED, substepped),
     ]
 }
 
@@ -278,7 +269,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
 /// has its own bars. Without compliance a run may also end in the error of a singular matrix that names the hinge; one
 /// that goes on has to be as good as one with compliance.
 fn judged(case: String, run: &Run, compliant: bool, step: &str, fine: &Run) -> Check {
-    let finite = run.force.is_finite() && run.gap.is_finite() && run.drift.is_finite();
+    let finite = run.finite && run.gap.is_finite() && run.drift.is_finite();
     let [most, gain] = match step {
         SPOOK => SPOOK_BARS,
         SUBSTEPPED => [ENERGY_BAR; 2],

@@ -9,7 +9,7 @@
 
 use crate::paper::specimens::largest;
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::Scene;
+use taut_model::{Scene, SceneError};
 use taut_output::check::{Check, ExperimentError};
 
 /// Size of the velocities that disturb \[m/s].
@@ -29,7 +29,7 @@ const ROUNDING: f64 = 1e-14;
 /// below 1 it fades. The first quarter is left to the stiff modes. Infinite where the equilibrium is left for good.
 pub(super) fn growth(
     scene: Scene,
-    Run { dt, time }: Run,
+    [dt, time]: [f64; 2],
     off: fn(&Scene) -> f64,
 ) -> Result<f64, ExperimentError> {
     let options = StepOptions {
@@ -60,18 +60,9 @@ pub(super) fn growth(
     Ok(last / first.max(ROUNDING))
 }
 
-/// A run in which a disturbance fades or grows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Run {
-    /// Time step \[s].
-    pub(super) dt: f64,
-    /// Duration \[s].
-    pub(super) time: f64,
-}
-
 /// How the load is found at which an equilibrium buckles.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Search {
+    pub(super) case: String,
     /// The continuum's critical load, and the exact discrete one.
     pub(super) curve: f64,
     pub(super) exact: f64,
@@ -79,19 +70,18 @@ pub(super) struct Search {
     pub(super) bar: f64,
     /// Halvings of the bracket.
     pub(super) halvings: usize,
-    pub(super) run: Run,
+    /// Time step and duration of a run in which a disturbance fades or grows \[s].
+    pub(super) run: [f64; 2],
 }
-
-/// The scene under a load.
-pub(super) type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
 
 /// The bracket and, in as many more runs as there are halvings, the load at which the disturbance neither fades nor grows.
 pub(super) fn check(
-    case: &str,
     search: Search,
-    (scene, off): (&SceneAt<'_>, fn(&Scene) -> f64),
+    scene: impl Fn(f64) -> Result<Scene, SceneError>,
+    off: fn(&Scene) -> f64,
 ) -> Result<Vec<Check>, ExperimentError> {
     let Search {
+        case,
         curve,
         exact,
         bar,
@@ -102,7 +92,12 @@ pub(super) fn check(
     let (mut low, mut high) = (exact * (1.0 - bar), exact * (1.0 + bar));
     let [below, above] = [grows(low)?, grows(high)?];
     let sound = below < 1.0 && above > GROWN;
-    let ours = format!("× {below:.0e}; {}", factor(above));
+    let grown = if above.is_finite() {
+        format!("× {above:.0e}")
+    } else {
+        "left".to_owned()
+    };
+    let ours = format!("× {below:.0e}; {grown}");
     let bracket = Check::stated(
         format!("{case}: {:.0} % below and above", 100.0 * bar),
         "a disturbance fades; it grows",
@@ -111,7 +106,7 @@ pub(super) fn check(
     )
     .noting(format!(
         "about the exact chain's {exact:.6}; its growth over {} s",
-        run.time
+        run[1]
     ));
     if !sound || halvings == 0 {
         return Ok(vec![bracket]);
@@ -137,14 +132,6 @@ pub(super) fn check(
     .by("relative to the continuum's, by halving the bracket about the chain's: what is left of that stands with it")
     .space_part((exact / curve - 1.0).abs());
     Ok(vec![bracket, check])
-}
-
-fn factor(growth: f64) -> String {
-    if growth.is_finite() {
-        format!("× {growth:.0e}")
-    } else {
-        "left".to_owned()
-    }
 }
 
 /// Largest distance of a body from the x axis \[m].

@@ -13,7 +13,7 @@
 //! ½ h_i/EI_i + ½ h_{i+1}/EI_{i+1}; the clamp that of half the first segment.
 
 use super::rod::{Compliance, Rod};
-use crate::hard::{counted, each_solver, either, together};
+use crate::hard::{alike, counted, each_solver, either};
 use crate::paper::specimens::{passes_from_rest, settle};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -41,44 +41,26 @@ pub(super) fn deflection(rod: &Rod) -> f64 {
             .sum::<f64>()
 }
 
-/// The ways to put joints on a cable of N equal lengths.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Layout {
-    /// A joint of a whole length at the clamp.
-    Whole,
-    /// A joint of half a length at the clamp.
-    Half,
-    /// Joints in the middle of their lengths.
-    Middle,
+/// A way to put joints on 1 m of cable of EI = 1 N m² under the small load: name, and the chain of N equal segments.
+type Layout = (&'static str, fn(usize) -> Rod);
+
+const WHOLE: Layout = ("whole joint at the clamp", |n| clamped(n, 1.0));
+const HALF: Layout = ("half a joint at the clamp", |n| clamped(n, 0.5));
+const MIDDLE: Layout = ("joints in the middle", |n| loaded(Rod::midpoints(n)));
+
+fn loaded(rod: Rod) -> Rod {
+    Rod {
+        force: Vector3::y() * (3.0 * SMALL),
+        ..rod
+    }
 }
 
-impl Layout {
-    /// All three.
-    pub(super) const ALL: [Self; 3] = [Self::Whole, Self::Half, Self::Middle];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Whole => "whole joint at the clamp",
-            Self::Half => "half a joint at the clamp",
-            Self::Middle => "joints in the middle",
-        }
-    }
-
-    /// The chain on 1 m of EI = 1 N m² under the small load.
-    pub(super) fn rod(self, n: usize) -> Rod {
-        let h = 1.0 / n as f64;
-        let mut rod = if self == Self::Middle {
-            Rod::midpoints(n)
-        } else {
-            let mut joints = vec![Compliance::of(h, 1.0, 1.0); n];
-            if self == Self::Half {
-                joints[0] = Compliance::of(0.5 * h, 1.0, 1.0);
-            }
-            Rod::straight(0.0, &vec![h; n], joints)
-        };
-        rod.force = Vector3::y() * (3.0 * SMALL);
-        rod
-    }
+/// The chain whose joint at the clamp stands for that part of a segment.
+fn clamped(n: usize, part: f64) -> Rod {
+    let h = 1.0 / n as f64;
+    let mut joints = vec![Compliance::of(h, 1.0, 1.0); n];
+    joints[0] = Compliance::of(part * h, 1.0, 1.0);
+    loaded(Rod::straight(0.0, &vec![h; n], joints))
 }
 
 /// The scene brought to rest by `choice` alone: implicit steps of `dt` (s) from rest, each a Newton pass that leaves
@@ -117,15 +99,15 @@ pub(super) fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exper
     let counts: &[usize] = if quick { &[6, 24] } else { &[6, 12, 24, 48] };
     let mut checks = Vec::new();
     for (k, &n) in counted(progress, counts.iter().enumerate()) {
-        for layout in Layout::ALL {
-            let rod = layout.rod(n);
+        for (name, rod) in [WHOLE, HALF, MIDDLE] {
+            let rod = rod(n);
             let ours = tip(&settle(rod.scene()?)?);
             let mut check = check(&rod, ours, SMALL, BAR);
-            check.case = format!("N = {n}, {}", layout.name());
+            check.case = format!("N = {n}, {name}");
             checks.push(check);
         }
         if k == 0 {
-            let rod = Layout::Half.rod(n);
+            let rod = HALF.1(n);
             checks.extend(each_solver(
                 &format!("N = {n}, steps from rest"),
                 |choice| {
@@ -135,12 +117,12 @@ pub(super) fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exper
             )?);
         }
     }
-    for layout in [Layout::Half, Layout::Middle] {
+    for (name, rod) in [HALF, MIDDLE] {
         let errors: Vec<(usize, f64)> = counts
             .iter()
-            .map(|&n| (n, deflection(&layout.rod(n)) / SMALL - 1.0))
+            .map(|&n| (n, deflection(&rod(n)) / SMALL - 1.0))
             .collect();
-        checks.extend(super::order(layout.name(), &errors));
+        checks.extend(super::order(name, &errors));
     }
     Ok(checks.into())
 }
@@ -204,20 +186,13 @@ pub(super) fn random(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
             rod.force = Vector3::new(0.0, 0.3, 0.1);
             large.push((format!("seed {seed}"), bent_through(&rod)?));
         }
-        checks.extend(renamed(together(&format!("N = {n}, small load"), small)));
-        checks.extend(renamed(together(&format!("N = {n}, large load"), large)));
+        for (load, found) in [("small", small), ("large", large)] {
+            checks.extend(alike(&format!("N = {n}, {load} load"), "seeds", found));
+        }
         errors.push((n, mean));
     }
     checks.extend(super::order("random lengths, mean of the seeds", &errors));
     Ok(checks.into())
-}
-
-/// Rows that several seeds share say so.
-fn renamed(checks: Vec<Check>) -> impl Iterator<Item = Check> {
-    checks.into_iter().map(|mut c| {
-        c.case = c.case.replace(" solvers", " seeds");
-        c
-    })
 }
 
 /// Tip of a rod that is bent far, against the exact chain's.
@@ -236,36 +211,31 @@ fn bent_through(rod: &Rod) -> Result<Check, ExperimentError> {
 }
 
 pub(super) fn scenes_of_even() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![Layout::Half.rod(6).scene()?])
+    Ok(vec![HALF.1(6).scene()?])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The ratio of the tip's way to F L³/3EI.
-    fn ratio(layout: Layout, n: usize) -> f64 {
-        let n = n as f64;
-        match layout {
-            Layout::Whole => (n + 1.0) * (2.0 * n + 1.0) / (2.0 * n * n),
-            Layout::Half => 1.0 + 1.0 / (2.0 * n * n),
-            Layout::Middle => 1.0 - 1.0 / (4.0 * n * n),
-        }
-    }
-
     #[test]
     fn the_layouts_have_their_ratios() {
-        for layout in Layout::ALL {
+        // The tip's way over F L³/3EI.
+        type Ratio = fn(f64) -> f64;
+        let ratios: [(Layout, Ratio); 3] = [
+            (WHOLE, |n| (n + 1.0) * (2.0 * n + 1.0) / (2.0 * n * n)),
+            (HALF, |n| 1.0 + 1.0 / (2.0 * n * n)),
+            (MIDDLE, |n| 1.0 - 1.0 / (4.0 * n * n)),
+        ];
+        for ((name, rod), ratio) in ratios {
             for n in [3, 24] {
-                let found = deflection(&layout.rod(n)) / SMALL;
+                let found = deflection(&rod(n)) / SMALL;
                 assert!(
-                    (found - ratio(layout, n)).abs() < 1e-13,
-                    "{layout:?} {n}: {found}"
+                    (found - ratio(n as f64)).abs() < 1e-13,
+                    "{name} {n}: {found}"
                 );
             }
         }
-        assert!((ratio(Layout::Whole, 24) - 1.06337).abs() < 1e-5);
-        assert!((ratio(Layout::Middle, 24) - 0.999566).abs() < 1e-6);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 pub(super) mod exact;
 
 use self::exact::{EA, Hanging, LENGTH, SPAN, WEIGHT, chain, continuum};
-use crate::hard::{counted, solvers, together};
+use crate::hard::{DT, counted, solvers, together};
 use crate::paper::specimens::{largest, settle};
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -21,32 +21,56 @@ const MEASURES: [Measured; 3] = [
     ("sag", "m", |h| h.sag),
 ];
 
-/// Bar of rods and elastic rods against the exact discrete answer.
-pub(super) const BAR: f64 = 1e-8;
-/// Bar of the chain of particles against it.
-pub(super) const CHAIN_BAR: f64 = 1e-10;
+const BAR: f64 = 1e-8;
+/// Bar of the elastic cable of 64 rods against the continuum.
+const CURVE_BAR: f64 = 1e-5;
 
-/// Ends of the links of a V: as long as the cable, over its span.
-fn bent(n: usize) -> impl Fn(usize) -> Vector3<f64> {
+/// A chain of `n` links.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Kind {
+    name: &'static str,
+    /// \[N].
+    ea: f64,
+    /// Links with masses at the joints, else rods.
+    particles: bool,
+    /// Bar against the exact discrete answer.
+    bar: f64,
+}
+
+pub(super) const RODS: Kind = Kind {
+    name: "rods",
+    ea: f64::INFINITY,
+    particles: false,
+    bar: BAR,
+};
+pub(super) const PARTICLES: Kind = Kind {
+    name: "particles",
+    particles: true,
+    bar: 1e-10,
+    ..RODS
+};
+const ELASTIC: Kind = Kind {
+    name: "elastic rods",
+    ea: EA,
+    ..RODS
+};
+
+/// A chain at rest in the shape of a V, as long as the cable, over its span (n even).
+pub(super) fn scene(n: usize, kind: &Kind) -> Result<Scene, SceneError> {
+    const GRAVITY: f64 = 10.0;
     let half = 0.5 * LENGTH;
     let depth = (half * half - 0.25 * SPAN * SPAN).sqrt();
-    move |i: usize| {
+    let node = |i: usize| {
         let s = i as f64 / n as f64;
         let down = 1.0 - (2.0 * s - 1.0).abs();
         Vector3::new(SPAN * s, 0.0, -depth * down)
-    }
-}
-
-/// `n` rods with ball joints, in the shape of a V (n even), or the scene of particles where `particles` is set.
-pub(super) fn scene(n: usize, ea: f64, particles: bool) -> Result<Scene, SceneError> {
-    const GRAVITY: f64 = 10.0;
-    let node = bent(n);
+    };
     let h = LENGTH / n as f64;
     let mass = WEIGHT * h / GRAVITY;
     let mut scene = Scene::new("catenary");
     scene.gravity = -Vector3::z() * GRAVITY;
     let right = Vector3::x() * SPAN;
-    if particles {
+    if kind.particles {
         for i in 1..n {
             scene.add_body(format!("particle-{i}"), Body::particle(mass).at(node(i)));
         }
@@ -88,7 +112,7 @@ pub(super) fn scene(n: usize, ea: f64, particles: bool) -> Result<Scene, SceneEr
             let length = if j == 0 || j == n { 0.5 * h } else { h };
             let ball = Spherical {
                 frames: [a, b],
-                stretch: RowLaw::new(length / ea, 0.0),
+                stretch: RowLaw::new(length / kind.ea, 0.0),
             };
             scene.add_constraint(format!("joint-{j}"), Constraint::Spherical(ball), 0);
         }
@@ -103,10 +127,9 @@ pub(super) fn scene(n: usize, ea: f64, particles: bool) -> Result<Scene, SceneEr
 fn measured(
     rest: &Scene,
     choice: &Choice,
-    (n, particles): (usize, bool),
+    particles: bool,
     nodes: &[Vector3<f64>],
 ) -> Result<(f64, Hanging), ExperimentError> {
-    const DT: f64 = 1.0 / 60.0;
     let mut stepper = Stepper::new(rest.clone(), choice.plain_options(DT))?;
     stepper.step()?;
     let bodies = &stepper.scene().bodies;
@@ -120,19 +143,13 @@ fn measured(
     let places = bodies.position.iter().enumerate();
     let off = largest(places.map(|(i, x)| (x - exact(i)).norm() / LENGTH));
     // Ends of the rods, places of the particles.
-    let half = Vector3::z() * (0.5 * LENGTH / n as f64);
-    let depth = bodies
-        .position
-        .iter()
-        .zip(&bodies.orientation)
-        .map(|(x, turn)| {
-            if particles {
-                -x.z
-            } else {
-                let along = turn * half;
-                (along - x).z.max(-(x + along).z)
-            }
-        });
+    let half = if particles {
+        Vector3::zeros()
+    } else {
+        Vector3::z() * (LENGTH / nodes.len() as f64)
+    };
+    let turned = bodies.position.iter().zip(&bodies.orientation);
+    let depth = turned.map(|(x, turn)| (turn * half).z.abs() - x.z);
     let rows = stepper.linearized().row_range(0);
     let mu: Vec<f64> = stepper.multipliers()[rows].iter().map(|m| m / DT).collect();
     let force = if particles {
@@ -150,42 +167,14 @@ fn measured(
     Ok((off, hanging))
 }
 
-/// The chains.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kind {
-    name: &'static str,
-    ea: f64,
-    particles: bool,
-    bar: f64,
-}
-
-const RODS: Kind = Kind {
-    name: "rods",
-    ea: f64::INFINITY,
-    particles: false,
-    bar: BAR,
-};
-const PARTICLES: Kind = Kind {
-    name: "particles",
-    ea: f64::INFINITY,
-    particles: true,
-    bar: CHAIN_BAR,
-};
-const ELASTIC: Kind = Kind {
-    name: "elastic rods",
-    ea: EA,
-    particles: false,
-    bar: BAR,
-};
-
 /// One kind of chain with `n` links, its forces found by each of `choices`.
-fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, ExperimentError> {
-    let rest = settle(scene(n, kind.ea, kind.particles)?)?;
+fn checks_of(kind: &Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, ExperimentError> {
+    let rest = settle(scene(n, kind)?)?;
     let (nodes, exact) = chain(n, kind.ea, kind.particles);
     let curve = continuum(kind.ea);
     let mut found = Vec::new();
     for choice in choices {
-        let result = measured(&rest, choice, (n, kind.particles), &nodes)?;
+        let result = measured(&rest, choice, kind.particles, &nodes)?;
         found.push((choice.family(), result));
     }
     let mut checks = Vec::new();
@@ -214,7 +203,12 @@ fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, Exp
     Ok(checks)
 }
 
-fn family(kind: Kind, quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, ExperimentError> {
+/// H07, H07d.
+pub(super) fn family(
+    kind: &Kind,
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[4, 16] } else { &[4, 8, 16, 32, 64] };
     let mut checks = Vec::new();
     for (k, &n) in counted(progress, counts.iter().enumerate()) {
@@ -234,38 +228,19 @@ fn family(kind: Kind, quick: bool, progress: &ProgressBar) -> Result<Vec<Check>,
         })
         .collect();
     checks.extend(super::order(&format!("{}: sag", kind.name), &errors));
-    Ok(checks)
+    Ok(checks.into())
 }
-
-/// H07.
-pub(super) fn rods(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    Ok(Outcome {
-        checks: family(RODS, quick, progress)?,
-        ..Outcome::default()
-    })
-}
-
-/// H07d.
-pub(super) fn particles(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    Ok(Outcome {
-        checks: family(PARTICLES, quick, progress)?,
-        ..Outcome::default()
-    })
-}
-
-/// Bar of the elastic cable of 64 rods against the continuum.
-pub(super) const CURVE_BAR: f64 = 1e-5;
 
 /// H08.
 pub(super) fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let mut checks = family(ELASTIC, quick, progress)?;
+    let mut outcome = family(&ELASTIC, quick, progress)?;
     let curve = continuum(EA);
     let direct = &solvers()[0];
     let mut found = Vec::new();
     for n in [32, 64] {
-        let rest = settle(scene(n, EA, false)?)?;
+        let rest = settle(scene(n, &ELASTIC)?)?;
         let nodes = chain(n, EA, false).0;
-        found.push(measured(&rest, direct, (n, false), &nodes)?.1);
+        found.push(measured(&rest, direct, false, &nodes)?.1);
     }
     for (what, unit, measure) in MEASURES {
         let [coarse, fine] = [measure(&found[0]), measure(&found[1])];
@@ -282,7 +257,7 @@ pub(super) fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         .space_part((exact / limit - 1.0).abs());
         let of_chain = (fine / exact - 1.0).abs() <= BAR;
         let needed = 64.0 * ((fine / limit - 1.0).abs() / CURVE_BAR).sqrt();
-        checks.push(check.limited(
+        outcome.checks.push(check.limited(
             of_chain,
             format!(
                 "the exact chain of 64 straight rods is that far from the curve; at \
@@ -296,11 +271,12 @@ pub(super) fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             unit,
             CURVE_BAR,
         );
-        checks.push(check.by("relative; (4 x₆₄ − x₃₂)/3, exact for second order"));
+        let check = check.by("relative; (4 x₆₄ − x₃₂)/3, exact for second order");
+        outcome.checks.push(check);
     }
-    Ok(checks.into())
+    Ok(outcome)
 }
 
 pub(super) fn scenes_of_elastic() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![scene(4, EA, false)?])
+    Ok(vec![scene(4, &ELASTIC)?])
 }

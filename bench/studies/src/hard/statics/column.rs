@@ -15,9 +15,9 @@
 //! (c² + T²/4)^½ (χ_{j+1} + χ_{j−1}) = (2c + l P) χ_j, and the ends ask for χ ∝ cos(πj/n + …). Pinned ends carry
 //! torques of fixed direction on the outer segments; between clamped ends the twist T L/GJ is given.
 
-use super::buckling::{DISTURBANCE, Run, Search, check, off_axis};
-use crate::hard::either;
+use super::buckling::{DISTURBANCE, Search, check, off_axis};
 use crate::hard::special::bessel_zero;
+use crate::hard::{counted, either};
 use crate::paper::specimens::twist::{buckling_torque, greenhill};
 use indicatif::ProgressBar;
 use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -25,12 +25,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use taut_model::{
     Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, SceneError, Slider, Spherical,
 };
-use taut_output::check::{ExperimentError, Outcome};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
-/// Bar of thrust and weight.
-pub(super) const BAR: f64 = 0.01;
-/// Bar of the torques.
-pub(super) const TORQUE_BAR: f64 = 0.02;
+/// Bars of thrust and weight, and of the torques.
+const BAR: f64 = 0.01;
+const TORQUE_BAR: f64 = 0.02;
+/// Halvings of a bracket.
+const HALVINGS: usize = 8;
 
 /// How the ends are held; the far one slides along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,9 +165,17 @@ pub(super) fn pinned_torque_of_rod(tension: f64) -> f64 {
     2.0 * (tension + PI * PI).sqrt()
 }
 
-/// Halvings of a bracket.
-fn halvings(quick: bool) -> usize {
-    if quick { 0 } else { 8 }
+/// Where the chain buckles that `loaded` puts between its ends and draws by a tension (N), for a load.
+fn buckles(
+    n: usize,
+    search: Search,
+    loaded: impl Fn(f64) -> (Ends, f64),
+) -> Result<Vec<Check>, ExperimentError> {
+    let scene = |load: f64| {
+        let (ends, tension) = loaded(load);
+        scene(n, ends, tension)
+    };
+    check(search, scene, off_axis)
 }
 
 /// H09.
@@ -175,37 +184,22 @@ pub(super) fn thrust_and_weight(
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[12] } else { &[12, 24, 48] };
-    progress.set_length(2 * counts.len() as u64);
     let mut checks = Vec::new();
-    for &n in counts {
-        let thrust = |p: f64| Ok(scene(n, Ends::Pinned { torque: 0.0 }, -p)?);
-        let search = Search {
-            curve: PI * PI,
-            exact: euler(n),
+    for &n in counted(progress, counts) {
+        let search = |what: &str, [curve, exact]: [f64; 2], run| Search {
+            case: format!("{what}, N = {n}"),
+            curve,
+            exact,
             bar: BAR,
-            halvings: halvings(quick),
-            run: Run {
-                dt: 0.02,
-                time: 20.0,
-            },
+            halvings: either(quick, 0, HALVINGS),
+            run,
         };
-        let case = format!("thrust, pinned, N = {n}");
-        checks.extend(check(&case, search, (&thrust, off_axis))?);
-        progress.inc(1);
-        let weight = |q: f64| Ok(scene(n, Ends::Free { gravity: q }, 0.0)?);
-        let search = Search {
-            curve: own_weight_of_beam(),
-            exact: own_weight(n),
-            bar: BAR,
-            halvings: halvings(quick),
-            run: Run {
-                dt: 0.04,
-                time: 80.0,
-            },
-        };
-        let case = format!("own weight, clamped, N = {n}");
-        checks.extend(check(&case, search, (&weight, off_axis))?);
-        progress.inc(1);
+        let thrust = search("thrust, pinned", [PI * PI, euler(n)], [0.02, 20.0]);
+        let pinned = |p: f64| (Ends::Pinned { torque: 0.0 }, -p);
+        checks.extend(buckles(n, thrust, pinned)?);
+        let weights = [own_weight_of_beam(), own_weight(n)];
+        let weight = search("own weight, clamped", weights, [0.04, 80.0]);
+        checks.extend(buckles(n, weight, |q| (Ends::Free { gravity: q }, 0.0))?);
     }
     Ok(checks.into())
 }
@@ -216,37 +210,26 @@ pub(super) fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
     // Long rods under tension buckle in many waves: they need the finer chain.
     let fine = |n: usize, tension: f64| tension < 50.0 || n >= 48;
     let tensions: &[f64] = either(quick, &[0.0], &[-5.0, 0.0, 10.0, 100.0]);
-    progress.set_length((counts.len() * (1 + tensions.len())) as u64);
     let mut checks = Vec::new();
-    for &n in counts {
-        // The tension's transverse stiffness is explicit.
-        let run = |tension: f64| Run {
-            dt: 0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(),
-            time: 10.0,
-        };
-        let clamped = |t: f64| Ok(scene(n, Ends::Clamped { twist: t }, 0.0)?);
-        let search = Search {
-            curve: greenhill(),
-            exact: buckling_torque(n, 1e12, 0.0),
+    for &n in counted(progress, counts) {
+        let search = |what: String, [curve, exact]: [f64; 2], tension: f64| Search {
+            case: format!("torque, {what}, N = {n}"),
+            curve,
+            exact,
             bar: TORQUE_BAR,
-            halvings: halvings(quick),
-            run: run(0.0),
+            halvings: either(quick, 0, HALVINGS),
+            // The tension's transverse stiffness is explicit.
+            run: [0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(), 10.0],
         };
-        let case = format!("torque, clamped, N = {n}");
-        checks.extend(check(&case, search, (&clamped, off_axis))?);
-        progress.inc(1);
+        let torques = [greenhill(), buckling_torque(n, 1e12, 0.0)];
+        let clamped = search("clamped".to_owned(), torques, 0.0);
+        checks.extend(buckles(n, clamped, |t| (Ends::Clamped { twist: t }, 0.0))?);
         for &tension in tensions.iter().filter(|t| fine(n, **t)) {
-            let pinned = |torque: f64| Ok(scene(n, Ends::Pinned { torque }, tension)?);
-            let search = Search {
-                curve: pinned_torque_of_rod(tension),
-                exact: pinned_torque(n, tension),
-                bar: TORQUE_BAR,
-                halvings: halvings(quick),
-                run: run(tension),
-            };
-            let case = format!("torque, pinned, P = {tension}, N = {n}");
-            checks.extend(check(&case, search, (&pinned, off_axis))?);
-            progress.inc(1);
+            let torques = [pinned_torque_of_rod(tension), pinned_torque(n, tension)];
+            let pinned = search(format!("pinned, P = {tension}"), torques, tension);
+            checks.extend(buckles(n, pinned, |torque| {
+                (Ends::Pinned { torque }, tension)
+            })?);
         }
     }
     Ok(checks.into())

@@ -11,7 +11,7 @@
 
 use super::rod::Rod;
 use crate::hard::either;
-use crate::hard::special::{complete_e, complete_k, elliptic_e, elliptic_f, root};
+use crate::hard::special::{elliptic, root};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
@@ -29,15 +29,15 @@ pub(super) const LOADS: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 7.5, 10.
 pub(super) fn elastica(alpha: f64) -> [f64; 3] {
     let modulus = |slope: f64| (0.5 * (1.0 + slope.sin())).sqrt();
     let amplitude = |k: f64| (1.0 / (k * 2.0_f64.sqrt())).min(1.0).asin();
-    let load = |slope: f64| {
+    let beyond = |slope: f64, kind: usize| {
         let k = modulus(slope);
-        complete_k(k) - elliptic_f(amplitude(k), k) - alpha.sqrt()
+        elliptic(FRAC_PI_2, k)[kind] - elliptic(amplitude(k), k)[kind]
     };
+    let load = |slope: f64| beyond(slope, 0) - alpha.sqrt();
     let slope = root(load, 1e-12, FRAC_PI_2 - 1e-6);
-    let k = modulus(slope);
     [
         (2.0 * slope.sin() / alpha).sqrt(),
-        1.0 - 2.0 * (complete_e(k) - elliptic_e(amplitude(k), k)) / alpha.sqrt(),
+        1.0 - 2.0 * beyond(slope, 1) / alpha.sqrt(),
         slope,
     ]
 }

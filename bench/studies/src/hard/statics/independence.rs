@@ -5,7 +5,7 @@
 //! swings until it is at rest. Its exact discrete shape is known ([`super::rod`]).
 
 use super::rod::Rod;
-use crate::hard::{either, solvers, together};
+use crate::hard::{DT, alike, either, solvers};
 use crate::paper::specimens::largest;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -24,10 +24,9 @@ pub(super) const BAR: f64 = 1e-8;
 const DAMPING: f64 = 0.3;
 /// In half a minute what is left of it is below rounding.
 const SECONDS: f64 = 25.0;
-const DT: f64 = 1.0 / 60.0;
 
 /// The cantilever with `n` segments and a damping time (s).
-pub(super) fn rod(n: usize, damping: f64) -> Rod {
+fn rod(n: usize, damping: f64) -> Rod {
     Rod {
         gravity: Vector3::new(0.0, 0.0, -2.0),
         damping,
@@ -36,7 +35,7 @@ pub(super) fn rod(n: usize, damping: f64) -> Rod {
 }
 
 /// The scene with its bodies and its constraints in another order; and which body now is number i.
-pub(super) fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
+fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
     let mut random = Random::new(seed);
     let bodies = random.permutation(scene.bodies.len());
     let constraints = random.permutation(scene.constraints.len());
@@ -67,23 +66,20 @@ pub(super) fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
 }
 
 /// A way to rest.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Way {
-    /// Distinction from the other ways, in words.
-    pub(super) name: String,
-    /// Step and solver.
-    pub(super) options: StepOptions,
+struct Way {
+    name: String,
+    options: StepOptions,
     /// Damping time \[s].
-    pub(super) damping: f64,
+    damping: f64,
     /// Seed of the order of bodies and constraints; 0 is their natural order.
-    pub(super) order: u64,
+    order: u64,
     /// Simulated time \[s].
-    pub(super) seconds: f64,
+    seconds: f64,
 }
 
 /// Largest distance of an end of a segment from its place in the exact shape, over L, after the
 /// run; NaN without an exact shape. Then the speed that is left \[m/s].
-pub(super) fn distance(n: usize, way: &Way) -> Result<[f64; 2], ExperimentError> {
+fn distance(n: usize, way: &Way) -> Result<[f64; 2], ExperimentError> {
     let rod = rod(n, way.damping);
     let scene = rod.scene()?;
     let (scene, place) = match way.order {
@@ -153,7 +149,7 @@ fn ways(quick: bool) -> Vec<(&'static str, Vec<Way>)> {
         ("time steps", steps.collect()),
         ("damping times", dampings.collect()),
         ("orders of bodies and constraints", orders.collect()),
-        ("schemes", schemes.to_vec()),
+        ("schemes", schemes.into()),
     ]
 }
 
@@ -175,16 +171,8 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
                 Ok((way.name.clone(), check))
             })
             .collect::<Result<_, ExperimentError>>()?;
-        checks.extend(
-            together(&format!("N = {n}, {what}"), found)
-                .into_iter()
-                .map(|mut c| {
-                    if what != "solvers" {
-                        c.case = c.case.replace(" solvers", " of them");
-                    }
-                    c
-                }),
-        );
+        let noun = if what == "solvers" { what } else { "of them" };
+        checks.extend(alike(&format!("N = {n}, {what}"), noun, found));
     }
     Ok(checks.into())
 }

@@ -7,7 +7,7 @@
 //! and the ring buckles where the 3 × 3 matrix of n = 2 gets singular. Its entries are differences of E, which is
 //! written here from the swing and the twist of the relative rotation.
 
-use super::buckling::{DISTURBANCE, Run, Search, check};
+use super::buckling::{DISTURBANCE, Search, check};
 use crate::hard::counted;
 use crate::hard::special::root;
 use crate::paper::specimens::largest;
@@ -20,6 +20,8 @@ use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 
 /// Bar of the critical twist.
 pub(super) const BAR: f64 = 0.02;
+/// Time step and duration \[s].
+const RUN: [f64; 2] = [0.05, 60.0];
 /// GJ/EI.
 pub(super) const RATIO: f64 = 3.0;
 
@@ -192,18 +194,14 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let mut checks = Vec::new();
     for &n in counted(progress, counts) {
         let search = Search {
+            case: format!("GJ/EI = {RATIO}, N = {n}, turns"),
             curve: michell(2),
             exact: chain(n, 2),
             bar: BAR,
             halvings: if quick { 0 } else { 11 },
-            run: Run {
-                dt: 0.05,
-                time: 60.0,
-            },
+            run: RUN,
         };
-        let ring = |turns: f64| Ok(scene(n, turns)?);
-        let case = format!("GJ/EI = {RATIO}, N = {n}, turns");
-        checks.extend(check(&case, search, (&ring, off_plane))?);
+        checks.extend(check(search, |turns| scene(n, turns), off_plane)?);
         // A wave of fewer segments is that of the chain, not of the continuum.
         for waves in [3, 4].into_iter().filter(|w| 16 * w <= n) {
             checks.push(higher(n, waves)?);
@@ -227,14 +225,10 @@ mod tests {
 
     #[test]
     fn the_model_s_ring_leaves_its_plane_at_the_exact_twist() {
-        let run = Run {
-            dt: 0.05,
-            time: 60.0,
-        };
         let critical = chain(24, 2);
         let at = |part: f64| {
             let ring = scene(24, part * critical).expect("a scene");
-            super::super::buckling::growth(ring, run, off_plane).expect("steps")
+            super::super::buckling::growth(ring, RUN, off_plane).expect("steps")
         };
         let (below, above) = (at(1.0 - 3e-4), at(1.0 + 3e-4));
         assert!(below < 1.0 && above > 1.0, "{below} {above}");

@@ -27,11 +27,10 @@ use taut_output::check::ExperimentError;
 /// Compliances of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Compliance {
-    /// ε of the gap, in all directions \[m/N].
+    /// In all directions \[m/N].
     pub(super) stretch: f64,
-    /// ε of the bend \[rad/(N m)].
+    /// \[rad/(N m)].
     pub(super) bend: f64,
-    /// ε of the twist \[rad/(N m)].
     pub(super) twist: f64,
 }
 
@@ -53,11 +52,9 @@ pub(super) struct Rod {
     pub(super) nodes: Vec<Vector3<f64>>,
     /// Direction of the cable at the clamp.
     pub(super) clamp: Vector3<f64>,
-    /// Compliances of the joints.
     pub(super) joints: Vec<Compliance>,
     /// Masses of the segments \[kg]; without gravity they have no part in the answer.
     pub(super) masses: Vec<f64>,
-    /// Gravity \[m/s²].
     pub(super) gravity: Vector3<f64>,
     /// Mass of the particle that the tip carries \[kg].
     pub(super) tip_mass: f64,
@@ -77,7 +74,6 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// The tip \[m].
     pub(super) fn tip(&self) -> Vector3<f64> {
         self.ends.last().copied().unwrap_or_default()
     }
@@ -114,7 +110,6 @@ impl Rod {
         Self::straight(0.5 * h, &lengths, vec![Compliance::of(h, 1.0, 1.0); n])
     }
 
-    /// Number of segments.
     pub(super) fn segments(&self) -> usize {
         self.joints.len()
     }

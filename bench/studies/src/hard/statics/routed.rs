@@ -5,7 +5,7 @@
 //! transport. A hanging cable of any segments is stretched by Σ_j ε_j T_j exactly, ε_j = l_j/EA of the length l_j that joint j
 //! stands for, T_j the weight below it.
 
-use crate::hard::{at, worse};
+use crate::hard::{DT, GRAVITY, at, under_gravity, worse};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -15,7 +15,6 @@ use taut_model::{
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
-const GRAVITY: f64 = 9.81;
 const STIFFNESS: Stiffness = Stiffness {
     ea: 1e6,
     ei: 40.0,
@@ -35,29 +34,15 @@ pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, 
     let error = |energies: [f64; 3]| energies[1] / exact - 1.0;
     let order = (error(coarse) / error(fine)).log2();
     let case = "a helix of 2½ turns, 32 segments";
+    let none = |what: &str, part: f64| {
+        Check::off(format!("{case}: {what}"), "none", part, "", 1e-14)
+            .by("energy over that of bending")
+    };
+    let bending = format!("{case}: bending energy");
     let mut checks = vec![
-        Check::relative(
-            format!("{case}: bending energy"),
-            [exact, fine[1]],
-            "J",
-            2e-3,
-        ),
-        Check::off(
-            format!("{case}: twist"),
-            "none",
-            fine[2] / fine[1],
-            "",
-            1e-14,
-        )
-        .by("energy over that of bending"),
-        Check::off(
-            format!("{case}: stretch"),
-            "none",
-            fine[0] / fine[1],
-            "",
-            1e-14,
-        )
-        .by("energy over that of bending"),
+        Check::relative(bending, [exact, fine[1]], "J", 2e-3),
+        none("twist", fine[2] / fine[1]),
+        none("stretch", fine[0] / fine[1]),
         Check::second_order("a helix: order of the bending energy in 1/N", order, 0.1)
             .noting("16 and 32 segments; the direction of the last leg is 0.04 of it"),
     ];
@@ -109,8 +94,7 @@ fn energies(scene: &Scene) -> [f64; 3] {
 
 /// A load of 2 t on 9 m of cable in segments of 1 m and ⅛ m by turns.
 fn hanging() -> Result<Scene, ExperimentError> {
-    let mut scene = Scene::new("uneven cable");
-    scene.gravity = Vector3::z() * -GRAVITY;
+    let mut scene = under_gravity("uneven cable");
     let load = scene.add_body("load", Body::sphere(0.3, 2000.0).at(Vector3::z() * -9.0));
     scene.load = Some(load);
     let ends = [
@@ -136,7 +120,7 @@ fn uneven() -> Result<Check, ExperimentError> {
         below -= masses.next().unwrap_or(0.0);
     }
     let start = scene.bodies.position[0].z;
-    let mut stepper = Stepper::new(scene, at(1.0 / 60.0))?;
+    let mut stepper = Stepper::new(scene, at(DT))?;
     let mut off = 0.0;
     let mut sunk = 0.0;
     for _ in 0..60 {

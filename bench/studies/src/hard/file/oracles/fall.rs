@@ -5,13 +5,14 @@
 //! v² = x (2 − x)/(1 − x),    t(x) = √2 (2E(φ, k) − F(φ, k)),  sin²φ = x, k² = ½,    t(1) = 1.19814…
 //! ```
 
-use crate::hard::special::{elliptic_e, elliptic_f};
+use crate::hard::special::elliptic;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// t(x) √(g/L) of the tip's fall x L.
 pub(super) fn time(x: f64) -> f64 {
     let (k, phi) = (FRAC_1_SQRT_2, x.sqrt().asin());
-    SQRT_2 * (2.0 * elliptic_e(phi, k) - elliptic_f(phi, k))
+    let [first, second] = elliptic(phi, k);
+    SQRT_2 * (2.0 * second - first)
 }
 
 #[cfg(test)]
