@@ -11,7 +11,7 @@ use super::expression::Function;
 use crate::hard::special;
 use crate::law;
 use crate::paper::specimens::twist;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 use taut_integrator::Scheme;
 
 pub(super) const ORACLES: &[Function] = &[
@@ -56,8 +56,6 @@ pub(super) const ORACLES: &[Function] = &[
     ("caught_tension", 5, |x| {
         catch::caught([x[0], x[1], x[2], x[3], x[4]])[1]
     }),
-    // The energy that half an oscillation of ω Δt leaves, of 1.
-    ("left_by_damping", 1, |x| left_by_damping(x[0])),
     // Frequency that the default step gives an elastic oscillation, from ω and Δt.
     ("stepped_elastic", 2, |x| {
         law::elastic_frequency(Scheme::default(), x[0], x[1])
@@ -65,11 +63,3 @@ pub(super) const ORACLES: &[Function] = &[
     // Frequency that a step gives a swing of small amplitude, from ω and Δt.
     ("stepped_swing", 2, |x| law::geometric_frequency(x[0], x[1])),
 ];
-
-/// The energy that half an oscillation of Ω leaves, of 1.
-fn left_by_damping(omega: f64) -> f64 {
-    let recurrence = law::recurrence(Scheme::default(), [omega * omega, 0.0], 0.0);
-    let roots = law::roots(&recurrence).into_iter();
-    let oscillating = roots.into_iter().find(|[_, phase]| *phase > 0.0);
-    oscillating.map_or(f64::NAN, |[modulus, phase]| modulus.powf(TAU / phase))
-}
