@@ -339,21 +339,20 @@ impl Activation {
     /// with drift are young: the rates of whole steps would ring in parts.
     pub(crate) fn drop_resolved_drift(&mut self, system_data: &SystemData, goes_on: bool, dt: f64) {
         let rows = &system_data.rows;
-        for (age, bound) in self.ages.iter_mut().zip(&rows.bounds) {
-            if goes_on || rows.damping[bound.row] > 0.0 {
-                self.drift[bound.row] *= stiff_part(system_data, bound, dt);
-            }
-            if bound.side() != 0.0 && self.drift[bound.row] != 0.0 {
-                *age = (*age).min(1);
+        let is_bounded = |r: usize| rows.bounds.iter().any(|bound| bound.row == r);
+        for (r, drift) in self.drift.iter_mut().enumerate() {
+            let is_felt = rows.compliance[r] > 0.0 && (goes_on || rows.damping[r] > 0.0);
+            if is_felt && *drift != 0.0 && !is_bounded(r) {
+                *drift = 0.0;
             }
         }
-        for constraint in 0..rows.constraints() {
-            for r in rows.row_range(constraint) {
-                let is_soft = rows.compliance[r] > 0.0 && (goes_on || rows.damping[r] > 0.0);
-                if is_soft && self.drift[r] != 0.0 && !rows.bounds.iter().any(|b| b.row == r) {
-                    let response = response_of_row(system_data, constraint, r);
-                    self.drift[r] *= share(response, rows.compliance[r], dt);
-                }
+        for (age, bound) in self.ages.iter_mut().zip(&rows.bounds) {
+            let r = bound.row;
+            if goes_on || rows.damping[r] > 0.0 {
+                self.drift[r] *= stiff_part(system_data, bound, dt);
+            }
+            if bound.side() != 0.0 && self.drift[r] != 0.0 {
+                *age = (*age).min(1);
             }
         }
     }

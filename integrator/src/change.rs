@@ -380,7 +380,7 @@ impl Stepper {
             changed.begin_past_of(&edit.reshaped);
             // The parts of a segment have their past from the whole.
             if changed.started && edit.parted.is_empty() && edit.closed.is_empty() {
-                changed.begin_young(|row| moved.rows[row].is_none());
+                changed.begin_young(&moved);
             }
             changed.companion = self.companion.take();
             changed.effort = std::mem::take(&mut self.effort);
@@ -437,30 +437,15 @@ impl Stepper {
         }
     }
 
-    /// Rows of rods that the velocities given break are young: they would ring from −1.5 of their rate on. Rows in threes, as those
-    /// of a joint, are components along some axes, and each by itself would tell these apart. Returns true if there are any.
-    pub(crate) fn begin_single_rows_young(&mut self) -> bool {
-        let rows = &self.system_data.rows;
-        let mut single = vec![false; rows.rows()];
-        for constraint in 0..rows.constraints() {
-            let range = rows.row_range(constraint);
-            if range.len() == 1 {
-                single[range.start] = true;
-            }
-        }
-        self.begin_young(|row| single[row])
-    }
-
-    /// New rows without bounds whose bodies part or approach at once are young. Returns true if there are any.
-    pub(crate) fn begin_young(&mut self, is_new: impl Fn(usize) -> bool) -> bool {
+    /// New rows without bounds whose bodies part or approach at once are young.
+    fn begin_young(&mut self, moved: &Moved) {
         let (rows, dt) = (&self.system_data.rows, self.substep());
         let slowest = slowest(&self.scene, dt);
         let mut made = self.activation.made().to_vec();
-        let before = made.len();
         for constraint in 0..rows.constraints() {
             let is_bounded = rows.bounds.iter().any(|b| b.constraint == constraint);
             let new = rows.row_range(constraint).filter(|row| {
-                is_new(*row) && !is_bounded && self.history.rate[*row].abs() > slowest
+                moved.rows[*row].is_none() && !is_bounded && self.history.rate[*row].abs() > slowest
             });
             made.extend(new.map(|row| Made {
                 constraint,
@@ -468,9 +453,7 @@ impl Stepper {
                 age: 0,
             }));
         }
-        let any = made.len() > before;
         self.activation.make(made);
-        any
     }
 }
 

@@ -491,9 +491,6 @@ impl Stepper {
         if self.options.scheme.is_staggered() {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
-            if !self.started && !self.division.goes_on && self.begin_single_rows_young() {
-                self.solve_scheme(self.options.stiffness)?;
-            }
             self.system_data.update_velocity_change(&self.mu);
             if self.started {
                 let fresh = std::mem::take(&mut self.fresh);
