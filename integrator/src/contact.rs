@@ -197,17 +197,6 @@ impl Touch {
         &self.carriers[..self.count]
     }
 
-    /// Direction in which it pushes `body`; zero where that is not in contact.
-    fn push(&self, body: usize) -> Vector3<f64> {
-        let own = self
-            .carriers()
-            .iter()
-            .filter(|carrier| carrier.body == body);
-        own.fold(Vector3::zeros(), |sum, carrier| {
-            sum + self.axes[0] * carrier.part
-        })
-    }
-
     /// Row `k` of H, body by body.
     pub(crate) fn row(&self, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
         self.carriers().iter().map(move |carrier| {
@@ -430,41 +419,9 @@ impl Contacts {
         })
     }
 
-    /// Largest mass of a dynamic body that presses on `body` against a `pull` on it \[kg].
-    pub(crate) fn heaviest_on(&self, scene: &Scene, body: usize, pull: &Vector3<f64>) -> f64 {
-        let pressing = self.touches.iter().filter(|touch| touch.impulse[0] > 0.0);
-        let against = pressing.filter(|touch| touch.push(body).dot(pull) < 0.0);
-        let others = against
-            .flat_map(Touch::carriers)
-            .map(|carrier| carrier.body);
-        others
-            .filter(|&other| other != body && scene.bodies.is_dynamic(other))
-            .fold(0.0, |most, other| scene.bodies.mass[other].max(most))
-    }
-
     /// True if some contact carries something.
     pub(crate) fn presses(&self) -> bool {
         self.touches.iter().any(|touch| touch.impulse[0] > 0.0)
-    }
-
-    /// Contacts that press now and did not in the step before.
-    fn landed(&self) -> impl Iterator<Item = &Touch> {
-        let touches = self.touches.iter();
-        touches.filter(|touch| touch.arrives && touch.impulse[0] > 0.0)
-    }
-
-    /// True if something lands in the step.
-    pub(crate) fn lands(&self) -> bool {
-        self.landed().next().is_some()
-    }
-
-    /// Fastest speed, at the velocities `v`, at which `body` lands on what pushes it along a `pull` on it \[m/s].
-    pub(crate) fn landing(&self, body: usize, v: &BodyVectors, pull: &Vector3<f64>) -> f64 {
-        let along = self
-            .landed()
-            .filter(|touch| touch.push(body).dot(pull) > 0.0);
-        let speeds = along.map(|touch| -touch.normal_rate(|i| v.get(i)));
-        speeds.fold(0.0, f64::max)
     }
 
     /// True if no shapes are near each other.

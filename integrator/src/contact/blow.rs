@@ -12,10 +12,10 @@
 //! hit. So does what joints hold, as a motor at its speed does: where they leave nothing of the contact's W but rounding, it keeps
 //! its spring, until a motor comes to its limit of force.
 
-use super::Touch;
 use super::operator::Operator;
+use super::{Contacts, Touch};
 use nalgebra::Vector3;
-use taut_model::Scene;
+use taut_model::{BodyVectors, Scene};
 
 impl Touch {
     /// 1/m + (r × n)·I⁻¹ (r × n) of its bodies without joints and other contacts \[1/kg].
@@ -57,6 +57,17 @@ impl Touch {
         (self.hit, self.arrives) = (rate < -least, !self.carries());
     }
 
+    /// Direction in which it pushes `body`; zero where that is not in contact.
+    fn push(&self, body: usize) -> Vector3<f64> {
+        let own = self
+            .carriers()
+            .iter()
+            .filter(|carrier| carrier.body == body);
+        own.fold(Vector3::zeros(), |sum, carrier| {
+            sum + self.axes[0] * carrier.part
+        })
+    }
+
     /// True if one of the bodies is driven and moves.
     fn is_driven(&self, scene: &Scene) -> bool {
         let carriers = self.carriers().iter();
@@ -75,11 +86,45 @@ impl Touch {
         soft
     }
 
-    /// Gives the contact its spring back: joints hold its bodies against each other.
+    /// Gives the contact the spring back that a blow took, if any: joints hold its bodies against each other.
     pub(super) fn soften(&mut self) {
-        if self.struck && self.softness == 0.0 {
+        if self.struck && self.softness == 0.0 && self.spring[0] > 0.0 {
             [self.softness, self.offset] = self.spring;
         }
+    }
+}
+
+impl Contacts {
+    /// Largest mass of a dynamic body that presses on `body` against a `pull` on it \[kg].
+    pub(crate) fn heaviest_on(&self, scene: &Scene, body: usize, pull: &Vector3<f64>) -> f64 {
+        let pressing = self.touches.iter().filter(|touch| touch.impulse[0] > 0.0);
+        let against = pressing.filter(|touch| touch.push(body).dot(pull) < 0.0);
+        let others = against
+            .flat_map(Touch::carriers)
+            .map(|carrier| carrier.body);
+        others
+            .filter(|&other| other != body && scene.bodies.is_dynamic(other))
+            .fold(0.0, |most, other| scene.bodies.mass[other].max(most))
+    }
+
+    /// Contacts that press now and did not in the step before.
+    fn landed(&self) -> impl Iterator<Item = &Touch> {
+        let touches = self.touches.iter();
+        touches.filter(|touch| touch.arrives && touch.impulse[0] > 0.0)
+    }
+
+    /// True if something lands in the step.
+    pub(crate) fn lands(&self) -> bool {
+        self.landed().next().is_some()
+    }
+
+    /// Fastest speed, at the velocities `v`, at which `body` lands on what pushes it along a `pull` on it \[m/s].
+    pub(crate) fn landing(&self, body: usize, v: &BodyVectors, pull: &Vector3<f64>) -> f64 {
+        let along = self
+            .landed()
+            .filter(|touch| touch.push(body).dot(pull) > 0.0);
+        let speeds = along.map(|touch| -touch.normal_rate(|i| v.get(i)));
+        speeds.fold(0.0, f64::max)
     }
 }
 

@@ -81,8 +81,6 @@ pub(crate) struct Division {
     /// Places of the bounded rows at the beginning of the step, and ∂φ/∂t of the step before.
     places: Vec<RowState>,
     phi_t: Vec<f64>,
-    /// True if the velocities at the beginning belong to the same instant as the positions.
-    on_time: bool,
     /// True if the step before was divided or implicit.
     pub(crate) goes_on: bool,
     /// True if an elastic rope is caught, whose swing the parts resolve.
@@ -104,7 +102,6 @@ impl Division {
             left: 1,
             places: Vec::with_capacity(bounded),
             phi_t: Vec::with_capacity(bounded),
-            on_time: true,
             goes_on: false,
             swings: false,
             from_start: false,
@@ -133,7 +130,6 @@ impl Stepper {
         division.phi_t.clear();
         let phi_t = bounds.iter().map(|b| self.history.phi_t[b.row]);
         division.phi_t.extend(phi_t);
-        division.on_time = !self.options.scheme.is_staggered();
     }
 
     /// Parts that the step just taken needs for this disagreement of its gaps with their prediction: 1 if it stands, `None` if it
@@ -276,7 +272,7 @@ impl Stepper {
         let end = self.time + self.substep();
         if self.division.from_start {
             self.substep_start.restore(&mut self.scene.bodies);
-        } else if !self.division.on_time {
+        } else if self.options.scheme.is_staggered() {
             self.bring_forward(true)?;
         }
         self.division.parts = parts;
