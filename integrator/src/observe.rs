@@ -464,7 +464,14 @@ mod tests {
     #[test]
     fn the_tension_balances_the_load_in_implicit_sub_steps() {
         let mut shortened = 0;
-        for (substeps, kick) in [(1, 50.0), (4, 50.0), (1, 30.0), (4, 30.0)] {
+        for (substeps, kick) in [
+            (1, 70.0),
+            (4, 70.0),
+            (1, 50.0),
+            (4, 50.0),
+            (1, 30.0),
+            (4, 30.0),
+        ] {
             let options = StepOptions {
                 substeps,
                 guard: Some(Guard {

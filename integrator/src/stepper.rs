@@ -12,6 +12,7 @@ mod potential;
 pub(crate) mod resolution;
 pub(crate) mod sleep;
 mod slipping;
+mod start;
 mod system;
 pub(crate) mod told;
 mod winch_cuts;
@@ -33,7 +34,6 @@ use crate::system_data::SystemData;
 use crate::{
     GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, geometric, motion,
 };
-use nalgebra::Vector3;
 use taut_lanes::Aligned;
 use taut_model::{Constraint, Scene};
 use taut_solver::{
@@ -341,21 +341,23 @@ impl Stepper {
         let mut report = self.tallied(|stepper| {
             // Before velocities go half a step back.
             let mut given = stepper.motion_at_start();
-            let mut opening = None;
             for _ in 0..stepper.options.substeps {
                 stepper.effort.check(stepper.time)?;
                 // After a divided sub-step the next one starts anew, too.
                 stepper.start()?;
-                opening = stepper.opening(given.take());
+                let opening = stepper.opening(given.take());
                 match stepper.options.guard {
                     None => stepper.linear_substep()?,
                     Some(guard) => stepper.guarded_substep(guard)?,
+                }
+                if let Some(opening) = opening {
+                    stepper.open_account(opening);
                 }
                 stepper.measure_events();
             }
             stepper.check_paths()?;
             stepper.close_told();
-            stepper.weigh(opening)
+            stepper.weigh()
         })?;
         report.slipping = self.slip.count();
         report.error = self.estimate(&report);
@@ -436,19 +438,6 @@ impl Stepper {
         Ok(self.tally.report(self.time, self.refinements()))
     }
 
-    /// First part of the first [`step`](Self::step) of a run and after bodies were added:
-    /// velocities of a staggered scheme go half a step back, and the geometric stiffness gets its
-    /// multipliers. Does nothing in a moving scene.
-    ///
-    /// # Errors
-    /// [`StepError::Solve`].
-    pub fn begin(&mut self) -> Result<(), StepError> {
-        if self.started && self.fresh.is_empty() {
-            return Ok(());
-        }
-        self.tallied(Self::start).map(|_| ())
-    }
-
     /// The first half of a sub-step: solves for the impulses of the present state, which stays as it is. With
     /// [`advance`](Self::advance) after it this is an unguarded [`step`](Self::step) without its sub-steps, and without what
     /// follows a step: segments that split and merge, events. It is the first one too after [`begin`](Self::begin).
@@ -461,64 +450,6 @@ impl Stepper {
             stepper.find_tension()?;
             stepper.solve_scheme(stepper.options.stiffness)
         })
-    }
-
-    /// A solve without geometric stiffness, where there are no multipliers to make it of.
-    pub(crate) fn find_tension(&mut self) -> Result<(), StepError> {
-        if self.options.stiffness == GeometricStiffness::Off || self.tension_known {
-            return Ok(());
-        }
-        self.solve_scheme(GeometricStiffness::Off)
-    }
-
-    /// The multipliers of the geometric stiffness; before the first step of a body also its velocity half a step back for
-    /// the schemes that keep it there, v_0 − (Δt/2) a_0.
-    fn start(&mut self) -> Result<(), StepError> {
-        self.division.from_start = false;
-        self.note_stage();
-        if self.started && self.fresh.is_empty() {
-            return self.find_tension();
-        }
-        // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
-        self.contacts.begins = true;
-        let done = self.start_bodies();
-        self.contacts.begins = false;
-        done
-    }
-
-    fn start_bodies(&mut self) -> Result<(), StepError> {
-        self.find_tension()?;
-        if self.options.scheme.is_staggered() {
-            self.keep_substep_start();
-            self.solve_scheme(self.options.stiffness)?;
-            self.system_data.update_velocity_change(&self.mu);
-            if self.started {
-                let fresh = std::mem::take(&mut self.fresh);
-                self.take_half_back(fresh.into_iter(), 1.0);
-                // Bodies and rows from before go on as if nothing had been solved.
-                let (mu, tension) = (&mut self.mu, &mut self.tension);
-                self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
-                self.substep_start.restore_contacts(&mut self.contacts);
-            } else {
-                self.take_half_back(0..self.scene.bodies.len(), 1.0);
-                self.division.from_start = true;
-            }
-        }
-        self.fresh.clear();
-        self.stage = Stage::Unsolved;
-        self.started = true;
-        Ok(())
-    }
-
-    /// Velocities of the bodies v − `sign` Δv/2: half a step back, or ahead where the sign is −1.
-    pub(crate) fn take_half_back(&mut self, numbers: impl Iterator<Item = usize>, sign: f64) {
-        let half = 0.5 * sign;
-        let bodies = &mut self.scene.bodies;
-        for i in numbers {
-            let [x, y, z, p, q, r] = self.system_data.dv.get(i);
-            bodies.velocity[i] -= Vector3::new(x, y, z) * half;
-            bodies.angular_velocity[i] -= Vector3::new(p, q, r) * half;
-        }
     }
 
     /// M̃, Δt f, Σ and c of the scheme at the present state.

@@ -232,7 +232,6 @@ impl Stepper {
     /// with a jump do not tell it: they hold the damper's force and look ahead.
     pub(crate) fn opening(&mut self, given: Option<Energy>) -> Option<Energy> {
         let motion = given.or_else(|| self.motion_at_start())?;
-        // The motion already has the effect of earlier sub-steps.
         let account = &mut self.account;
         (account.work, account.pending, account.recovery) = (0.0, 0.0, [0.0; 2]);
         Some(Energy {
@@ -257,31 +256,34 @@ impl Stepper {
         all - rows.bounds.iter().map(beyond).sum::<f64>()
     }
 
-    /// The balance after a step, whose last sub-step began with `opening` ([`opening`](Self::opening)), where it is asked for.
+    /// Energy of the motion of the last sub-step, with what rows and contacts store.
+    fn energy_in_account(&self) -> Energy {
+        Energy {
+            elastic: self.stored_energy() + self.stored_in_contacts(),
+            ..self.energy()
+        }
+    }
+
+    /// A balance begins with the sub-step just taken, which began with `opening` ([`opening`](Self::opening)).
+    pub(crate) fn open_account(&mut self, opening: Energy) {
+        let start = self.start_of(opening, self.energy_in_account()).total();
+        self.account.start = Some(start - std::mem::take(&mut self.account.owed));
+        let still = 0.5 * self.scene.mass() * STILL * STILL;
+        self.account.potential = self.weight_times_extent() + still / LEAST;
+    }
+
+    /// The balance after a step, where it is asked for.
     ///
     /// # Errors
     /// [`StepError::EnergyGain`] beyond the tolerance of the options, and where the energy is infinite or no number.
-    pub(crate) fn weigh(&mut self, opening: Option<Energy>) -> Result<(), StepError> {
-        let Some(tolerance) = self.options.energy_tolerance else {
+    pub(crate) fn weigh(&mut self) -> Result<(), StepError> {
+        let (Some(tolerance), Some(start)) = (self.options.energy_tolerance, self.account.start)
+        else {
             return Ok(());
         };
         let told = self.energy();
-        let energy = Energy {
-            elastic: self.stored_energy() + self.stored_in_contacts(),
-            ..told
-        };
+        let energy = self.energy_in_account();
         let total = energy.total();
-        let start = match self.account.start {
-            Some(start) => start,
-            None => {
-                let start = self.start_of(opening.unwrap_or(energy), energy).total();
-                let start = start - std::mem::take(&mut self.account.owed);
-                self.account.start = Some(start);
-                let still = 0.5 * self.scene.mass() * STILL * STILL;
-                self.account.potential = self.weight_times_extent() + still / LEAST;
-                start
-            }
-        };
         let account = &mut self.account;
         let gained = total - start;
         let [recovery, _] = account.recovery;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::Form;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use taut_model::{Body, Constraint, Frame, Motion, RowLaw, Spherical};
 
 const DT: f64 = 1.0 / 60.0;
