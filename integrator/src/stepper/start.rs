@@ -10,7 +10,8 @@
 //! ```
 //!
 //! which leaves a mode of the frequency Ω/Δt the part Ω_c²/(Ω² + Ω_c²) of its rate: the blow of a rod, the swing of a spring that
-//! the step resolves. Rows with bounds take no part: they close as ropes and stops do ([`crate::activation`]).
+//! the step resolves. Rows with bounds take no part: they close as ropes and stops do ([`crate::activation`]). Nor do cables of
+//! segments, in which waves begin so. The first step of the linearly implicit scheme, r⁺ = −φ/Δt, is such a blow.
 
 use super::Stepper;
 use crate::active_set::response_of_row;
@@ -18,6 +19,7 @@ use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
 use crate::{GeometricStiffness, StepError};
 use nalgebra::Vector3;
+use taut_model::Scene;
 
 /// Ω_c. The first step turns the rate of a spring into −1.5 of it at most, and into less than it was where Ω < 3.2; with 9 or less
 /// no spring leaves the first step faster than it came.
@@ -53,7 +55,8 @@ impl Stepper {
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }
-        if !self.started && !self.tension_known {
+        let is_first = !self.started && self.time == 0.0 && !self.is_divided();
+        if is_first && self.options.scheme.is_staggered() {
             self.strike_rigid_rows()?;
         }
         // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
@@ -121,7 +124,8 @@ impl Stepper {
         }
         system_data.geometric.clear();
         self.update_inertia(dt, 0.0)?;
-        if !prepare_blow(&mut self.system_data, &self.in_rows[0], least, dt) {
+        let (scene, rate) = (&self.scene, &self.in_rows[0]);
+        if !prepare_blow(scene, &mut self.system_data, rate, least, dt) {
             return Ok(());
         }
         self.mu.fill(0.0);
@@ -132,23 +136,36 @@ impl Stepper {
         self.solve_assembled()?;
         self.system_data.update_velocity_change(&self.mu);
         self.add_velocity_change(0..self.scene.bodies.len(), 1.0);
+        // What is known belongs to the velocities of before.
         self.mu.fill(0.0);
+        (self.tension_known, self.history.known) = (false, false);
+        self.activation.forget();
+        for k in 0..self.system_data.rows.bounds.len() {
+            self.active_set.start(k, &self.system_data);
+        }
         Ok(())
     }
 }
 
 /// Σ and right-hand side of the blow at the rates `rate` of the rows; false where no rigid row is faster than `least`.
-fn prepare_blow(system_data: &mut SystemData, rate: &[f64], least: f64, dt: f64) -> bool {
+fn prepare_blow(
+    scene: &Scene,
+    system_data: &mut SystemData,
+    rate: &[f64],
+    least: f64,
+    dt: f64,
+) -> bool {
     let (mut strikes, mut is_bounded) = (false, vec![false; rate.len()]);
     for bound in &system_data.rows.bounds {
         is_bounded[bound.row] = true;
     }
     system_data.inertia.impulse.clear();
     for c in 0..system_data.rows.constraints() {
+        let is_elastic = scene.cables.iter().any(|cable| cable.joints.contains(&c));
         for r in system_data.rows.row_range(c) {
             let response = response_of_row(system_data, c, r);
             let compliance = system_data.rows.compliance[r];
-            let (sigma, wanted) = if is_bounded[r] || system_data.is_transverse(r) {
+            let (sigma, wanted) = if is_elastic || is_bounded[r] || system_data.is_transverse(r) {
                 // No part in the blow.
                 (response.max(f64::MIN_POSITIVE) / f64::EPSILON, 0.0)
             } else if system_data.is_speed(r) {

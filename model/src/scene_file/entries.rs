@@ -109,7 +109,7 @@ pub struct BodyEntry {
     pub orientation: Option<[f64; 4]>,
     /// Rotation vector from body to world: axis times angle \[rad].
     pub rotation: Option<[f64; 3]>,
-    /// Velocity, world \[m/s].
+    /// Velocity, world \[m/s]. What rigid joints do not allow of it ends in a blow before the first step.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub velocity: [f64; 3],
     /// Angular velocity, world \[rad/s].

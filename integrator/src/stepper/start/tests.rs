@@ -1,6 +1,6 @@
 use super::*;
 use crate::{Guard, Scheme, StepOptions};
-use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
+use taut_model::{Body, Constraint, Distance, Frame, Mobility, RowLaw, Scene};
 
 /// Particles of `mass` on a line of links of `compliance`, which move with `velocity`, without gravity.
 fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>) -> Scene {
@@ -138,5 +138,31 @@ fn a_spring_keeps_the_swing_that_a_step_resolves() {
             let share = stepper.energy().total() / begun;
             assert!(share < 1.01, "Ω {omega}: {share}");
         }
+    }
+}
+
+/// The account of a step in sub-steps is that of as many steps: it used to begin with the last sub-step.
+#[test]
+fn a_balance_begins_with_the_first_sub_step() {
+    let after = |dt: f64, substeps: usize, steps: usize| {
+        let along = Vector3::new(1.0, 0.3, 0.0).normalize();
+        let mut scene = chain(&[2.0, 3.0], 1e-3, |k| along * [-1.0, 1.0][k]);
+        scene.gravity = Vector3::z() * -9.81;
+        scene.bodies.mobility[0] = Mobility::Driven;
+        let options = StepOptions {
+            energy_tolerance: Some(10.0),
+            ..options(Scheme::default(), dt, substeps)
+        };
+        let mut stepper = Stepper::new(scene, options).unwrap();
+        let reports = (0..steps).map(|_| stepper.step().unwrap());
+        reports.last().unwrap().balance.unwrap()
+    };
+    let [whole, parts] = [after(0.01, 8, 1), after(0.01 / 8.0, 1, 8)];
+    assert!(parts.work.abs() > 0.05, "{parts:?}");
+    for (whole, parts) in [(whole.work, parts.work), (whole.gained, parts.gained)] {
+        assert!(
+            (whole / parts - 1.0).abs() < 1e-9,
+            "{whole} J for {parts} J"
+        );
     }
 }
