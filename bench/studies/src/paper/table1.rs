@@ -10,7 +10,7 @@
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
 use super::search::largest;
-use super::words::{self, chart, diagonal, filled, series, table, tell, text, with};
+use super::words::{self, chart, diagonal, filled, number, series, table, tell, text, with};
 use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
@@ -212,10 +212,6 @@ fn measure(widths: [f64; 3], row: Row, noise: f64) -> Result<Value, ExperimentEr
 
 fn has_bending(record: &Value) -> bool {
     record["model"] == "e" || record["model"] == "f"
-}
-
-fn number(record: &Value, key: &str) -> f64 {
-    record[key].as_f64().unwrap_or(f64::NAN)
 }
 
 /// The record with its name, and the paper's ratio as the scan shows it.

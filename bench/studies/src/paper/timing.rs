@@ -13,7 +13,7 @@
 //!
 //! from the least times, since other work on the machine only adds time; the cells take turns ([`turns`]).
 
-use super::words::{self, chart, table, tell, text, with};
+use super::words::{self, chart, number, table, tell, text, with};
 use crate::options::pick;
 use crate::systems::turns::{self, Time, Work};
 use indicatif::ProgressBar;
@@ -232,16 +232,15 @@ fn checks(records: &[Value]) -> Vec<Check> {
         "line": (PAPER_NS - a) / b,
     });
     checks.push(tell("time-paper", row).so(fits > PAPER_ELEMENTS));
-    let time = |r: &Value, key: &str| r[key].as_f64().unwrap_or(f64::NAN);
     if let Some(r) = records.iter().find(|r| r["sweeps"] == MANY) {
         let equal = a + b * PAPER_ELEMENTS;
         let row = json!({ "few": FEW, "equal": equal, "paper": PAPER_ELEMENTS });
         let said = tell("time-many", with(r, &row));
-        checks.push(said.so(time(r, "least_ns") <= 1.5 * equal));
+        checks.push(said.so(number(r, "least_ns") <= 1.5 * equal));
     }
     if let Some(r) = cells(records, FEW).next_back() {
         let parts = ["building_ns", "factorisation_ns", "iterations_ns"];
-        let [a, b, c] = parts.map(|key| 100.0 * time(r, key) / time(r, "total_ns"));
+        let [a, b, c] = parts.map(|key| 100.0 * number(r, key) / number(r, "total_ns"));
         checks.push(tell("time-minor", json!({ "a": a, "b": b, "c": c })).so(c < 25.0));
     }
     checks
