@@ -12,8 +12,8 @@
 //! **What the paper's scene is** decides what Gauss–Seidel can do. "The end segments are given the mass M, whereas all
 //! other segments are of mass m", and the load is an element of the cable "as this drastically increases the stability"
 //! (§VIII): both ends are heavy, the cable with its load is one group, solved exactly, and only the anchor of the heavy
-//! top is iterated for. A sweep then leaves M/(M_top + M) = ½ of the error, whatever the ratio ([`HEAVY`]). Where
-//! the top is light and the load's joint the one apart ([`LIGHT`]), k sweeps leave that joint open by
+//! top is iterated for. A sweep then leaves M/(M_top + M) = ½ of the error, whatever the ratio ("heavy ends"). Where
+//! the top is light and the load's joint the one apart ("light top"), k sweeps leave that joint open by
 //! (M/m) g Δt²/k.
 //!
 //! The paper gives neither length nor density nor how the anchor moves: here the length is that of its §VII-A, 1 m, the
