@@ -1,13 +1,13 @@
 //! The figures: distributions (Figs 2 and 3), return maps (Fig. 4) and spectra (Fig. 5), with the paper's words on them.
 
 use super::signal::{histogram, spectrum};
-use super::{BENDING, DT, LINKS, Sample, ends, runs, span, tables};
+use super::{BENDING, DT, LINKS, ends, runs, span, tables, values};
 use crate::paper::table1::{Row, letter};
 use crate::paper::words::{self, chart, series, tell, with};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use taut_model::ChainModel;
-use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::check::{ExperimentError, Outcome};
 use taut_output::plot::{Mark, Series};
 
 /// log₁₀ of the load of Figs 2–4, and of Fig. 5.
@@ -49,17 +49,14 @@ pub(in crate::paper) fn distribution(
             tell("chain-sizes", sizes).so(bent > 10.0 && stretch < bent / 10.0),
         ]
     };
-    let panel = |signal: &str, unit: &str, pick: fn(&Sample) -> f64| {
-        let values: Vec<f64> = samples.iter().map(pick).collect();
+    let panel = |signal: &str, unit: &str| {
+        let values = values(&samples, &format!("{signal}_{unit}"));
         let bars = Series::new("", histogram(&values, 40), Mark::Bars);
         let row = json!({ "signal": signal, "unit": unit, "chain": letter(row.model) });
         chart("distribution", &row, vec![bars])
     };
-    let charts = vec![
-        panel("stretch", "m", |s| s.stretch),
-        panel("bend", "rad", |s| s.bend),
-    ];
-    let csv = csv(&samples)?;
+    let charts = vec![panel("stretch", "m"), panel("bend", "rad")];
+    let csv = words::lines(&samples)?;
     Ok(words::outcome(
         checks.to_vec(),
         tables(&numbers),
@@ -90,9 +87,9 @@ pub(in crate::paper) fn return_maps(
         let own = pairs.map(|w| {
             json!({
                 "model": model,
-                "time_s": w[0].time,
-                "stretch_m": w[0].stretch,
-                "next_stretch_m": w[1].stretch,
+                "time_s": w[0]["time_s"],
+                "stretch_m": w[0]["stretch_m"],
+                "next_stretch_m": w[1]["stretch_m"],
             })
         });
         let own: Vec<Value> = own.collect();
@@ -120,7 +117,7 @@ pub(in crate::paper) fn spectra(
     for added in COMPLIANCES {
         let row = Row { added, ..BENDING };
         let (samples, [_, found]) = runs(row, LOAD_OF_SPECTRA, quick)?;
-        let bend: Vec<f64> = samples.iter().map(|s| s.bend).collect();
+        let bend = values(&samples, "bend_rad");
         let line = |[frequency, amplitude]: [f64; 2]| {
             json!({
                 "added_compliance": added,
