@@ -1,7 +1,7 @@
 //! The paper's tables, figures and claims, computed: what it prints beside what comes out here (\[SL §III, §VII, §VIII]).
 //!
-//! Each experiment is a module with a `Config` (whole and quick), a `run`, and records; it ends in an [outcome]: rows
-//! of checks, tables for people, rows for programs, charts. The scan of the paper that the figures come from has lost
+//! Each experiment is a module with a `run`, whole or quick, that makes rows; it ends in an [outcome]: rows of
+//! checks, tables for people, rows for programs, charts. The scan of the paper that the figures come from has lost
 //! most exponents: where one was inferred, the row says so.
 //!
 //! [outcome]: taut_output::check::Outcome
@@ -21,6 +21,7 @@ mod words;
 pub(crate) use study::STUDY;
 
 use crate::checks::Experiment;
+use crate::options::pick;
 use indicatif::ProgressBar;
 use specimens::{bend, pull, twist};
 use taut_output::check::{ExperimentError, Outcome};
@@ -40,15 +41,14 @@ const RUNS: [(&str, Run); 15] = [
     ("fig5", chains::spectra),
     ("fig9", pictures::specimens),
     ("fig10", |quick, progress| {
-        let config = quick.then(pull::Config::quick).unwrap_or_default();
-        pull::outcome(&pull::run(&config, progress)?)
+        pull::outcome(&pull::run(quick, progress)?)
     }),
     ("fig11", |quick, progress| {
-        twist::outcome(&twist::run(&twist::Config::new(quick), progress)?)
+        twist::outcome(&twist::run(quick, progress)?)
     }),
     ("fig12", |quick, progress| {
-        let config = quick.then(bend::Config::quick).unwrap_or_default();
-        bend::outcome(&bend::run(&config, progress)?)
+        let loads = pick(quick, bend::LOADS);
+        bend::outcome(&bend::run(&specimens::SEGMENTS, loads, progress)?)
     }),
     ("table2", table2::outcome),
     ("fig13", timing::outcome),

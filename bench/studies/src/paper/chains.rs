@@ -21,10 +21,9 @@ pub(super) use figures::{distribution, return_maps, spectra};
 pub use signal::{peak_share, predictability, rms};
 
 use super::table1::{BAR, ROWS, Row, TIME, chain, drop_chain, letter, options};
-use super::words::{table, text};
+use super::words::{number, table, text, with};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::Serialize;
 use serde_json::{Value, json};
 use signal::{centroid, spectrum};
 use taut_integrator::Stepper;
@@ -38,27 +37,15 @@ pub(super) const BENDING: Row = ROWS[6];
 /// Time between samples: the paper's step \[s].
 const DT: f64 = 1.0 / 60.0;
 
-/// One sample of the uppermost link.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Sample {
-    #[serde(rename = "time_s")]
-    pub time: f64,
-    /// Stretch φ_d \[m].
-    #[serde(rename = "stretch_m")]
-    pub stretch: f64,
-    /// Signed bend angle φ_a at the lower end \[rad].
-    #[serde(rename = "bend_rad")]
-    pub bend: f64,
-}
-
 /// The uppermost link of the chain of `row`, with a load of 10^`decade` particles' masses and links longer by `noise`
-/// (m), over `time` (s) or as long as all is finite, whatever the violations; and whether they kept Table I's bar.
+/// (m), over `time` (s) or as long as all is finite, whatever the violations: its stretch φ_d and the signed bend angle φ_a at
+/// its lower end; and whether they kept Table I's bar.
 pub fn samples(
     row: &Row,
     decade: f64,
     noise: f64,
     time: f64,
-) -> Result<(Vec<Sample>, bool), ExperimentError> {
+) -> Result<(Vec<Value>, bool), ExperimentError> {
     let mut samples = Vec::new();
     let mut params = chain(row, decade);
     // Slightly longer links perturb the motion within its plane.
@@ -70,88 +57,63 @@ pub fn samples(
     Ok((samples, fate.violation < BAR))
 }
 
-fn sample(stepper: &Stepper) -> Sample {
+fn sample(stepper: &Stepper) -> Value {
     let x = &stepper.scene().bodies.position;
     let (d1, d2) = (x[0], x[1] - x[0]);
-    Sample {
-        time: stepper.time(),
-        stretch: stepper.linearized().phi[0],
-        bend: d1.cross(&d2).dot(&Vector3::y()).atan2(d1.dot(&d2)),
-    }
+    json!({
+        "time_s": stepper.time(),
+        "stretch_m": stepper.linearized().phi[0],
+        "bend_rad": d1.cross(&d2).dot(&Vector3::y()).atan2(d1.dot(&d2)),
+    })
 }
 
-/// A number of a signal: its smallest and its largest value over perturbed runs.
-type Range = [f64; 2];
-
-/// The numbers of a sampled signal.
-struct Scalars {
-    row: Row,
-    /// `stretch` (m) or `bend` (rad).
-    signal: &'static str,
-    /// Root of the mean square \[m or rad].
-    rms: Range,
-    peak_share: Range,
-    /// R² of the prediction from two samples.
-    predictability: Range,
-    /// Centroid of the power spectrum \[Hz].
-    centroid: Range,
-    runs: usize,
-    /// How many of them kept the bar of Table I.
-    kept: usize,
+/// The values of one key of samples.
+pub fn values(samples: &[Value], key: &str) -> Vec<f64> {
+    samples.iter().map(|s| number(s, key)).collect()
 }
 
-/// Perturbed runs of a chain: that of the paper, and others whose links are longer by micrometres.
-struct Runs {
-    row: Row,
-    samples: Vec<Vec<Sample>>,
-    /// How many of them kept Table I's bar.
-    kept: usize,
-}
-
-fn runs(row: Row, decade: f64, quick: bool) -> Result<Runs, ExperimentError> {
+/// The paper's run of a chain, and its stretch and its bend in numbers: root of the mean square (m or rad), peak share, R² of the
+/// prediction from two samples, centroid of the power spectrum (Hz). Each is the smallest and the largest value over that
+/// run and others whose links are longer by micrometres, of which `kept` keep Table I's bar.
+fn runs(row: Row, decade: f64, quick: bool) -> Result<(Vec<Value>, [Value; 2]), ExperimentError> {
     let count = if quick { 3 } else { 10 };
-    let runs: Vec<_> = (0..count)
+    let mut runs: Vec<_> = (0..count)
         .into_par_iter()
         .map(|k| samples(&row, decade, 1e-6 * f64::from(k), TIME))
         .collect::<Result<_, _>>()?;
     let kept = runs.iter().filter(|(_, kept)| *kept).count();
-    let samples = runs.into_iter().map(|(samples, _)| samples).collect();
-    Ok(Runs { row, samples, kept })
-}
-
-impl Runs {
-    /// Both signals in numbers: stretch, then bend.
-    fn scalars(&self) -> [Scalars; 2] {
-        [
-            self.scalars_of("stretch", |s| s.stretch),
-            self.scalars_of("bend", |s| s.bend),
-        ]
-    }
-
-    fn scalars_of(&self, signal: &'static str, pick: fn(&Sample) -> f64) -> Scalars {
-        let pick = |run: &Vec<Sample>| -> Vec<f64> { run.iter().map(pick).collect() };
-        let signals: Vec<Vec<f64>> = self.samples.iter().map(pick).collect();
+    let numbers = |signal: &str, key: &str| {
+        let signals = runs.iter().map(|(run, _)| values(run, key));
+        let signals: Vec<Vec<f64>> = signals.collect();
         let range = |f: &dyn Fn(&[f64]) -> f64| {
             let ends = [f64::INFINITY, f64::NEG_INFINITY];
             let values = signals.iter().map(|s| f(s));
             values.fold(ends, |[low, high], v| [low.min(v), high.max(v)])
         };
-        Scalars {
-            row: self.row,
-            signal,
-            rms: range(&rms),
-            peak_share: range(&peak_share),
-            predictability: range(&predictability),
-            centroid: range(&|s| centroid(&spectrum(s, DT))),
-            runs: signals.len(),
-            kept: self.kept,
-        }
-    }
+        json!({
+            "chain": letter(row.model),
+            "bend": (row.model != ChainModel::Links).then_some(row.added),
+            "signal": signal,
+            "rms": range(&rms),
+            "peak_share": range(&peak_share),
+            "predictability": range(&predictability),
+            "centroid": range(&|s| centroid(&spectrum(s, DT))),
+            "kept": kept,
+            "runs": signals.len(),
+        })
+    };
+    let numbers = [numbers("stretch", "stretch_m"), numbers("bend", "bend_rad")];
+    Ok((runs.swap_remove(0).0, numbers))
+}
+
+/// The smallest and the largest value of a number over the runs.
+fn ends(numbers: &Value, key: &str) -> [f64; 2] {
+    [0, 1].map(|i| numbers[key][i].as_f64().unwrap_or(f64::NAN))
 }
 
 /// A range in text, one number where its ends look the same.
-fn span(ends: Range, digits: usize) -> String {
-    let [low, high] = ends.map(|x| match x != 0.0 && x.abs() < 0.01 {
+fn span(numbers: &Value, key: &str, digits: usize) -> String {
+    let [low, high] = ends(numbers, key).map(|x| match x != 0.0 && x.abs() < 0.01 {
         true => format!("{x:.digits$e}"),
         false => format!("{x:.digits$}"),
     });
@@ -162,19 +124,15 @@ fn span(ends: Range, digits: usize) -> String {
     }
 }
 
-fn tables(all: &[Scalars]) -> String {
-    let row = |s: &Scalars| {
-        json!({
-            "chain": letter(s.row.model),
-            "bend": (s.row.model != ChainModel::Links).then_some(s.row.added),
-            "signal": s.signal,
-            "rms": span(s.rms, 3),
-            "peaks": span(s.peak_share, 2),
-            "order": span(s.predictability, 4),
-            "centroid": span(s.centroid, 2),
-            "kept": s.kept,
-            "runs": s.runs,
-        })
+fn tables(all: &[Value]) -> String {
+    let row = |s: &Value| {
+        let ranges = json!({
+            "rms": span(s, "rms", 3),
+            "peak_share": span(s, "peak_share", 2),
+            "predictability": span(s, "predictability", 4),
+            "centroid": span(s, "centroid", 2),
+        });
+        with(s, &ranges)
     };
     let rows: Vec<Value> = all.iter().map(row).collect();
     text("chains", &json!({ "rows": table("chains", &rows) }))

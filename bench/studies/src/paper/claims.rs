@@ -20,30 +20,6 @@ use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::plot::{Chart, Mark, Series};
 use taut_output::settings::distinct;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// Bending compliances \[rad/(N m)].
-    pub compliances: Vec<f64>,
-    pub particles: Vec<usize>,
-    /// Simulated time \[s].
-    pub time: f64,
-    /// Steps a decade.
-    pub per_decade: u32,
-}
-
-impl Config {
-    /// The whole set, or four compliances, two lengths, 10 s.
-    pub fn new(quick: bool) -> Self {
-        let all = vec![1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
-        Self {
-            compliances: pick(quick, [all, vec![1e-5, 1e-4, 1e-2, 1.0]]),
-            particles: pick(quick, [vec![3, 5, 10, 20], vec![5, 10]]),
-            time: pick(quick, [30.0, 10.0]),
-            per_decade: pick(quick, [8, 2]),
-        }
-    }
-}
-
 /// How the bending of a chain acts: not at all, as an external force of the state at the beginning of a step, as rows with
 /// a compliance.
 const NONE: &str = "none";
@@ -96,7 +72,7 @@ impl BendingForces {
 const LEAST: f64 = 1.0;
 
 /// log₁₀ of the largest stable ratio of a chain; none where 10 is unstable.
-fn limit(config: &Config, task: Task) -> Result<Value, ExperimentError> {
+fn limit(quick: bool, task: Task) -> Result<Value, ExperimentError> {
     let (bending, compliance, particles) = task;
     let vector = Row {
         model: ChainModel::BendVector,
@@ -104,8 +80,8 @@ fn limit(config: &Config, task: Task) -> Result<Value, ExperimentError> {
         ..BENDING
     };
     let row = if bending == AS_ROWS { vector } else { LINKS };
-    let width = 1.0 / f64::from(config.per_decade);
-    let found = largest([8.0, 1.0, width], |decade| {
+    let (time, per_decade) = pick(quick, [(30.0, 8.0), (10.0, 2.0)]);
+    let found = largest([8.0, 1.0, 1.0 / per_decade], |decade| {
         let mut params = chain(&row, LEAST + decade);
         params.particles = particles;
         let forces = (bending == FORCE).then(|| BendingForces::new(&vector, particles));
@@ -114,7 +90,7 @@ fn limit(config: &Config, task: Task) -> Result<Value, ExperimentError> {
             Some(forces) => forces.apply(stepper),
             None => Ok(()),
         };
-        let fate = drop_chain(&params, options(), 0.0, (config.time, BAR), push)?;
+        let fate = drop_chain(&params, options(), 0.0, (time, BAR), push)?;
         Ok::<_, ExperimentError>((!fate.stable).then_some(()))
     })?;
     Ok(json!({
@@ -127,16 +103,17 @@ fn limit(config: &Config, task: Task) -> Result<Value, ExperimentError> {
 
 /// Runs the chains, in parallel: no bending, explicit and regularised bending of each compliance, and both ends of that
 /// for each number of particles. `progress` advances once a chain.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Value>, ExperimentError> {
-    let particles = chain(&LINKS, 0.0).particles;
-    let mut tasks = vec![(NONE, 0.0, particles)];
-    for &compliance in &config.compliances {
-        tasks.extend([FORCE, AS_ROWS].map(|bending| (bending, compliance, particles)));
+pub fn run(quick: bool, progress: &ProgressBar) -> Result<Vec<Value>, ExperimentError> {
+    let all = vec![1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+    let usual = chain(&LINKS, 0.0).particles;
+    let mut tasks = vec![(NONE, 0.0, usual)];
+    for compliance in pick(quick, [all, vec![1e-5, 1e-4, 1e-2, 1.0]]) {
+        tasks.extend([FORCE, AS_ROWS].map(|bending| (bending, compliance, usual)));
     }
-    for &n in config.particles.iter().filter(|n| **n != particles) {
+    for n in pick(quick, [vec![3, 10, 20], vec![10]]) {
         tasks.extend([(NONE, 0.0, n), (AS_ROWS, BENDING.added, n)]);
     }
-    each(&tasks, progress, |&task| limit(config, task))
+    each(&tasks, progress, |&task| limit(quick, task))
 }
 
 fn power(decade: f64) -> String {
@@ -194,10 +171,10 @@ pub fn bending_checks(rows: &[Value]) -> Vec<Check> {
 }
 
 /// Gains of the additions to the chain of links; none where a limit is not known.
-fn supplementary(records: &[table1::Record]) -> Vec<Check> {
+fn supplementary(records: &[Value]) -> Vec<Check> {
     let limit = |model: &str| {
-        let of = records.iter().filter(|r| r.model == model);
-        of.map(|r| r.limit_log10).fold(f64::NEG_INFINITY, f64::max)
+        let [_, most] = range(records, |r| r["model"] == model);
+        most
     };
     let links = limit("a");
     let gains = ["b", "c", "d", "e"].map(|model| limit(model) - links);
@@ -213,15 +190,15 @@ fn supplementary(records: &[table1::Record]) -> Vec<Check> {
 }
 
 /// Checks by the times of a step.
-fn cost(records: &[timing::Record], config: &timing::Config) -> [Check; 2] {
-    let sweeps = config.sweeps[0];
-    let exponent = timing::growth(records, config, sweeps);
-    let ratios = [&timing::RATIOS[..], &[config.ratio]].concat();
-    let [least, most] = timing::span(records, sweeps, &ratios);
+fn cost(records: &[Value]) -> [Check; 2] {
+    let exponent = timing::growth(records, timing::FEW);
+    let ratios = [&timing::RATIOS[..], &[timing::RATIO]].concat();
+    let [least, most] = timing::span(records, timing::FEW, &ratios);
+    let elements = timing::elements(true);
     let row = json!({
-        "first": config.elements.first(),
-        "last": config.elements.last(),
-        "sweeps": sweeps,
+        "first": elements.first(),
+        "last": elements.last(),
+        "sweeps": timing::FEW,
         "elements": timing::LOADED,
         "apart": 100.0 * (most / least - 1.0),
     });
@@ -257,27 +234,22 @@ fn charts(rows: &[Value]) -> Chart {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (config, timed) = (Config::new(quick), timing::Config::new(true));
     let rows = &table2::ROWS;
     let rows = pick(quick, [rows.to_vec(), vec![rows[7], rows[9]]]);
     // Times first, while nothing else runs.
-    let times = timing::run(&timed, progress)?;
-    let table1_config = table1::Config {
-        rows: [0, 1, 2, 5, 6].map(|i| ROWS[i]).to_vec(),
-        noises: vec![0.0],
-        ..table1::Config::new(quick)
-    };
+    let times = timing::run(true, progress)?;
     progress.reset();
-    let chains = table1::run(&table1_config, progress)?;
+    let chosen = [0, 1, 2, 5, 6].map(|i| ROWS[i]);
+    let chains = table1::run(&chosen, &[0.0], quick, progress)?;
     progress.reset();
-    let swept = table2::run(&table2::sweeps_only(&rows), progress)?;
+    let swept = table2::run(&table2::sweeps_only(&rows), false, progress)?;
     progress.reset();
-    let records = run(&config, progress)?;
+    let records = run(quick, progress)?;
     let mut checks = bending_checks(&records);
     checks.extend(supplementary(&chains));
-    let enough = |(n, decade)| table2::enough(&swept, n, decade);
-    checks.extend([(3, 3.0), (20, 5.0)].into_iter().filter_map(enough));
-    checks.extend(cost(&times, &timed));
+    checks.extend(table2::enough(&swept, 3, 3.0));
+    checks.extend(table2::enough(&swept, 20, 5.0));
+    checks.extend(cost(&times));
     let csv = words::lines(&records)?;
     Ok(words::outcome(
         checks,

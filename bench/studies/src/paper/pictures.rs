@@ -9,7 +9,7 @@
 //! Masses and g of the crane are the paper's where its scan can be read: 300 kg of load on 0.3 kg of cable, 10 m/s².
 
 use super::specimens::{MATERIALS, bend, twist};
-use super::words::tell;
+use super::words::{number, tell};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde_json::json;
@@ -73,7 +73,7 @@ pub(super) fn specimens(_: bool, progress: &ProgressBar) -> Result<Outcome, Expe
     let (mut checks, mut pictures) = (Vec::new(), Vec::new());
     for part in BENDS {
         let (scene, row) = bend::bent(nylon, SEGMENTS, part)?;
-        checks.push(tell("bent", json!({ "part": part })).off(row.tip_error));
+        checks.push(tell("bent", json!({ "part": part })).off(number(&row, "tip_error")));
         pictures.push((format!("bend-{part}").into(), portrait(scene)?));
         progress.inc(1);
     }

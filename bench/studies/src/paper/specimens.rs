@@ -11,7 +11,7 @@ pub mod bend;
 pub mod pull;
 pub mod twist;
 
-use super::words::rows as rows_of;
+use super::words::number;
 use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::Value;
@@ -35,23 +35,21 @@ pub const SEGMENTS: [usize; 4] = [3, 6, 12, 24];
 const POISSON: f64 = 0.3;
 
 /// A joint law of the paper or of ours.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Joint {
     /// Two bend rows, twist by swing and twist.
+    #[serde(rename = "cosserat")]
     Cosserat,
     /// The paper's, with its ordinary twist angle.
+    #[serde(rename = "paper, ordinary")]
     Ordinary,
     /// The paper's, with its alternative twist angle.
+    #[serde(rename = "paper, alternative")]
     Alternative,
 }
 
 impl Joint {
     pub const ALL: [Self; 3] = [Self::Cosserat, Self::Ordinary, Self::Alternative];
-
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        ["cosserat", "paper, ordinary", "paper, alternative"][self as usize]
-    }
 
     fn law(self) -> (JointKind, TwistDefinition) {
         match self {
@@ -203,8 +201,7 @@ pub(crate) fn largest(errors: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The last rows of steel of groups that have the same in some columns, each with the group's largest errors.
-fn summed(rows: &[impl Serialize], same: &[&str], errors: &[&str]) -> Vec<Value> {
-    let rows = rows_of(rows);
+fn summed(rows: &[Value], same: &[&str], errors: &[&str]) -> Vec<Value> {
     let groups = rows.chunk_by(|a, b| same.iter().all(|key| a[*key] == b[*key]));
     let groups = groups.filter_map(|group| {
         let mut row = group.last()?.clone();
@@ -217,7 +214,6 @@ fn summed(rows: &[impl Serialize], same: &[&str], errors: &[&str]) -> Vec<Value>
 }
 
 /// The largest error of a column; NaN where a row has none.
-fn worst<'a>(rows: impl IntoIterator<Item = &'a Value>, key: &str) -> f64 {
-    let errors = rows.into_iter().map(|row| row[key].as_f64());
-    largest(errors.map(|error| error.unwrap_or(f64::NAN)))
+pub(crate) fn worst<'a>(rows: impl IntoIterator<Item = &'a Value>, key: &str) -> f64 {
+    largest(rows.into_iter().map(|row| number(row, key)))
 }

@@ -10,18 +10,17 @@
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
 use super::search::largest;
-use super::words::{self, chart, diagonal, filled, table, tell, text, with};
+use super::words::{self, chart, diagonal, filled, number, series, table, tell, text, with};
 use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
-use serde::Serialize;
 use serde_json::{Value, json};
 use taut_ground::pace;
 use taut_ground::trajectory::steps_in;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
-use taut_output::check::{Check, ExperimentError, Outcome, csv};
-use taut_output::plot::{Chart, Mark, Series};
+use taut_output::check::{Check, ExperimentError, Outcome};
+use taut_output::plot::{Chart, Mark};
 
 /// Largest |φ_d|/d of a stable run.
 pub const BAR: f64 = 0.2;
@@ -70,56 +69,14 @@ pub(super) const TIME: f64 = 30.0;
 /// How far off the limit both of its sides are shown, in decades.
 const ASIDE: f64 = 0.3;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    pub rows: Vec<Row>,
-    /// Step of the upward scan, in decades.
-    pub scan: f64,
-    /// Width to which the limit is bisected, in decades.
-    pub width: f64,
-    /// Displacements out of the plane \[m].
-    pub noises: Vec<f64>,
+/// All rows; quick one of each kind.
+pub fn rows(quick: bool) -> Vec<Row> {
+    let few = [0, 2, 6, 8, 9].map(|i| ROWS[i]);
+    pick(quick, [ROWS.to_vec(), few.to_vec()])
 }
 
-impl Config {
-    /// All rows; quick one of each kind, coarsely.
-    pub fn new(quick: bool) -> Self {
-        let few = || [0, 2, 6, 8, 9].map(|i| ROWS[i]).to_vec();
-        Self {
-            rows: if quick { few() } else { ROWS.to_vec() },
-            scan: pick(quick, [0.25, 1.0]),
-            width: pick(quick, [0.01, 0.1]),
-            noises: vec![0.0, 1e-6],
-        }
-    }
-}
-
-/// One measured row.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Record {
-    #[serde(skip)]
-    row: Row,
-    /// Letter of the model.
-    pub model: String,
-    /// Compliance of the links \[m/N].
-    pub links_compliance: f64,
-    /// Compliance of the added rows \[m/N or rad/(N m)].
-    pub added_compliance: f64,
-    /// Displacement out of the plane at the start \[m].
-    pub noise_m: f64,
-    /// The paper's log₁₀ of the ratio, the nearest reading.
-    pub paper_log10: Option<f64>,
-    /// log₁₀ of the largest ratio up to which all are stable.
-    pub limit_log10: f64,
-    /// The scan ended stable: `limit_log10` is a lower bound.
-    pub at_least: bool,
-    /// Largest |φ_d|/d a little below the limit.
-    pub below: f64,
-    /// Largest |φ_d|/d a little above the limit, up to the end of the run; infinite where it was not finite.
-    pub above: f64,
-    /// When the run above the limit ended \[s].
-    pub above_ends_s: f64,
-}
+/// Displacements out of the plane \[m].
+pub const NOISES: [f64; 2] = [0.0, 1e-6];
 
 /// End of the scan, in decades: far above every row's limit.
 const TOP: f64 = 24.0;
@@ -206,149 +163,160 @@ pub(super) fn drop_chain(
 }
 
 /// Finds every row's limit, in parallel. `progress` advances once a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
-    let mut tasks = Vec::new();
-    for row in &config.rows {
-        tasks.extend(config.noises.iter().map(|&noise| (*row, noise)));
-    }
+pub fn run(
+    rows: &[Row],
+    noises: &[f64],
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Vec<Value>, ExperimentError> {
+    let tasks = rows
+        .iter()
+        .flat_map(|&row| noises.iter().map(move |&noise| (row, noise)));
+    let tasks: Vec<_> = tasks.collect();
+    // Step of the upward scan, and width to which the limit is bisected, in decades.
+    let widths = pick(quick, [[TOP, 0.25, 0.01], [TOP, 1.0, 0.1]]);
     each(&tasks, progress, |&(row, noise)| {
-        measure(config, row, noise)
+        measure(widths, row, noise)
     })
 }
 
-fn measure(config: &Config, row: Row, noise: f64) -> Result<Record, ExperimentError> {
+/// A row's limit, a lower bound where the scan ended stable; the largest |φ_d|/d a little below and above it, and when
+/// the run above it ended. The paper's ratio is the nearest reading.
+fn measure(widths: [f64; 3], row: Row, noise: f64) -> Result<Value, ExperimentError> {
     let fate = |decade: f64| {
         drop_chain(&chain(&row, decade), options(), noise, (TIME, BAR), |_| {
             Ok(())
         })
     };
-    let found = largest([TOP, config.scan, config.width], |decade| {
+    let found = largest(widths, |decade| {
         Ok::<_, ExperimentError>((!fate(decade)?.stable).then_some(()))
     })?;
     let limit = found.stable.unwrap_or(0.0);
     let (below, above) = (fate(limit - ASIDE)?, fate(limit + ASIDE)?);
     let distance = |paper: &f64| (limit - paper).abs();
     let papers = row.paper.iter().copied();
-    Ok(Record {
-        row,
-        model: letter(row.model).to_owned(),
-        links_compliance: row.links,
-        added_compliance: row.added,
-        noise_m: noise,
-        paper_log10: papers.min_by(|a, b| distance(a).total_cmp(&distance(b))),
-        limit_log10: limit,
-        at_least: found.failure.is_none(),
-        below: below.violation,
-        above: above.violation,
-        above_ends_s: above.time,
-    })
+    Ok(json!({
+        "model": letter(row.model),
+        "links_compliance": row.links,
+        "added_compliance": row.added,
+        "noise_m": noise,
+        "paper_log10": papers.min_by(|a, b| distance(a).total_cmp(&distance(b))),
+        "limit_log10": limit,
+        "at_least": found.failure.is_none(),
+        "below": below.violation,
+        // It may be infinite, which JSON does not have.
+        "above": if above.violation.is_finite() { above.violation.into() } else { Value::from("inf") },
+        "above_ends_s": above.time,
+    }))
 }
 
-impl Record {
-    fn has_bending(&self) -> bool {
-        matches!(
-            self.row.model,
-            ChainModel::BendAngle | ChainModel::BendVector
-        )
-    }
+fn has_bending(record: &Value) -> bool {
+    record["model"] == "e" || record["model"] == "f"
+}
 
-    /// The record with its name, and the paper's ratio as the scan shows it.
-    fn told(&self) -> Value {
-        let paper: Vec<String> = self.row.paper.iter().map(|p| format!("10^{p}")).collect();
-        let printed = match paper.len() {
-            0 | 1 => paper.concat(),
-            _ => format!("{} (unreadable)", paper.join(" or ")),
-        };
-        let mut row = with(self, &json!({ "printed": printed, "added": "" }));
-        if self.row.model != ChainModel::Links {
-            row["added"] = filled("{added_compliance:.0e}", &row).into();
-        }
-        let name = filled("{model} {links_compliance:.0e} {added}", &row);
-        row["name"] = name.trim_end().into();
-        row
+/// The record with its name, and the paper's ratio as the scan shows it.
+fn told(record: &Value) -> Value {
+    let is_its = |row: &&Row| {
+        record["model"] == letter(row.model)
+            && record["links_compliance"] == row.links
+            && record["added_compliance"] == row.added
+    };
+    let papers = ROWS.iter().find(is_its).map_or(&[][..], |row| row.paper);
+    let paper: Vec<String> = papers.iter().map(|p| format!("10^{p}")).collect();
+    let printed = match paper.len() {
+        0 | 1 => paper.concat(),
+        _ => format!("{} (unreadable)", paper.join(" or ")),
+    };
+    let mut row = with(record, &json!({ "printed": printed, "added": "" }));
+    if record["model"] != "a" {
+        row["added"] = filled("{added_compliance:.0e}", &row).into();
     }
+    let name = filled("{model} {links_compliance:.0e} {added}", &row);
+    row["name"] = name.trim_end().into();
+    row
 }
 
 /// Linear theory of stiff bending: the regularised rows hold the tension 3 M g of a swing from the horizontal as long as
 /// ε ≤ 4 sin²(π/2N)/(3 M g d), what the longest wave of N links needs.
-fn theory(record: &Record) -> Option<Check> {
+fn theory(record: &Value) -> Option<Check> {
     let params = ParticleChainParams::default();
+    let added = number(record, "added_compliance");
     let wave = (0.5 * std::f64::consts::PI / params.particles as f64).sin();
-    let weight = 3.0 * params.gravity * params.spacing * params.mass * record.added_compliance;
+    let weight = 3.0 * params.gravity * params.spacing * params.mass * added;
     let decade = (4.0 * wave * wave / weight).log10();
-    let mut row = record.told();
-    row["theory"] = decade.into();
-    let is_stiff = record.has_bending() && record.added_compliance < 1e-6;
-    is_stiff.then(|| tell("chain-theory", row).off((record.limit_log10 - decade).abs()))
+    let row = with(&told(record), &json!({ "theory": decade }));
+    let error = (number(record, "limit_log10") - decade).abs();
+    (has_bending(record) && added < 1e-6).then(|| tell("chain-theory", row).off(error))
 }
 
 /// Limit of (e) and (f) in space beside that of the paper's bending in the plane with the same compliances.
-fn in_space(records: &[Record], record: &Record) -> Option<Check> {
-    let key = |r: &Record| (r.links_compliance, r.added_compliance);
-    let is_planar = |r: &&Record| r.row.model == ChainModel::BendAngle && r.noise_m == 0.0;
-    let mut angles = records.iter().filter(is_planar);
-    let planar = angles.find(|r| key(r) == key(record))?.limit_log10;
-    let mut row = record.told();
-    row["planar"] = planar.into();
-    Some(match record.paper_log10 {
-        Some(paper) => tell("chain-angle", row).off((record.limit_log10 - paper).abs()),
-        None => tell("chain-vector", row).off((planar - record.limit_log10).abs()),
+fn in_space(records: &[Value], record: &Value) -> Option<Check> {
+    let is_planar = |r: &&Value| {
+        let same = ["links_compliance", "added_compliance"];
+        r["model"] == "e" && r["noise_m"] == 0.0 && same.iter().all(|key| r[*key] == record[*key])
+    };
+    let planar = number(records.iter().find(is_planar)?, "limit_log10");
+    let limit = number(record, "limit_log10");
+    let row = with(&told(record), &json!({ "planar": planar }));
+    Some(match record["paper_log10"].as_f64() {
+        Some(paper) => tell("chain-angle", row).off((limit - paper).abs()),
+        None => tell("chain-vector", row).off((planar - limit).abs()),
     })
 }
 
 /// The table's rows against the paper in the plane; what is left of (e) and (f) in space.
-pub fn checks(_: &Config, records: &[Record]) -> Vec<Check> {
-    let planar = || records.iter().filter(|r| r.noise_m == 0.0);
-    let beside = |r: &Record| {
-        let error = (r.limit_log10 - r.paper_log10?).abs();
-        Some(tell("chain", r.told()).off(error))
+pub fn checks(records: &[Value]) -> Vec<Check> {
+    let planar = || records.iter().filter(|r| r["noise_m"] == 0.0);
+    let beside = |r: &Value| {
+        let error = (number(r, "limit_log10") - r["paper_log10"].as_f64()?).abs();
+        Some(tell("chain", told(r)).off(error))
     };
     let mut checks: Vec<Check> = planar().filter_map(beside).collect();
     checks.extend(planar().filter_map(theory));
     let space = records
         .iter()
-        .filter(|r| r.noise_m > 0.0 && r.has_bending());
+        .filter(|r| r["noise_m"] != 0.0 && has_bending(r));
     checks.extend(space.filter_map(|r| in_space(records, r)));
     checks
 }
 
-fn tables(records: &[Record]) -> String {
+fn tables(records: &[Value]) -> String {
     let rows = records.iter().map(|r| {
-        let mut row = r.told();
-        row["at_least"] = if r.at_least { "≥ " } else { "" }.into();
-        // It may be infinite, which JSON does not have.
-        row["above"] = format!("{:.2}", r.above).into();
-        row["paper"] = r.paper_log10.map(|p| format!("10^{p}")).into();
+        let mut row = told(r);
+        row["at_least"] = if r["at_least"] == true { "≥ " } else { "" }.into();
+        row["paper"] = r["paper_log10"].as_f64().map(|p| format!("10^{p}")).into();
         row
     });
-    let ends = records.iter().map(|r| r.above_ends_s).fold(0.0, f64::max);
+    let ends = records.iter().map(|r| number(r, "above_ends_s"));
     let rows = table("table1", &rows.collect::<Vec<_>>());
-    text("table1", &json!({ "ends": ends, "rows": rows }))
+    text(
+        "table1",
+        &json!({ "ends": ends.fold(0.0, f64::max), "rows": rows }),
+    )
 }
 
-fn charts(records: &[Record]) -> Chart {
-    let points = |name, has_noise: bool| {
-        let rows = records.iter().filter(|r| (r.noise_m > 0.0) == has_noise);
-        let points = rows.filter_map(|r| Some([r.paper_log10?, r.limit_log10]));
-        Series::new(name, points.collect(), Mark::Points)
-    };
-    let plane = points("in the plane", false);
-    let series = vec![
-        diagonal("equal", 20.0),
-        plane,
-        points("10⁻⁶ m out of it", true),
-    ];
-    chart("table1", &Value::Null, series)
+fn charts(records: &[Value]) -> Chart {
+    let mut lines = vec![diagonal("equal", 20.0)];
+    for (name, noise) in ["in the plane", "10⁻⁶ m out of it"].into_iter().zip(NOISES) {
+        let rows = records.iter().filter(|r| r["noise_m"] == noise);
+        lines.extend(series(
+            rows,
+            name,
+            ["paper_log10", "limit_log10"],
+            Mark::Points,
+        ));
+    }
+    chart("table1", &Value::Null, lines)
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = Config::new(quick);
-    let records = run(&config, progress)?;
-    let (checks, text) = (checks(&config, &records), tables(&records));
+    let records = run(&rows(quick), &NOISES, quick, progress)?;
+    let csv = words::lines(&records)?;
+    let charts = vec![charts(&records)];
     Ok(words::outcome(
-        checks,
-        text,
-        csv(&records)?,
-        vec![charts(&records)],
+        checks(&records),
+        tables(&records),
+        csv,
+        charts,
     ))
 }

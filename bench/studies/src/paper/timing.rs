@@ -13,44 +13,30 @@
 //!
 //! from the least times, since other work on the machine only adds time; the cells take turns ([`turns`]).
 
-use super::table2::sweeps;
-use super::words::{self, chart, table, tell, text, with};
+use super::words::{self, chart, number, table, tell, text, with};
 use crate::options::pick;
 use crate::systems::turns::{self, Time, Work};
 use indicatif::ProgressBar;
-use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Duration;
 use taut_integrator::{Phase, StepError, StepOptions, Stepper};
 use taut_model::HoistParams;
-use taut_output::check::{Check, ExperimentError, Outcome, csv};
+use taut_output::check::{Check, ExperimentError, Outcome};
 use taut_output::plot::{Chart, Mark, Series};
 use taut_output::table::{nanoseconds, ratio};
-use taut_solver::{Backend, Start};
+use taut_solver::{Backend, ParseBackendError};
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// Numbers of elements, ascending.
-    pub elements: Vec<usize>,
-    /// Mass ratio load/element at which they are timed.
-    pub ratio: f64,
-    /// Sweeps of the paper's solver; the second for the comparison at a mass ratio of 10⁵.
-    pub sweeps: [usize; 2],
-    /// Time of the steps of a cell \[s].
-    pub share: f64,
-}
+/// Mass ratio load/element at which the elements are timed.
+pub(super) const RATIO: f64 = 100.0;
 
-impl Config {
-    /// 10 … 10⁴ elements; quick 30 … 1000.
-    pub fn new(quick: bool) -> Self {
-        let all = vec![10, 30, 100, 300, 1000, 3000, 10_000];
-        Self {
-            elements: pick(quick, [all, vec![30, 100, 300, 1000]]),
-            ratio: 100.0,
-            sweeps: [3, 20],
-            share: pick(quick, [0.32, 0.08]),
-        }
-    }
+/// Sweeps of the paper's solver; the second for the comparison at a mass ratio of 10⁵.
+pub(super) const FEW: usize = 3;
+const MANY: usize = 20;
+
+/// Numbers of elements, ascending.
+pub fn elements(quick: bool) -> Vec<usize> {
+    let all = vec![10, 30, 100, 300, 1000, 3000, 10_000];
+    pick(quick, [all, vec![30, 100, 300, 1000]])
 }
 
 /// Other mass ratios, and the number of elements for these.
@@ -60,48 +46,28 @@ pub(super) const LOADED: usize = 100;
 /// Elements, mass ratio, and sweeps or 0 for the direct solver.
 type Cell = (usize, f64, usize);
 
-/// Times of a step.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Record {
-    pub solver: String,
-    /// Sweeps; 0 for the direct solver.
-    pub sweeps: usize,
-    pub elements: usize,
-    /// Mass ratio load/element.
-    pub ratio: f64,
-    /// Samples of one step or of several short ones.
-    pub steps: usize,
-    /// Median times of building the blocks, of their factors and of the sum; what is left are the iterations.
-    pub building_ns: f64,
-    pub factorisation_ns: f64,
-    pub iterations_ns: f64,
-    pub total_ns: f64,
-    /// Least time of their sum.
-    #[serde(rename = "least_ns")]
-    pub least: f64,
-}
-
-/// The solver of the paper's Algorithm 1 with so many sweeps, or the direct one for 0.
-fn options(count: usize) -> StepOptions {
-    StepOptions {
-        refinements: usize::from(count == 0),
-        backend: match count {
-            0 => Backend::Banded,
-            n => sweeps(n, Start::Trial),
-        },
-        ..StepOptions::paper()
+/// The solver of the paper's Algorithm 1, or the direct one.
+fn backend(sweeps: usize) -> Result<Backend, ParseBackendError> {
+    match sweeps {
+        0 => Ok(Backend::Banded),
+        n => format!("gauss-seidel:groups:trial:iterations={n}").parse(),
     }
 }
 
 /// Steps of a cell, each from the hanging cable: what one costs does not depend on whether a motion with this solver would
 /// last. Told apart are the whole, building the blocks, and their factors.
-fn work<'a>((elements, ratio, sweeps): Cell) -> Result<Work<'a>, StepError> {
+fn work<'a>((elements, ratio, sweeps): Cell, backend: Backend) -> Result<Work<'a>, StepError> {
+    let options = StepOptions {
+        refinements: usize::from(sweeps == 0),
+        backend,
+        ..StepOptions::paper()
+    };
     let params = HoistParams {
         segments: elements,
         mass_ratio: ratio,
         ..HoistParams::default()
     };
-    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options(sweeps))?;
+    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
     let start = stepper.scene().bodies.clone();
     let mut step = move || {
         stepper.set_state(&start, 0.0)?;
@@ -114,36 +80,45 @@ fn work<'a>((elements, ratio, sweeps): Cell) -> Result<Work<'a>, StepError> {
     Ok(Box::new(move |passes| turns::sum(passes, &mut step)))
 }
 
-fn record((elements, ratio, sweeps): Cell, [total, building, factors]: [Time; 3]) -> Record {
-    Record {
-        solver: match sweeps {
-            0 => "direct".to_owned(),
-            n => format!("{n} iterations"),
-        },
-        sweeps,
-        elements,
-        ratio,
-        steps: total.samples,
-        building_ns: building.median,
-        factorisation_ns: factors.median,
-        iterations_ns: total.median - building.median - factors.median,
-        total_ns: total.median,
-        least: total.least,
+/// Times of a step \[ns]: medians, those of the iterations as what is left, and the least of the whole. Samples are of one
+/// step or of several short ones.
+fn record((elements, ratio, sweeps): Cell, [total, building, factors]: [Time; 3]) -> Value {
+    json!({
+        "solver": solver(sweeps),
+        "sweeps": sweeps,
+        "elements": elements,
+        "ratio": ratio,
+        "steps": total.samples,
+        "building_ns": building.median,
+        "factorisation_ns": factors.median,
+        "iterations_ns": total.median - building.median - factors.median,
+        "total_ns": total.median,
+        "least_ns": total.least,
+    })
+}
+
+fn solver(sweeps: usize) -> String {
+    match sweeps {
+        0 => "direct".to_owned(),
+        n => format!("{n} iterations"),
     }
 }
 
 /// Times all cells, which take turns.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
-    let [few, many] = config.sweeps;
+pub fn run(quick: bool, progress: &ProgressBar) -> Result<Vec<Value>, ExperimentError> {
     let mut cells: Vec<Cell> = Vec::new();
-    for sweeps in [few, 0] {
-        cells.extend(config.elements.iter().map(|&n| (n, config.ratio, sweeps)));
+    for sweeps in [FEW, 0] {
+        cells.extend(elements(quick).into_iter().map(|n| (n, RATIO, sweeps)));
         cells.extend(RATIOS.map(|ratio| (LOADED, ratio, sweeps)));
     }
-    cells.push((PAPER_MANY.0, PAPER_MANY.1, many));
+    cells.push((PAPER_MANY.0, PAPER_MANY.1, MANY));
     progress.set_length(1);
-    let share = Duration::from_secs_f64(config.share);
-    let times = turns::times(cells.iter().map(|&cell| work(cell)), share);
+    // Of the steps of a cell.
+    let share = Duration::from_secs_f64(pick(quick, [0.32, 0.08]));
+    let backends = cells.iter().map(|&(_, _, sweeps)| backend(sweeps));
+    let backends: Vec<Backend> = backends.collect::<Result<_, _>>()?;
+    let works = cells.iter().zip(backends);
+    let times = turns::times(works.map(|(&cell, backend)| work(cell, backend)), share);
     progress.inc(1);
     let cells = cells.into_iter().zip(times);
     cells
@@ -155,7 +130,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
 const PAPER_MANY: (usize, f64) = (50, 1e5);
 
 /// Offset and slope \[a, b] of the least-squares line y = a + b x.
-pub fn line(points: &[[f64; 2]]) -> [f64; 2] {
+pub(super) fn line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |_| 1.0)
 }
 
@@ -169,38 +144,39 @@ fn weighted_line(points: &[[f64; 2]], weight: impl Fn(&[f64; 2]) -> f64) -> [f64
     [y - slope * x, slope]
 }
 
+/// Cells of a solver at the figure's mass ratio.
+fn cells(records: &[Value], sweeps: usize) -> impl DoubleEndedIterator<Item = &Value> {
+    let at = move |r: &&Value| r["sweeps"] == sweeps && r["ratio"] == RATIO;
+    records.iter().filter(at)
+}
+
 /// Times of a step over the elements at the figure's mass ratio.
-fn totals(
-    records: &[Record],
-    config: &Config,
-    sweeps: usize,
-    of: fn(&Record) -> f64,
-) -> Vec<[f64; 2]> {
-    let at = |r: &&Record| r.sweeps == sweeps && r.ratio == config.ratio;
-    let cells = records.iter().filter(at);
-    cells.map(|r| [r.elements as f64, of(r)]).collect()
+fn totals(records: &[Value], sweeps: usize, key: &str) -> Vec<[f64; 2]> {
+    let point = |r: &Value| Some([r["elements"].as_f64()?, r[key].as_f64()?]);
+    cells(records, sweeps).filter_map(point).collect()
 }
 
 /// Least and largest of the least times at one number of elements.
-pub(super) fn span(records: &[Record], sweeps: usize, ratios: &[f64]) -> [f64; 2] {
-    let at = |r: &&Record| r.sweeps == sweeps && r.elements == LOADED;
+pub(super) fn span(records: &[Value], sweeps: usize, ratios: &[f64]) -> [f64; 2] {
+    let at = |r: &&Value| r["sweeps"] == sweeps && r["elements"] == LOADED;
     let cells = records.iter().filter(at);
-    let times = cells.filter(|r| ratios.contains(&r.ratio)).map(|r| r.least);
+    let cells = cells.filter(|r| ratios.iter().any(|ratio| r["ratio"] == *ratio));
+    let times = cells.filter_map(|r| r["least_ns"].as_f64());
     times.fold([f64::INFINITY, 0.0], |[a, b], t| [t.min(a), t.max(b)])
 }
 
 /// Exponent of the least times over the elements.
-pub(super) fn growth(records: &[Record], config: &Config, sweeps: usize) -> f64 {
-    exponent(&totals(records, config, sweeps, |r| r.least))
+pub fn growth(records: &[Value], sweeps: usize) -> f64 {
+    exponent(&totals(records, sweeps, "least_ns"))
 }
 
 /// Offset and slope of y = a + b x with the least sum of squared relative errors.
-pub fn relative_line(points: &[[f64; 2]]) -> [f64; 2] {
+fn relative_line(points: &[[f64; 2]]) -> [f64; 2] {
     weighted_line(points, |p| p[1].powi(-2))
 }
 
 /// The exponent p of y = c x^p by least squares of the logarithms.
-pub fn exponent(points: &[[f64; 2]]) -> f64 {
+fn exponent(points: &[[f64; 2]]) -> f64 {
     let logs: Vec<_> = points.iter().map(|p| p.map(f64::ln)).collect();
     line(&logs)[1]
 }
@@ -210,63 +186,62 @@ const PAPER_NS: f64 = 1e7;
 const PAPER_ELEMENTS: f64 = 100.0;
 
 /// The times, and the fits below them.
-pub fn text_tables(records: &[Record], config: &Config) -> String {
-    let share = |r: &Record| with(r, &json!({ "element_ns": r.total_ns / r.elements as f64 }));
+pub fn text_tables(records: &[Value]) -> String {
+    let per_element = |r: &Value| Some(r["total_ns"].as_f64()? / r["elements"].as_f64()?);
+    let share = |r: &Value| with(r, &json!({ "element_ns": per_element(r) }));
     let rows: Vec<Value> = records.iter().map(share).collect();
     let mut row = json!({ "times": table("timing", &rows) });
-    for (name, sweeps) in [("iterative", config.sweeps[0]), ("direct", 0)] {
-        let [a, b] = relative_line(&totals(records, config, sweeps, |r| r.least));
+    for (name, sweeps) in [("iterative", FEW), ("direct", 0)] {
+        let [a, b] = relative_line(&totals(records, sweeps, "least_ns"));
         let sign = if a < 0.0 { "−" } else { "" };
         let line = format!("{sign}{} + {} N", nanoseconds(a.abs()), nanoseconds(b));
-        let power = growth(records, config, sweeps);
+        let power = growth(records, sweeps);
         row[name] = format!("{name}: t = {line}, t ∝ N^{power:.3}").into();
     }
     text("timing", &row)
 }
 
 /// Linearity, independence of the load, the paper's figure beside ours.
-pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
-    let [few, many] = config.sweeps;
+fn checks(records: &[Value]) -> Vec<Check> {
     let mut checks = Vec::new();
-    let points = totals(records, config, few, |r| r.least);
+    let points = totals(records, FEW, "least_ns");
     let ends = points.first().zip(points.last());
     let elements = ends.map(|(a, b)| format!("{} … {}", a[0], b[0]));
-    let ratios: Vec<String> = RATIOS.iter().map(|&r| ratio(r)).collect();
-    for (name, sweeps) in [(format!("{few} iterations"), few), ("direct".to_owned(), 0)] {
+    let ratios = RATIOS.map(ratio).join(", ");
+    for sweeps in [FEW, 0] {
         let [low, high] = span(records, sweeps, &RATIOS);
         let row = json!({
-            "solver": name,
+            "solver": solver(sweeps),
             "span": elements,
-            "ratio": config.ratio,
+            "ratio": RATIO,
             "low": low,
             "high": high,
             "loaded": LOADED,
-            "ratios": ratios.join(", "),
+            "ratios": ratios,
         });
         let said = tell("time-exponent", row.clone());
-        checks.push(said.beside([1.0, growth(records, config, sweeps)]));
+        checks.push(said.beside([1.0, growth(records, sweeps)]));
         checks.push(tell("time-load", row).off(high / low - 1.0));
     }
     let [a, b] = relative_line(&points);
     let fits = between(&points);
     let row = json!({
-        "few": few,
+        "few": FEW,
         "fits": fits,
         "times": fits / PAPER_ELEMENTS,
         "line": (PAPER_NS - a) / b,
     });
     checks.push(tell("time-paper", row).so(fits > PAPER_ELEMENTS));
-    if let Some(r) = records.iter().find(|r| r.sweeps == many) {
+    if let Some(r) = records.iter().find(|r| r["sweeps"] == MANY) {
         let equal = a + b * PAPER_ELEMENTS;
-        let row = json!({ "few": few, "equal": equal, "paper": PAPER_ELEMENTS });
-        checks.push(tell("time-many", with(r, &row)).so(r.least <= 1.5 * equal));
+        let row = json!({ "few": FEW, "equal": equal, "paper": PAPER_ELEMENTS });
+        let said = tell("time-many", with(r, &row));
+        checks.push(said.so(number(r, "least_ns") <= 1.5 * equal));
     }
-    let at = |r: &&Record| r.sweeps == few && r.ratio == config.ratio;
-    if let Some(r) = records.iter().rev().find(at) {
-        let parts = [r.building_ns, r.factorisation_ns, r.iterations_ns];
-        let [a, b, c] = parts.map(|t| 100.0 * t / r.total_ns);
-        let said = tell("time-minor", json!({ "a": a, "b": b, "c": c }));
-        checks.push(said.so(r.iterations_ns / r.total_ns < 0.25));
+    if let Some(r) = cells(records, FEW).next_back() {
+        let parts = ["building_ns", "factorisation_ns", "iterations_ns"];
+        let [a, b, c] = parts.map(|key| 100.0 * number(r, key) / number(r, "total_ns"));
+        checks.push(tell("time-minor", json!({ "a": a, "b": b, "c": c })).so(c < 25.0));
     }
     checks
 }
@@ -285,26 +260,25 @@ fn between(points: &[[f64; 2]]) -> f64 {
 }
 
 /// The paper's figure, and the totals of both solvers.
-fn charts(records: &[Record], config: &Config) -> Vec<Chart> {
-    let few = config.sweeps[0];
-    let line = |name: &str, sweeps, of| {
-        let points = totals(records, config, sweeps, of).into_iter();
+fn charts(records: &[Value]) -> Vec<Chart> {
+    let line = |name: &str, sweeps, key| {
+        let points = totals(records, sweeps, key).into_iter();
         let points = points.map(|[n, t]| [n, t * 1e-6]).collect();
         Series::new(name, points, Mark::LineAndPoints)
     };
     let parts = vec![
-        line("constraint force", few, |r| r.total_ns),
-        line("building blocks", few, |r| r.building_ns),
-        line("factorisation", few, |r| r.factorisation_ns),
-        line("iterations", few, |r| r.iterations_ns),
+        line("constraint force", FEW, "total_ns"),
+        line("building blocks", FEW, "building_ns"),
+        line("factorisation", FEW, "factorisation_ns"),
+        line("iterations", FEW, "iterations_ns"),
     ];
     let paper = vec![[PAPER_ELEMENTS, PAPER_NS * 1e-6]];
     let whole = vec![
-        line(&format!("{few} iterations"), few, |r| r.total_ns),
-        line("direct", 0, |r| r.total_ns),
+        line(&solver(FEW), FEW, "total_ns"),
+        line(&solver(0), 0, "total_ns"),
         Series::new("paper: Pentium M, 1.7 GHz", paper, Mark::Points),
     ];
-    let row = json!({ "few": few });
+    let row = json!({ "few": FEW });
     vec![
         chart("timing-parts", &row, parts),
         chart("timing", &row, whole),
@@ -312,11 +286,10 @@ fn charts(records: &[Record], config: &Config) -> Vec<Chart> {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = Config::new(quick);
-    let records = run(&config, progress)?;
-    let charts = charts(&records, &config);
-    let (checks, text) = (checks(&records, &config), text_tables(&records, &config));
-    Ok(words::outcome(checks, text, csv(&records)?, charts))
+    let records = run(quick, progress)?;
+    let (checks, text) = (checks(&records), text_tables(&records));
+    let csv = words::lines(&records)?;
+    Ok(words::outcome(checks, text, csv, charts(&records)))
 }
 
 #[cfg(test)]

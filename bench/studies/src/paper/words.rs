@@ -166,10 +166,9 @@ fn shown(value: &Value, form: &str) -> String {
     }
 }
 
-/// Records as rows.
-pub(super) fn rows<'a, R: Serialize + 'a>(records: impl IntoIterator<Item = &'a R>) -> Vec<Value> {
-    let row = |record| serde_json::to_value(record).unwrap_or_default();
-    records.into_iter().map(row).collect()
+/// A number of a row, NaN where it has none.
+pub(crate) fn number(row: &Value, key: &str) -> f64 {
+    row[key].as_f64().unwrap_or(f64::NAN)
 }
 
 /// A record as a row, with more values.

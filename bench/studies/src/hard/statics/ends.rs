@@ -3,10 +3,12 @@
 //! ([`crate::paper::specimens`]).
 
 use crate::hard::each_solver;
+use crate::options::pick;
 use crate::paper::specimens::{
-    Joint, MATERIALS, SEGMENTS, bend, largest, params, pull, read, twist,
+    Joint, MATERIALS, SEGMENTS, bend, largest, params, pull, read, twist, worst,
 };
 use indicatif::ProgressBar;
+use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use taut_model::{Scene, Specimen, SpecimenParams};
 use taut_output::check::{Check, ExperimentError, Outcome};
@@ -22,18 +24,17 @@ pub(super) const TURNS: f64 = 40.0;
 
 /// H01.
 pub(super) fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = quick.then(pull::Config::quick).unwrap_or_default();
-    let rows = pull::run(&config, progress)?;
+    let rows = pull::run(quick, progress)?;
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
-        let of = || rows.iter().filter(|r| r.material == material);
-        let error = largest(of().map(|r| r.elongation_error.max(r.gap_error)));
-        let farthest = largest(of().map(|r| r.strain));
+        let own = || rows.iter().filter(|r| r["material"] == material);
+        let errors = ["elongation_error", "gap_error"].map(|key| worst(own(), key));
+        let farthest = worst(own(), "strain");
         let check = Check::within(
             format!("{material}, N = 3 … 24"),
             "ΔL/L = F/EA",
             format!("to a strain of {farthest:.2}"),
-            error,
+            largest(errors.into_iter()),
             PULL_BAR,
         );
         checks.push(
@@ -72,22 +73,15 @@ pub(super) fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
 
 /// H02.
 pub(super) fn rolled(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        bend::Config {
-            segments: vec![3, 24],
-            loads: 12,
-        }
-    } else {
-        bend::Config::default()
-    };
-    let rows = bend::run(&config, progress)?;
+    let segments = pick(quick, [&SEGMENTS[..], &[3, 24]]);
+    let rows = bend::run(segments, pick(quick, bend::LOADS), progress)?;
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
-        let of = || {
-            rows.iter()
-                .filter(|r| r.material == material && r.joint == Joint::Cosserat.name())
+        let own = || {
+            let rows = rows.iter().filter(|r| r["material"] == material);
+            rows.filter(|r| r["joint"] == "cosserat")
         };
-        let error = largest(of().map(|r| r.tip_error));
+        let error = worst(own(), "tip_error");
         let check = Check::off(
             format!("{material}: end of the polygon, to a circle"),
             "where the angles M l/EI lead",
@@ -100,10 +94,8 @@ pub(super) fn rolled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
                 .by("largest distance over N, two directions, all moments; over L")
                 .algebraic(),
         );
-        let closed = largest(
-            of().filter(|r| r.angle_theory > 0.999 * TAU)
-                .map(|r| r.tip_from_arc),
-        );
+        let is_full = |r: &&Value| worst([*r], "angle_theory") > 0.999 * TAU;
+        let closed = worst(own().filter(is_full), "tip_from_arc");
         let check = Check::off(
             format!("{material}: M = 2π EI/L"),
             "end at the clamp",
@@ -118,7 +110,7 @@ pub(super) fn rolled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
 
 /// H03.
 pub(super) fn twisted(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let segments: &[usize] = if quick { &[6, 24] } else { &SEGMENTS };
+    let segments = pick(quick, [&SEGMENTS[..], &[6, 24]]);
     progress.set_length((segments.len() * MATERIALS.len()) as u64);
     let mut checks = Vec::new();
     for material in MATERIALS {
@@ -127,13 +119,13 @@ pub(super) fn twisted(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             rows.extend(twist::at_rest(material, n, Joint::Cosserat, TURNS * TAU)?);
             progress.inc(1);
         }
-        let error = largest(rows.iter().map(|r| r.angle_error.max(r.total_error)));
-        let farthest = largest(rows.iter().map(|r| r.twist)) / TAU;
+        let errors = ["angle_error", "total_error"].map(|key| worst(&rows, key));
+        let farthest = worst(&rows, "twist") / TAU;
         let check = Check::within(
             format!("{}, N = {segments:?}", material.0),
             "T l/GJ a joint",
             format!("to {farthest:.3} turns"),
-            error,
+            largest(errors.into_iter()),
             TWIST_BAR,
         );
         checks.push(

@@ -1,13 +1,13 @@
 //! The figures: distributions (Figs 2 and 3), return maps (Fig. 4) and spectra (Fig. 5), with the paper's words on them.
 
 use super::signal::{histogram, spectrum};
-use super::{BENDING, DT, LINKS, Sample, Scalars, runs, span, tables};
+use super::{BENDING, DT, LINKS, ends, runs, span, tables, values};
 use crate::paper::table1::{Row, letter};
-use crate::paper::words::{self, chart, series, tell};
+use crate::paper::words::{self, chart, series, tell, with};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use taut_model::ChainModel;
-use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::check::{ExperimentError, Outcome};
 use taut_output::plot::{Mark, Series};
 
 /// log₁₀ of the load of Figs 2–4, and of Fig. 5.
@@ -28,42 +28,35 @@ pub(in crate::paper) fn distribution(
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
     progress.set_length(1);
-    let found = runs(row, LOAD, quick)?;
-    let numbers = found.scalars();
+    let (samples, numbers) = runs(row, LOAD, quick)?;
     progress.inc(1);
-    let said = |name, s: &Scalars| {
-        let peaks = span(s.peak_share, 2);
-        tell(
-            name,
-            json!({ "figure": figure, "signal": s.signal, "peaks": peaks }),
-        )
+    let said = |name, s: &Value| {
+        let more = json!({ "figure": figure, "peaks": span(s, "peak_share", 2) });
+        tell(name, with(s, &more))
     };
     let checks = if row.model == ChainModel::Links {
-        let peaked = |s: &Scalars| said("peaked", s).so(s.peak_share[0] > 2.0 * EVEN_SHARE);
+        let peaked = |s: &Value| said("peaked", s).so(ends(s, "peak_share")[0] > 2.0 * EVEN_SHARE);
         numbers.each_ref().map(peaked)
     } else {
-        let [stretch, bend] = &numbers;
         // The link chain with the same load, for the sizes.
-        let links = runs(LINKS, LOAD, quick)?.scalars();
+        let (_, links) = runs(LINKS, LOAD, quick)?;
         let [stretch, bent] =
-            [(stretch, &links[0]), (bend, &links[1])].map(|(own, links)| links.rms[0] / own.rms[1]);
+            [0, 1].map(|i| ends(&links[i], "rms")[0] / ends(&numbers[i], "rms")[1]);
+        let bend = &numbers[1];
         let sizes = json!({ "figure": figure, "bend": bent, "stretch": stretch });
         [
-            said("two-valued", bend).so(bend.peak_share[1] < EVEN_SHARE),
+            said("two-valued", bend).so(ends(bend, "peak_share")[1] < EVEN_SHARE),
             tell("chain-sizes", sizes).so(bent > 10.0 && stretch < bent / 10.0),
         ]
     };
-    let panel = |signal: &str, unit: &str, pick: fn(&Sample) -> f64| {
-        let values: Vec<f64> = found.samples[0].iter().map(pick).collect();
+    let panel = |signal: &str, unit: &str| {
+        let values = values(&samples, &format!("{signal}_{unit}"));
         let bars = Series::new("", histogram(&values, 40), Mark::Bars);
         let row = json!({ "signal": signal, "unit": unit, "chain": letter(row.model) });
         chart("distribution", &row, vec![bars])
     };
-    let charts = vec![
-        panel("stretch", "m", |s| s.stretch),
-        panel("bend", "rad", |s| s.bend),
-    ];
-    let csv = csv(&found.samples[0])?;
+    let charts = vec![panel("stretch", "m"), panel("bend", "rad")];
+    let csv = words::lines(&samples)?;
     Ok(words::outcome(
         checks.to_vec(),
         tables(&numbers),
@@ -81,23 +74,22 @@ pub(in crate::paper) fn return_maps(
     let (mut numbers, mut charts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
     let mut points = Vec::new();
     for row in [LINKS, BENDING] {
-        let runs = runs(row, LOAD, quick)?;
-        let found = runs.scalars();
+        let (samples, found) = runs(row, LOAD, quick)?;
         let model = letter(row.model);
-        let [low, high] = found[0].predictability;
+        let [low, high] = ends(&found[0], "predictability");
         let (name, holds) = match row.model {
             ChainModel::Links => ("irregular", high < 0.5),
             _ => ("ellipse", low > 0.999),
         };
-        let said = json!({ "chain": model, "order": span(found[0].predictability, 4) });
+        let said = json!({ "chain": model, "order": span(&found[0], "predictability", 4) });
         checks.push(tell(name, said.clone()).so(holds));
-        let pairs = runs.samples[0].windows(2);
+        let pairs = samples.windows(2);
         let own = pairs.map(|w| {
             json!({
                 "model": model,
-                "time_s": w[0].time,
-                "stretch_m": w[0].stretch,
-                "next_stretch_m": w[1].stretch,
+                "time_s": w[0]["time_s"],
+                "stretch_m": w[0]["stretch_m"],
+                "next_stretch_m": w[1]["stretch_m"],
             })
         });
         let own: Vec<Value> = own.collect();
@@ -123,8 +115,9 @@ pub(in crate::paper) fn spectra(
     progress.set_length(COMPLIANCES.len() as u64);
     let (mut numbers, mut lines) = (Vec::new(), Vec::new());
     for added in COMPLIANCES {
-        let runs = runs(Row { added, ..BENDING }, LOAD_OF_SPECTRA, quick)?;
-        let bend: Vec<f64> = runs.samples[0].iter().map(|s| s.bend).collect();
+        let row = Row { added, ..BENDING };
+        let (samples, [_, found]) = runs(row, LOAD_OF_SPECTRA, quick)?;
+        let bend = values(&samples, "bend_rad");
         let line = |[frequency, amplitude]: [f64; 2]| {
             json!({
                 "added_compliance": added,
@@ -133,14 +126,14 @@ pub(in crate::paper) fn spectra(
             })
         };
         lines.extend(spectrum(&bend, DT).into_iter().map(line));
-        let [_, bend] = runs.scalars();
-        numbers.push(bend);
+        numbers.push(found);
         progress.inc(1);
     }
-    let falls = |w: &[Scalars]| w[1].centroid[1] < w[0].centroid[0];
-    let centroids: Vec<String> = numbers.iter().map(|s| span(s.centroid, 2)).collect();
-    let kept = numbers.iter().map(|s| s.kept).min().unwrap_or(0);
-    let count = numbers.iter().map(|s| s.runs).min().unwrap_or(0);
+    let falls = |w: &[Value]| ends(&w[1], "centroid")[1] < ends(&w[0], "centroid")[0];
+    let centroids = numbers.iter().map(|s| span(s, "centroid", 2));
+    let centroids: Vec<String> = centroids.collect();
+    let least = |key: &str| numbers.iter().filter_map(|s| s[key].as_u64()).min();
+    let [kept, count] = ["kept", "runs"].map(|key| least(key).unwrap_or(0));
     let row = json!({ "centroids": centroids.join(", "), "kept": kept, "count": count });
     let name = "ε = {added_compliance} rad/(N m)";
     let axes = ["frequency_hz", "amplitude_rad"];

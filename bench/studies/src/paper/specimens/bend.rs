@@ -15,71 +15,17 @@ mod shape;
 pub use plane::growth_out_of_plane;
 pub use shape::deviations;
 
-use super::{Joint, MATERIALS, SEGMENTS, largest, order, params, relax, summed, worst};
+use super::{Joint, MATERIALS, SEGMENTS, order, params, relax, summed, worst};
 use crate::checks::each;
-use crate::paper::words::{self, chart, diagonal, rows as rows_of, series, table, tell, with};
+use crate::paper::words::{self, chart, diagonal, number, series, table, tell, with};
 use indicatif::ProgressBar;
 use plane::{slowest_mode, stability_of_the_plane};
-use serde::Serialize;
 use serde_json::{Value, json};
-use shape::{MEASURES, axis, measure, shape};
+use shape::{MEASURES, Measure, axis, is_at, measure, shape};
 use std::f64::consts::{FRAC_PI_4, TAU};
 use taut_model::{Scene, Specimen, SpecimenParams};
-use taut_output::check::{Check, ExperimentError, Outcome, csv};
+use taut_output::check::{Check, ExperimentError, Outcome};
 use taut_output::plot::{Chart, Mark, Series};
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    pub segments: Vec<usize>,
-    /// Loads from the straight cable to the full circle.
-    pub loads: usize,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            segments: SEGMENTS.to_vec(),
-            loads: 24,
-        }
-    }
-}
-
-impl Config {
-    pub fn quick() -> Self {
-        Self {
-            loads: 12,
-            ..Self::default()
-        }
-    }
-}
-
-/// A specimen under one moment.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
-    pub material: String,
-    pub segments: usize,
-    pub joint: String,
-    /// Direction of the moment across the cable, from +z towards +y \[rad].
-    pub direction_rad: f64,
-    /// M L/YI: the angle of the whole \[rad].
-    pub angle_theory: f64,
-    /// M \[N m].
-    pub moment_nm: f64,
-    /// Largest relative error of a joint's angle against M l_j/YI.
-    pub angle_error: f64,
-    /// Distance of the grip from where the polygon leads it, over L.
-    pub tip_error: f64,
-    /// Distance of the grip from the end of the continuum's arc, over L.
-    pub tip_from_arc: f64,
-    /// Radius through the segments' centres \[m].
-    pub radius_m: f64,
-    /// Its deviation from YI/M, relative.
-    pub radius_deviation: f64,
-    /// Deviation of L over the angle between clamp and last segment.
-    pub half_missing_deviation: f64,
-    /// Deviation of L over the angle between first and last segment.
-    pub ends_missing_deviation: f64,
-}
 
 /// Joints, and the directions of their moments.
 const LOADED: [(Joint, f64); 3] = [
@@ -88,11 +34,18 @@ const LOADED: [(Joint, f64); 3] = [
     (Joint::Ordinary, 0.0),
 ];
 
-/// Bends every specimen, in parallel.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
+/// Loads from the straight cable to the full circle, whole and quick.
+pub const LOADS: [usize; 2] = [24, 12];
+
+/// Bends specimens of every material, in parallel, with as many loads from the straight cable to the full circle.
+pub fn run(
+    segments: &[usize],
+    loads: usize,
+    progress: &ProgressBar,
+) -> Result<Vec<Value>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
-        for &n in &config.segments {
+        for &n in segments {
             tasks.extend(LOADED.map(|(joint, direction)| (material, n, joint, direction)));
         }
     }
@@ -102,7 +55,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, Experime
             ..params(Specimen::Bend, material, n, joint)
         };
         let to = if direction == 0.0 { 1.0 } else { STABLE };
-        bend(material.0, &params, joint, (config.loads, to))
+        bend(material.0, &params, joint, (loads, to))
     })?;
     Ok(rows.concat())
 }
@@ -112,7 +65,7 @@ fn bend(
     params: &SpecimenParams,
     joint: Joint,
     (loads, to): (usize, f64),
-) -> Result<Vec<Row>, ExperimentError> {
+) -> Result<Vec<Value>, ExperimentError> {
     let specimen = params.resolve()?;
     let n = specimen.segments;
     let mut scene = params.build()?;
@@ -129,13 +82,15 @@ fn bend(
             let angle = TAU * k as f64 / loads as f64;
             scene.bodies.torque[n] = axis * (angle * unit);
             scene = relax(std::mem::take(&mut scene), dt)?;
-            Ok(Row {
-                material: material.to_owned(),
-                joint: joint.name().to_owned(),
-                direction_rad: params.moment_direction,
-                moment_nm: angle * unit,
-                ..measure(&scene, &specimen, &axis, angle)
-            })
+            let row = json!({
+                "material": material,
+                "segments": n,
+                "joint": joint,
+                "direction_rad": params.moment_direction,
+                "angle_theory": angle,
+                "moment_nm": angle * unit,
+            });
+            Ok(with(&row, &measure(&scene, &specimen, &axis, angle)))
         })
         .collect()
 }
@@ -145,7 +100,7 @@ pub(in crate::paper) fn bent(
     material: (&str, f64),
     segments: usize,
     part: f64,
-) -> Result<(Scene, Row), ExperimentError> {
+) -> Result<(Scene, Value), ExperimentError> {
     let params = params(Specimen::Bend, material, segments, Joint::Cosserat);
     let (specimen, axis, angle) = (params.resolve()?, axis(&params), part * TAU);
     let mut scene = params.build()?;
@@ -163,26 +118,21 @@ const STABLE: f64 = 0.75;
 const PUBLISHED: [(usize, f64); 2] = [(6, 0.10), (24, 0.025)];
 
 /// Checks, tables, rows and charts.
-pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
+pub fn outcome(rows: &[Value]) -> Result<Outcome, ExperimentError> {
     let mut checks = against_theory(rows);
     checks.extend(published(rows));
     checks.push(stability_of_the_plane()?);
-    Ok(words::outcome(
-        checks,
-        tables(rows),
-        csv(rows)?,
-        charts(rows),
-    ))
+    let csv = words::lines(rows)?;
+    Ok(words::outcome(checks, tables(rows), csv, charts(rows)))
 }
 
 /// The specimens beside the exact polygon and the circle.
-fn against_theory(rows: &[Row]) -> Vec<Check> {
-    let all = rows_of(rows);
+fn against_theory(rows: &[Value]) -> Vec<Check> {
     let mut checks = Vec::new();
     let straight = |row: &Value| row["direction_rad"] == 0.0;
     for (material, _) in MATERIALS {
         let mut say = |name, takes: &dyn Fn(&Value) -> bool, key| {
-            let own = all.iter().filter(|row| row["material"] == material);
+            let own = rows.iter().filter(|row| row["material"] == material);
             let error = worst(own.filter(|row| takes(row)), key);
             checks.push(tell(name, json!({ "material": material })).off(error));
         };
@@ -190,8 +140,8 @@ fn against_theory(rows: &[Row]) -> Vec<Check> {
         say("bend-end", &straight, "tip_error");
         say("bend-diagonal", &|row| !straight(row), "tip_error");
     }
-    let is_full = |r: &&Row| (r.angle_theory - TAU).abs() < 1e-9 && r.direction_rad == 0.0;
-    let closing = largest(rows.iter().filter(is_full).map(|r| r.tip_from_arc));
+    let is_full = |r: &&Value| is_at(r, TAU) && straight(r);
+    let closing = worst(rows.iter().filter(is_full), "tip_from_arc");
     checks.push(tell("bend-closes", json!({})).off(closing));
     for (name, measure, expected) in MEASURES {
         let found = finest(&deviations(rows, 0.25 * TAU, measure)).unwrap_or(f64::NAN);
@@ -208,12 +158,12 @@ fn finest(all: &[(usize, f64)]) -> Option<f64> {
 }
 
 /// The deviation at N of a measure at the full circle.
-fn at(rows: &[Row], measure: fn(&Row) -> f64, n: usize) -> f64 {
+fn at(rows: &[Value], measure: &str, n: usize) -> f64 {
     let all = deviations(rows, TAU, measure);
     all.iter().find(|d| d.0 == n).map_or(f64::NAN, |d| d.1)
 }
 
-fn published(rows: &[Row]) -> Vec<Check> {
+fn published(rows: &[Value]) -> Vec<Check> {
     let size = |measure, n: usize| at(rows, measure, n).abs();
     let deviation = |(n, printed): (usize, f64)| {
         let values = [printed, size(MEASURES[0].1, n)].map(|d| 100.0 * d);
@@ -233,7 +183,7 @@ fn published(rows: &[Row]) -> Vec<Check> {
     checks
 }
 
-fn tables(rows: &[Row]) -> String {
+fn tables(rows: &[Value]) -> String {
     let radius = MEASURES.map(|(name, measure, _)| {
         let mut row = json!({ "measure": name });
         for n in SEGMENTS {
@@ -248,15 +198,15 @@ fn tables(rows: &[Row]) -> String {
     format!("{radius}\nsteel, largest over all loads\n{steel}")
 }
 
-fn charts(rows: &[Row]) -> Vec<Chart> {
-    let end = largest(rows.iter().map(|r| r.angle_theory));
-    let plane = |r: &&Row| r.direction_rad == 0.0 && r.joint == Joint::Cosserat.name();
-    let curved = |r: &Row| with(r, &json!({ "curvature": 1.0 / r.radius_m }));
+fn charts(rows: &[Value]) -> Vec<Chart> {
+    let end = worst(rows, "angle_theory");
+    let plane = |r: &&Value| r["direction_rad"] == 0.0 && r["joint"] == "cosserat";
+    let curved = |r: &Value| with(r, &json!({ "curvature": 1.0 / number(r, "radius_m") }));
     let curved: Vec<Value> = rows.iter().filter(plane).map(curved).collect();
     let mut torque = vec![diagonal("theory", end)];
     let axes = ["curvature", "angle_theory"];
     torque.extend(series(&curved, "N = {segments}", axes, Mark::Points));
-    let line = |(name, measure, _): (&str, fn(&Row) -> f64, f64)| {
+    let line = |(name, measure, _): Measure| {
         let all = deviations(rows, TAU, measure);
         let points = all.iter().map(|&(n, d)| [n as f64, d.abs()]).collect();
         Series::new(name, points, Mark::LineAndPoints)

@@ -2,71 +2,23 @@
 
 use super::{Joint, MATERIALS, SEGMENTS, largest, params, read, settle, summed, worst};
 use crate::checks::each;
-use crate::paper::words::{self, chart, diagonal, rows as rows_of, series, table, tell};
+use crate::options::pick;
+use crate::paper::words::{self, chart, diagonal, series, table, tell};
 use indicatif::ProgressBar;
-use serde::Serialize;
 use serde_json::{Value, json};
 use taut_model::{Specimen, SpecimenParams};
-use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::check::{ExperimentError, Outcome};
 use taut_output::plot::Mark;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    pub segments: Vec<usize>,
-    /// F/YA.
-    pub strains: Vec<f64>,
-}
-
-impl Default for Config {
-    /// To 50 % in steps of 5 %.
-    fn default() -> Self {
-        Self {
-            segments: SEGMENTS.to_vec(),
-            strains: (1..=10).map(|k| 0.05 * f64::from(k)).collect(),
-        }
-    }
-}
-
-impl Config {
-    pub fn quick() -> Self {
-        Self {
-            strains: vec![0.01, 0.5],
-            ..Self::default()
-        }
-    }
-}
-
-/// A specimen under one force.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
-    pub material: String,
-    pub segments: usize,
-    pub joint: String,
-    /// F/YA: the strain of the continuum.
-    pub strain_theory: f64,
-    /// F \[N].
-    pub force_n: f64,
-    /// Elongation of the whole over its length.
-    pub strain: f64,
-    /// The paper's measure: change of the distance of the first and last segments' centres over that distance.
-    pub strain_of_centres: f64,
-    /// Largest relative error of a joint's gap against F l_j/YA.
-    pub gap_error: f64,
-    /// Relative error of the elongation against F L/YA.
-    pub elongation_error: f64,
-    /// Relative error of the strain of the centres against F/YA.
-    pub centres_error: f64,
-    /// Largest distance of a body from the axis \[m].
-    pub sideways_m: f64,
-}
-
-/// Pulls every specimen, in parallel.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
+/// Pulls every specimen, in parallel, to strains F/YA of 50 % in steps of 5 %; quick to two.
+pub fn run(quick: bool, progress: &ProgressBar) -> Result<Vec<Value>, ExperimentError> {
+    let strains: Vec<f64> = (1..=10).map(|k| 0.05 * f64::from(k)).collect();
+    let strains = pick(quick, [strains, vec![0.01, 0.5]]);
     let mut tasks = Vec::new();
     for material in MATERIALS {
-        for &n in &config.segments {
+        for n in SEGMENTS {
             for joint in [Joint::Cosserat, Joint::Ordinary] {
-                tasks.extend(config.strains.iter().map(|&s| (material, n, joint, s)));
+                tasks.extend(strains.iter().map(|&s| (material, n, joint, s)));
             }
         }
     }
@@ -75,12 +27,15 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, Experime
     })
 }
 
+/// A specimen under one force: the strain F/YA of the continuum and that of the whole; the paper's measure, change of the
+/// distance of the first and last segments' centres over that distance; relative errors, the largest of a joint's gap against
+/// F l_j/YA, of the elongation and of the centres; the largest distance of a body from the axis.
 fn pull(
     material: (&str, f64),
     n: usize,
     joint: Joint,
     strain_theory: f64,
-) -> Result<Row, ExperimentError> {
+) -> Result<Value, ExperimentError> {
     let free = params(Specimen::Pull, material, n, joint);
     let force = strain_theory * free.resolve()?.stiffness.ea;
     let loaded = SpecimenParams {
@@ -98,41 +53,40 @@ fn pull(
     let centres = loaded.length - specimen.segment_length;
     let strain_of_centres = (x(n - 1) - x(0) - centres) / centres;
     let sideways = scene.bodies.position.iter().map(|p| p.y.hypot(p.z));
-    Ok(Row {
-        material: material.0.to_owned(),
-        segments: n,
-        joint: joint.name().to_owned(),
-        strain_theory,
-        force_n: force,
-        strain,
-        strain_of_centres,
-        gap_error: largest(gap_errors),
-        elongation_error: (strain / strain_theory - 1.0).abs(),
-        centres_error: (strain_of_centres / strain_theory - 1.0).abs(),
-        sideways_m: largest(sideways),
-    })
+    Ok(json!({
+        "material": material.0,
+        "segments": n,
+        "joint": joint,
+        "strain_theory": strain_theory,
+        "force_n": force,
+        "strain": strain,
+        "strain_of_centres": strain_of_centres,
+        "gap_error": largest(gap_errors),
+        "elongation_error": (strain / strain_theory - 1.0).abs(),
+        "centres_error": (strain_of_centres / strain_theory - 1.0).abs(),
+        "sideways_m": largest(sideways),
+    }))
 }
 
 /// Checks, table, rows and chart.
-pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
-    let all = rows_of(rows);
+pub fn outcome(rows: &[Value]) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
         let said = |name, key| {
-            let own = all.iter().filter(|row| row["material"] == material);
+            let own = rows.iter().filter(|row| row["material"] == material);
             tell(name, json!({ "material": material })).off(worst(own, key))
         };
         checks.push(said("pull-gap", "gap_error"));
         checks.push(said("pull-elongation", "elongation_error"));
     }
-    let whole = ["elongation_error", "centres_error"].map(|key| worst(&all, key));
+    let whole = ["elongation_error", "centres_error"].map(|key| worst(rows, key));
     checks.push(tell("pull", json!({})).off(largest(whole.into_iter())));
     let errors = ["gap_error", "elongation_error"];
     let steel = summed(rows, &["segments", "joint"], &errors);
     let axes = ["strain", "strain_theory"];
-    let mut lines = vec![diagonal("theory", worst(&all, "strain_theory"))];
-    lines.extend(series(&all, "N = {segments}", axes, Mark::Points));
+    let mut lines = vec![diagonal("theory", worst(rows, "strain_theory"))];
+    lines.extend(series(rows, "N = {segments}", axes, Mark::Points));
     let text = format!("steel\n{}", table("pull", &steel));
     let charts = vec![chart("pull", &Value::Null, lines)];
-    Ok(words::outcome(checks, text, csv(rows)?, charts))
+    Ok(words::outcome(checks, text, words::lines(rows)?, charts))
 }

@@ -17,29 +17,22 @@ mod report;
 mod rest;
 
 pub use buckling::{buckling_torque, greenhill};
-pub use motion::{Held, Motion, Step};
+pub use motion::{Motion, Step};
 pub use report::outcome;
 pub(in crate::paper) use rest::twisted;
-pub use rest::{Leak, Row, at_rest, leaks};
+pub use rest::{at_rest, leaks};
 
 use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
 use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
+use serde_json::Value;
 use std::f64::consts::TAU;
 use taut_model::{Specimen, SpecimenParams};
 use taut_output::check::ExperimentError;
 
 /// The paper's largest twist \[rad].
 pub const FARTHEST: f64 = 233.0;
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Config {
-    /// Materials at rest, as indices of [`MATERIALS`].
-    pub materials: Vec<usize>,
-    /// The dynamic runs.
-    pub motions: Vec<Motion>,
-}
 
 /// Without tension, 1 turn in 4 s.
 fn loose(joint: Joint, segments: usize, step: Step, dt: f64) -> Motion {
@@ -69,17 +62,7 @@ fn taut(segments: usize, step: Step, tension: f64) -> Motion {
 
 const DT: f64 = 1.0 / 60.0;
 
-impl Config {
-    /// Everything at rest, the paper's N and both steps in motion; quick steel at rest, the paper's joint and the taut
-    /// specimen in motion.
-    pub fn new(quick: bool) -> Self {
-        Self {
-            materials: pick(quick, [vec![0, 1, 2], vec![2]]),
-            motions: if quick { few() } else { all() },
-        }
-    }
-}
-
+/// The paper's joint and the taut specimen.
 fn few() -> Vec<Motion> {
     vec![
         loose(Joint::Ordinary, 24, Step::Paper, DT),
@@ -90,6 +73,7 @@ fn few() -> Vec<Motion> {
     ]
 }
 
+/// The paper's N and both steps, and finer ones.
 fn all() -> Vec<Motion> {
     use Joint::{Alternative, Cosserat, Ordinary};
     use Step::{Default, Paper, Stiffened};
@@ -120,16 +104,6 @@ fn all() -> Vec<Motion> {
     motions
 }
 
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Results {
-    /// At rest.
-    pub rows: Vec<Row>,
-    /// In motion.
-    pub held: Vec<Held>,
-    /// Leaks of a bent joint.
-    pub leaks: Vec<Leak>,
-}
-
 /// A steel or other specimen with the paper's GJ = Y I_a/(2(1 + ν)).
 fn specimen(
     material: (&str, f64),
@@ -144,21 +118,19 @@ fn specimen(
     })
 }
 
-/// Twists every specimen at rest and in motion, in parallel.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
+/// Specimens at rest, in motion, in parallel, and the leaks of a bent joint; in the quick form steel alone at rest.
+pub fn run(quick: bool, progress: &ProgressBar) -> Result<[Vec<Value>; 3], ExperimentError> {
     let mut tasks = Vec::new();
-    for &m in &config.materials {
+    for &material in pick(quick, [&MATERIALS[..], &MATERIALS[2..]]) {
         for n in SEGMENTS {
-            tasks.extend(Joint::ALL.map(|joint| (MATERIALS[m], n, joint)));
+            tasks.extend(Joint::ALL.map(|joint| (material, n, joint)));
         }
     }
     let rows = each(&tasks, progress, |&(material, n, joint)| {
         at_rest(material, n, joint, FARTHEST)
     })?;
     progress.reset();
-    Ok(Results {
-        rows: rows.concat(),
-        held: each(&config.motions, progress, motion::in_motion)?,
-        leaks: leaks()?,
-    })
+    let motions = if quick { few() } else { all() };
+    let held = each(&motions, progress, motion::in_motion)?;
+    Ok([rows.concat(), held, leaks()?])
 }

@@ -1,35 +1,9 @@
 //! The damping law on single deformation modes: a ball on a spring, and two balls that twist against each other.
 
 use crate::paper::words::filled;
-use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::SceneSource;
-
-/// Measured effect of the step on a mode, beside the law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Law {
-    /// `stretch`, `twist`.
-    pub mode: &'static str,
-    /// ωΔt.
-    pub frequency: f64,
-    /// Factor of the amplitude in a step.
-    pub amplitude: f64,
-    /// (1 + ω²Δt²)^(−1/2).
-    pub amplitude_law: f64,
-    /// Phase of a step \[rad].
-    pub phase: f64,
-    /// arctan ωΔt \[rad].
-    pub phase_law: f64,
-}
-
-impl Law {
-    /// The larger of the two distances from the law.
-    pub fn error(&self) -> f64 {
-        let amplitude = (self.amplitude - self.amplitude_law).abs();
-        amplitude.max((self.phase - self.phase_law).abs())
-    }
-}
 
 /// Mass of the balls \[kg], and the moment of inertia of one, ⅖ m r², halved, since both turn \[kg m²].
 const MASS: f64 = 2.0;
@@ -50,8 +24,9 @@ fn recurrence(x: [f64; 4]) -> [f64; 2] {
     [amplitude, sine.atan2(cosine)]
 }
 
-/// The stretch and the twist mode with frequency ωΔt = `frequency`, stepped by the paper's step.
-pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
+/// The stretch and the twist mode with frequency ωΔt = `frequency`, stepped by the paper's step: factor of the amplitude and
+/// phase (rad) of a step beside (1 + ω²Δt²)^(−1/2) and arctan ωΔt, and the larger of the two distances from them.
+pub(super) fn law(frequency: f64, dt: f64) -> Result<[Value; 2], StepError> {
     // ω² = 1/(ε m).
     let square = (frequency / dt).powi(2);
     let row = json!({ "stretch": 1.0 / (square * MASS), "twist": 1.0 / (square * INERTIA) });
@@ -68,16 +43,21 @@ pub fn law(frequency: f64, dt: f64) -> Result<[Law; 2], StepError> {
         }
         stepper.step()?;
     }
+    let [amplitude_law, phase_law] = [
+        (1.0 + frequency * frequency).sqrt().recip(),
+        frequency.atan(),
+    ];
     Ok([0, 1].map(|i| {
         let [amplitude, phase] = recurrence(samples[i]);
-        Law {
-            mode: MODES[i].0,
-            frequency,
-            amplitude,
-            amplitude_law: (1.0 + frequency * frequency).sqrt().recip(),
-            phase,
-            phase_law: frequency.atan(),
-        }
+        json!({
+            "mode": MODES[i].0,
+            "frequency": frequency,
+            "amplitude": amplitude,
+            "amplitude_law": amplitude_law,
+            "phase": phase,
+            "phase_law": phase_law,
+            "error": (amplitude - amplitude_law).abs().max((phase - phase_law).abs()),
+        })
     }))
 }
 

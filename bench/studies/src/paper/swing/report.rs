@@ -1,6 +1,7 @@
 //! Tables, checks and the chart of Fig. 16.
 
-use super::{Config, Law, Results, Run, samples};
+use super::{Config, Results, Run, samples};
+use crate::paper::specimens::worst;
 use crate::paper::words::{chart, filled, series, table, tell, text, with};
 use serde_json::{Value, json};
 use taut_ground::modes::Mode;
@@ -46,15 +47,13 @@ pub fn text_tables(results: &Results, config: &Config) -> String {
         })
     };
     let modes: Vec<Value> = results.modes.iter().take(4).map(mode).collect();
-    let law = |l: &Law| with(l, &json!({ "error": l.error() }));
-    let laws: Vec<Value> = results.laws.iter().map(law).collect();
     let more = json!({
         "ei": results.ei,
         "bend": results.ei / (config.length / config.segments as f64),
         "half": moments(config)[0] as f64 * config.dt,
         "runs": table("swing", &runs),
         "modes": table("swing-modes", &modes),
-        "laws": table("swing-laws", &laws),
+        "laws": table("swing-laws", &results.laws),
     });
     text("swing", &with(config, &more))
 }
@@ -62,9 +61,8 @@ pub fn text_tables(results: &Results, config: &Config) -> String {
 /// The paper's loss explained, and what other steps lose.
 pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
     let last = moments(config)[1];
-    let worst = results.laws.iter().map(Law::error).fold(0.0, f64::max);
     let modes = json!({ "modes": results.laws.len() });
-    let mut checks = vec![tell("deformation-mode", modes).off(worst)];
+    let mut checks = vec![tell("deformation-mode", modes).off(worst(&results.laws, "error"))];
     for run in &results.others {
         let (measured, predicted) = (run.loss(last), run.predicted_loss(last));
         let mut row = row(run, config);

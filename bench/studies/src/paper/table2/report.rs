@@ -1,100 +1,102 @@
 //! The limits beside the paper's rows, linear theory, the laws that the columns follow and the limit of the sweeps; the
 //! paper's words on solvers, starts and joints; tables and charts.
 
-use super::{Case, Config, DT, Ends, GRAVITY, LENGTH, PAPER, ROWS, Record, Row, Setting, Solver};
+use super::rows::Row;
+use super::{CG, DIRECT, DT, GRAVITY, HEAVY, LENGTH, LIGHT, ORDINARY, PAPER, PER_DECADE, ROWS};
+use super::{SEEDED, STIFFENED, SWEEPS, Solver, TIMES};
+use crate::options::pick;
 use crate::paper::timing::line;
-use crate::paper::words::{chart, table, tell, text, with};
+use crate::paper::words::{chart, filled, table, tell, text, with};
 use serde_json::{Value, json};
 use taut_output::check::{Check, Verdict};
 use taut_output::plot::{Chart, Mark, Series};
-
-const HEAVY: Ends = Ends::Heavy;
-
-const ORDINARY: Setting = Setting::ALL[1];
 
 /// Largest rise of a limit by the heavy top, in decades; the theory of a uniform cable ignores it.
 /// A limit below the theory is due to rounding down to a step of the grid.
 const HEAVY_TOP: f64 = 0.25;
 
-impl Record {
-    /// log₁₀ of the limit, and what ends it: `g` a gap, `t` a turn, `x` a step that failed.
-    fn cell(&self) -> String {
-        let mark = match self.failure.as_deref() {
-            None => "",
-            Some(f) if f.contains("gap") => "g",
-            Some(f) if f.contains("turns") => "t",
-            Some(_) => "x",
-        };
-        match self.stable.map(f64::log10) {
-            None => format!("<0{mark}"),
-            Some(decade) if self.capped => format!("≥{decade:.2}"),
-            Some(decade) => format!("{decade:.2}{mark}"),
-        }
+/// log₁₀ of the limit, and what ends it: `g` a gap, `t` a turn, `x` a step that failed.
+fn cell(record: &Value) -> String {
+    let mark = match record["failure"].as_str() {
+        None => "",
+        Some(f) if f.contains("gap") => "g",
+        Some(f) if f.contains("turns") => "t",
+        Some(_) => "x",
+    };
+    match decade(record, "stable") {
+        None => format!("<0{mark}"),
+        Some(decade) if is_capped(record) => format!("≥{decade:.2}"),
+        Some(decade) => format!("{decade:.2}{mark}"),
     }
+}
 
-    /// log₁₀ of a limit that lies inside the range tried.
-    fn limit(&self) -> Option<f64> {
-        self.stable.filter(|_| !self.capped).map(f64::log10)
-    }
+fn decade(record: &Value, key: &str) -> Option<f64> {
+    record[key].as_f64().map(f64::log10)
+}
 
-    fn reaches(&self, decade: f64) -> bool {
-        self.stable.is_some_and(|s| s.log10() >= decade - 1e-9)
-    }
+/// The largest ratio tried is stable.
+fn is_capped(record: &Value) -> bool {
+    record["capped"] == true
+}
+
+/// log₁₀ of a limit that lies inside the range tried.
+fn limit(record: &Value) -> Option<f64> {
+    decade(record, "stable").filter(|_| !is_capped(record))
+}
+
+fn is_of(record: &Value, row: &Row) -> bool {
+    record["young_gpa"] == row.young
+        && record["zeta_per_m2"] == row.zeta
+        && record["segments"] == row.segments
 }
 
 /// A cell of the cable of [`LENGTH`].
 fn find<'a>(
-    records: &'a [Record],
+    records: &'a [Value],
     row: &Row,
-    ends: Ends,
-    how: (Setting, Solver),
-) -> Option<&'a Record> {
-    let is_it = |c: &Case| (c.row, c.length, c.ends) == (*row, LENGTH, ends);
-    let mut cells = records.iter().filter(|r| is_it(&r.case));
-    cells.find(|r| (r.case.setting, r.case.solver) == how)
+    ends: &str,
+    (setting, solver): (&str, Solver),
+) -> Option<&'a Value> {
+    let mut own = records
+        .iter()
+        .filter(|r| is_of(r, row) && r["length_m"] == LENGTH);
+    own.find(|r| r["ends"] == ends && r["setting"] == setting && r["solver"] == solver.0)
 }
 
 /// The paper's rows and claims beside the limits found, and the limits beside linear theory.
-pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
-    let step = 1.0 / f64::from(config.per_decade);
+pub fn checks(records: &[Value], quick: bool) -> Vec<Check> {
+    let step = 1.0 / pick(quick, PER_DECADE);
     let mut checks: Vec<Check> = ROWS.iter().filter_map(|r| published(records, r)).collect();
     checks.extend(linear_theory(records, step));
     checks.extend(scaling(records, step));
-    checks.extend(
-        [3, 20]
-            .iter()
-            .filter_map(|&n| light_sweeps(records, step, n)),
-    );
-    checks.extend(
-        [(20, 5.0), (3, 3.0)]
-            .iter()
-            .filter_map(|&(n, d)| enough(records, n, d)),
-    );
+    let light = [3, 20].into_iter().zip(SWEEPS);
+    checks.extend(light.filter_map(|(n, solver)| light_sweeps(records, step, n, solver)));
+    checks.extend(enough(records, 20, 5.0));
+    checks.extend(enough(records, 3, 3.0));
     checks.extend(claims(records));
     checks.extend(warm_start(records));
     checks.extend(fitted(records));
     checks
 }
 
-fn published(records: &[Record], row: &Row) -> Option<Check> {
-    let swept = find(records, row, HEAVY, (PAPER, Solver::Sweeps(20)))?;
-    let direct = find(records, row, HEAVY, (PAPER, Solver::Direct))?.cell();
-    let found = swept.stable.map_or(f64::NAN, f64::log10);
+fn published(records: &[Value], row: &Row) -> Option<Check> {
+    let swept = find(records, row, HEAVY, (PAPER, SWEEPS[1]))?;
+    let direct = find(records, row, HEAVY, (PAPER, DIRECT));
+    let found = decade(swept, "stable").unwrap_or(f64::NAN);
     let paper = row.ratio.log10();
     let mark = if row.inferred { " (inferred)" } else { "" };
-    let more = json!({ "decade": paper, "mark": mark, "swept": swept.cell(), "direct": direct });
+    let more =
+        json!({ "decade": paper, "mark": mark, "swept": cell(swept), "direct": cell(direct?) });
     Some(tell("table2-row", with(swept, &more)).off((found - paper).abs()))
 }
 
 /// Direct solves of the explicit tension: joint, definition and length as they come.
-fn linear_theory(records: &[Record], step: f64) -> Option<Check> {
-    let is_seeded = |r: &&Record| matches!(r.case.setting, Setting::Seeded(_));
-    let direct = records.iter().filter(|r| r.case.solver == Solver::Direct);
-    let distance = |r: &Record| Some(r.predicted?.log10() - r.limit()?);
-    let all: Vec<f64> = direct
-        .filter(|r| !is_seeded(r))
-        .filter_map(distance)
-        .collect();
+fn linear_theory(records: &[Value], step: f64) -> Option<Check> {
+    let is_direct =
+        |r: &&Value| r["solver"] == DIRECT.0 && !SEEDED.iter().any(|s| r["setting"] == *s);
+    let distance = |r: &Value| Some(decade(r, "predicted")? - limit(r)?);
+    let direct = records.iter().filter(is_direct);
+    let all: Vec<f64> = direct.filter_map(distance).collect();
     let worst = all.iter().map(|d| d.abs()).max_by(f64::total_cmp)?;
     let mean = all.iter().sum::<f64>() / all.len() as f64;
     let side = if mean > 0.0 { "below" } else { "above" };
@@ -109,9 +111,9 @@ fn mean_ratio(pairs: impl Iterator<Item = (Option<f64>, Option<f64>)>) -> Option
     (!logs.is_empty()).then(|| logs.iter().sum::<f64>() / logs.len() as f64)
 }
 
-fn scaling(records: &[Record], step: f64) -> Vec<Check> {
-    let direct = |row: &Row, setting| find(records, row, HEAVY, (setting, Solver::Direct));
-    let limit = |row: &Row, setting| direct(row, setting)?.limit();
+fn scaling(records: &[Value], step: f64) -> Vec<Check> {
+    let direct = |row: &Row, setting| find(records, row, HEAVY, (setting, DIRECT));
+    let limit = |row: &Row, setting| limit(direct(row, setting)?);
     let mut checks = Vec::new();
     for rows in [&ROWS[..5], &ROWS[5..]] {
         let points = |value: &dyn Fn(&Row) -> Option<f64>| -> Vec<[f64; 2]> {
@@ -123,7 +125,7 @@ fn scaling(records: &[Record], step: f64) -> Vec<Check> {
             continue;
         }
         let [_, slope] = line(&found);
-        let [_, theory] = line(&points(&|r| Some(direct(r, PAPER)?.predicted?.log10())));
+        let [_, theory] = line(&points(&|r| decade(direct(r, PAPER)?, "predicted")));
         let row = json!({ "n": rows[0].segments, "slope": slope, "theory": theory });
         checks.push(tell("table2-exponent", row).off((slope - 1.0).abs()));
     }
@@ -152,16 +154,16 @@ fn sweep_limit(iterations: usize, segments: usize) -> f64 {
 }
 
 /// The limit of n sweeps with a light top and geometric stiffness, and whether it depends on the material.
-fn light_sweeps(records: &[Record], step: f64, n: usize) -> Option<Check> {
-    let light = |row: &Row| {
-        let solver = Solver::Sweeps(n);
-        find(records, row, Ends::Light, (Setting::Stiffened, solver))
-    };
+fn light_sweeps(records: &[Value], step: f64, n: usize, solver: Solver) -> Option<Check> {
+    let light = |row: &Row| find(records, row, LIGHT, (STIFFENED, solver));
     let distance =
-        |row: &Row| Some((light(row)?.limit()? - sweep_limit(n, row.segments).log10()).abs());
+        |row: &Row| Some((limit(light(row)?)? - sweep_limit(n, row.segments).log10()).abs());
     let worst = ROWS.iter().filter_map(distance).reduce(f64::max)?;
     let differ = |rows: &[Row]| {
-        let limits: Vec<f64> = rows.iter().filter_map(|r| light(r)?.stable).collect();
+        let limits: Vec<f64> = rows
+            .iter()
+            .filter_map(|r| light(r)?["stable"].as_f64())
+            .collect();
         limits.windows(2).any(|w| w[0] != w[1])
     };
     let depends = differ(&ROWS[..5]) || differ(&ROWS[5..]);
@@ -170,41 +172,37 @@ fn light_sweeps(records: &[Record], step: f64, n: usize) -> Option<Check> {
 }
 
 /// Smallest and largest of the limits of a column, as text; and the logarithm of the largest.
-fn range(records: &[Record], setting: Setting, solver: Solver) -> Option<(String, f64)> {
+fn range(records: &[Value], setting: &str, solver: Solver) -> Option<(String, f64)> {
     let cells = ROWS
         .iter()
         .filter_map(|r| find(records, r, HEAVY, (setting, solver)));
-    let mut cells: Vec<&Record> = cells.collect();
-    let value = |r: &Record| r.stable.map_or(-1.0, f64::log10);
+    let mut cells: Vec<&Value> = cells.collect();
+    let value = |r: &Value| decade(r, "stable").unwrap_or(-1.0);
     // The last of equal ones is the largest, the first the smallest.
     cells.sort_by(|a, b| value(a).total_cmp(&value(b)));
     let (low, high) = (cells.first()?, cells.last()?);
-    let [low, top] = [low, high].map(|r| r.cell().trim_end_matches(['g', 't', 'x']).to_owned());
+    let [low, top] = [low, high].map(|r| cell(r).trim_end_matches(['g', 't', 'x']).to_owned());
     Some((format!("10^({low} … {top})"), value(high)))
 }
 
-fn claims(records: &[Record]) -> Vec<Check> {
+fn claims(records: &[Value]) -> Vec<Check> {
     let column = |setting, solver| range(records, setting, solver);
     let mut checks = Vec::new();
-    let [swept, cg, direct] =
-        [Solver::Sweeps(20), Solver::Cg, Solver::Direct].map(|s| column(PAPER, s));
+    let [swept, cg, direct] = [SWEEPS[1], CG, DIRECT].map(|s| column(PAPER, s));
     if let (Some((_, swept)), Some((cg, c)), Some((direct, d))) = (swept, cg, direct) {
-        let light = light_limit(records, Solver::Sweeps(20));
+        let light = light_limit(records, SWEEPS[1]);
         let row = json!({ "direct": direct, "cg": cg, "light": light });
         checks.push(tell("direct-more", row).so(c > swept + 1.0 && d > swept + 1.0));
     }
-    let [alternative, ordinary] =
-        [Setting::ALL[2], Setting::ALL[3]].map(|s| column(s, Solver::Direct));
+    let [alternative, ordinary] = SEEDED.map(|s| column(s, DIRECT));
     if let (Some((alternative, a)), Some((ordinary, o))) = (alternative, ordinary) {
         let row = json!({ "ordinary": ordinary, "alternative": alternative });
         checks.push(tell("joint-in-space", row).so(a >= 5.0 || o >= 5.0));
     }
-    if let Some((ours, _)) = column(Setting::Stiffened, Solver::Direct) {
-        let rows = ROWS.iter();
-        let cells =
-            rows.filter_map(|r| find(records, r, HEAVY, (Setting::Stiffened, Solver::Direct)));
-        let cells: Vec<&Record> = cells.collect();
-        let lost = cells.iter().filter(|r| !r.capped).count();
+    if let Some((ours, _)) = column(STIFFENED, DIRECT) {
+        let cell = |r| find(records, r, HEAVY, (STIFFENED, DIRECT));
+        let cells: Vec<&Value> = ROWS.iter().filter_map(cell).collect();
+        let lost = cells.iter().filter(|r| !is_capped(r)).count();
         let said = tell("stiffened", json!({ "rows": cells.len(), "ours": ours }));
         checks.push(said.off(lost as f64));
     }
@@ -212,24 +210,23 @@ fn claims(records: &[Record]) -> Vec<Check> {
 }
 
 /// Largest limit of the sweeps with a light top, paper's joint in the plane, as a logarithm.
-fn light_limit(records: &[Record], solver: Solver) -> Option<f64> {
-    let limit = |r: &Row| find(records, r, Ends::Light, (PAPER, solver))?.limit();
+fn light_limit(records: &[Value], solver: Solver) -> Option<f64> {
+    let limit = |r: &Row| limit(find(records, r, LIGHT, (PAPER, solver))?);
     ROWS.iter().filter_map(limit).reduce(f64::max)
 }
 
-/// Check that `n` sweeps suffice up to 10^`decade` in every row whose cable holds that with a
+/// Check that `n` sweeps suffice up to 10^`least` in every row whose cable holds that with a
 /// direct solver.
-pub(in crate::paper) fn enough(records: &[Record], n: usize, decade: f64) -> Option<Check> {
-    let able: Vec<bool> = ROWS
-        .iter()
-        .filter_map(|r| {
-            let swept = find(records, r, HEAVY, (PAPER, Solver::Sweeps(n)))?;
-            let direct = find(records, r, HEAVY, (PAPER, Solver::Direct))?;
-            direct.reaches(decade).then(|| swept.reaches(decade))
-        })
-        .collect();
+pub(in crate::paper) fn enough(records: &[Value], n: usize, least: f64) -> Option<Check> {
+    let solver = SWEEPS[usize::from(n == 20)];
+    let reaches = |r: &Value| decade(r, "stable").is_some_and(|found| found >= least - 1e-9);
+    let able = ROWS.iter().filter_map(|r| {
+        let swept = find(records, r, HEAVY, (PAPER, solver))?;
+        reaches(find(records, r, HEAVY, (PAPER, DIRECT))?).then(|| reaches(swept))
+    });
+    let able: Vec<bool> = able.collect();
     let kept = able.iter().filter(|kept| **kept).count();
-    let light = light_limit(records, Solver::Sweeps(n));
+    let light = light_limit(records, solver);
     let lost = light.map_or_else(String::new, |l| {
         format!(", where {n} sweeps end at 10^{l:.2}")
     });
@@ -237,24 +234,32 @@ pub(in crate::paper) fn enough(records: &[Record], n: usize, decade: f64) -> Opt
         (_, 0) => Verdict::NotYet,
         (0, _) => Verdict::DoesNotHold,
         (kept, able) if kept < able => Verdict::HoldsOnlyIf,
-        _ if light.is_some_and(|l| l < decade) => Verdict::HoldsOnlyIf,
+        _ if light.is_some_and(|l| l < least) => Verdict::HoldsOnlyIf,
         _ => Verdict::Holds,
     };
-    let row = json!({ "n": n, "decade": decade, "kept": kept, "able": able.len(), "lost": lost });
+    let row = json!({ "n": n, "decade": least, "kept": kept, "able": able.len(), "lost": lost });
     Some(tell("sweeps-enough", row).judged(verdict))
 }
 
 /// The last step's multipliers as a start, row by row beside the groups' own solutions.
-fn warm_start(records: &[Record]) -> Option<Check> {
+fn warm_start(records: &[Value]) -> Option<Check> {
     let (mut shown, mut worst) = (Vec::new(), f64::INFINITY);
     for warm in records {
-        let Solver::WarmSweeps(n) = warm.case.solver else {
+        let solver = warm["solver"].as_str().unwrap_or_default();
+        let Some(solver) = solver.strip_suffix(", warm start") else {
             continue;
         };
-        shown.push(format!("N {}, {n}: 10^{}", warm.segments, warm.cell()));
-        let decade = |r: &Record| r.stable.map_or(0.0, f64::log10);
-        let how = (warm.case.setting, Solver::Sweeps(n));
-        let cold = find(records, &warm.case.row, HEAVY, how);
+        let n = solver.trim_matches(|c: char| !c.is_ascii_digit());
+        shown.push(format!("N {}, {n}: 10^{}", warm["segments"], cell(warm)));
+        let decade = |r: &Value| decade(r, "stable").unwrap_or(0.0);
+        let is_cold = |r: &&Value| {
+            r["solver"] == solver
+                && r["setting"] == warm["setting"]
+                && ["young_gpa", "zeta_per_m2", "segments", "length_m", "ends"]
+                    .iter()
+                    .all(|key| r[*key] == warm[*key])
+        };
+        let cold = records.iter().find(is_cold);
         worst = cold.map_or(worst, |cold| worst.min(decade(warm) - decade(cold)));
     }
     let row = json!({ "worst": worst, "shown": shown.join("; ") });
@@ -262,10 +267,10 @@ fn warm_start(records: &[Record]) -> Option<Check> {
 }
 
 /// The direct limits at the length that fits the paper's column best.
-fn fitted(records: &[Record]) -> Option<Check> {
-    let is_fitted = |r: &&Record| r.length_m != LENGTH && r.case.solver == Solver::Direct;
+fn fitted(records: &[Value]) -> Option<Check> {
+    let is_fitted = |r: &&Value| r["length_m"] != LENGTH && r["solver"] == DIRECT.0;
     let fitted = || records.iter().filter(is_fitted);
-    let distance = |r: &Record| Some((r.limit()? - r.paper.log10()).abs());
+    let distance = |r: &Value| Some((limit(r)? - decade(r, "paper")?).abs());
     let worst = fitted().filter_map(distance).fold(0.0, f64::max);
     let lengths = ROWS.map(|r| r.euler_length());
     let low = lengths.into_iter().fold(f64::INFINITY, f64::min);
@@ -276,14 +281,14 @@ fn fitted(records: &[Record]) -> Option<Check> {
 
 /// Readings of the scan; the limits by joint and step, by solver, from other starts and at the
 /// fitted length. Every cell is a row of the CSV file.
-pub fn text_tables(records: &[Record], config: &Config) -> String {
+pub fn text_tables(records: &[Value], quick: bool) -> String {
     let scan: Vec<Value> = ROWS.iter().map(Row::read).collect();
     let rows: Vec<Value> = ROWS.iter().filter_map(|r| cells(records, r)).collect();
-    let is_other =
-        |r: &&Record| r.length_m != LENGTH || matches!(r.case.solver, Solver::WarmSweeps(_));
-    let more = |r: &Record| {
-        let solver = r.solver.replace("Gauss–Seidel, ", "");
-        with(r, &json!({ "solver": solver, "limit": r.cell() }))
+    let solver = |r: &Value| r["solver"].as_str().unwrap_or_default().to_owned();
+    let is_other = |r: &&Value| r["length_m"] != LENGTH || solver(r).ends_with("warm start");
+    let more = |r: &Value| {
+        let solver = solver(r).replace("Gauss–Seidel, ", "");
+        with(r, &json!({ "solver": solver, "limit": cell(r) }))
     };
     let others: Vec<Value> = records.iter().filter(is_other).map(more).collect();
     let others = match others.is_empty() {
@@ -294,7 +299,7 @@ pub fn text_tables(records: &[Record], config: &Config) -> String {
         ),
     };
     let row = json!({
-        "time": config.time,
+        "time": pick(quick, TIMES),
         "dt": DT,
         "length": LENGTH,
         "scan": table("scan", &scan),
@@ -306,41 +311,39 @@ pub fn text_tables(records: &[Record], config: &Config) -> String {
 }
 
 /// All cells of a row of the paper that is among the records.
-fn cells(records: &[Record], row: &Row) -> Option<Value> {
-    let own = || {
-        records
-            .iter()
-            .filter(|r| r.case.row == *row && r.length_m == LENGTH)
-    };
-    let paper = own().find(|r| r.case.setting == PAPER)?;
-    let mut cells = with(paper, &Value::Null);
-    for r in own() {
-        cells[format!("{}, {}, {}", r.ends, r.setting, r.solver)] = r.cell().into();
+fn cells(records: &[Value], row: &Row) -> Option<Value> {
+    let own = records
+        .iter()
+        .filter(|r| is_of(r, row) && r["length_m"] == LENGTH);
+    let own: Vec<&Value> = own.collect();
+    let mut cells = (*own.iter().find(|r| r["setting"] == PAPER)?).clone();
+    for r in own {
+        cells[filled("{ends}, {setting}, {solver}", r)] = cell(r).into();
     }
     Some(cells)
 }
 
 /// The limits over Y/ζ, for 24 and for 6 segments.
-pub(super) fn charts(records: &[Record]) -> Vec<Chart> {
+pub(super) fn charts(records: &[Value]) -> Vec<Chart> {
     let panel = |rows: &[Row]| {
         let line = |name, mark, value: &dyn Fn(&Row) -> Option<f64>| {
             let point = |r: &Row| Some([r.young / r.zeta, value(r)?]);
             Series::new(name, rows.iter().filter_map(point).collect(), mark)
         };
         let limit = |name, setting, solver| {
-            let value = |r: &Row| find(records, r, HEAVY, (setting, solver))?.stable;
+            let value = |r: &Row| find(records, r, HEAVY, (setting, solver))?["stable"].as_f64();
             line(name, Mark::LineAndPoints, &value)
         };
-        let linear = |r: &Row| find(records, r, HEAVY, (PAPER, Solver::Direct))?.predicted;
+        let linear = |r: &Row| find(records, r, HEAVY, (PAPER, DIRECT))?["predicted"].as_f64();
         let stiffened = "geometric stiffness, at least";
         let series = vec![
             line("paper, as read", Mark::Points, &|r| Some(r.ratio)),
-            limit("paper's joint, direct", PAPER, Solver::Direct),
+            limit("paper's joint, direct", PAPER, DIRECT),
             line("linear theory", Mark::Line, &linear),
-            limit("20 iterations", PAPER, Solver::Sweeps(20)),
-            limit("3 iterations", PAPER, Solver::Sweeps(3)),
-            limit(stiffened, Setting::Stiffened, Solver::Direct),
-            limit("seeded, ordinary", Setting::ALL[3], Solver::Direct),
+            limit("20 iterations", PAPER, SWEEPS[1]),
+            limit("3 iterations", PAPER, SWEEPS[0]),
+            limit(stiffened, STIFFENED, DIRECT),
+            limit("seeded, ordinary", SEEDED[1], DIRECT),
         ];
         chart("table2", &json!({ "n": rows[0].segments }), series)
     };

@@ -8,22 +8,22 @@ use std::f64::consts::PI;
 use taut_model::Material;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Row {
+pub(in crate::paper) struct Row {
     /// Young's modulus Y \[GN/m²]; the scan is clear.
-    pub young: f64,
+    pub(super) young: f64,
     /// ζ = A/I_a, 12/A of a square section, as read \[1/m²].
-    pub zeta: f64,
+    pub(super) zeta: f64,
     /// Number of segments; the scan is clear.
-    pub segments: usize,
+    pub(super) segments: usize,
     /// Largest stable mass ratio, as read.
-    pub ratio: f64,
+    pub(super) ratio: f64,
     /// Legible part of ζ in the scan; empty if there is none.
-    pub scanned_zeta: &'static str,
+    pub(super) scanned_zeta: &'static str,
     /// Legible part of the ratio in the scan.
-    pub scanned_ratio: &'static str,
+    pub(super) scanned_ratio: &'static str,
     /// ζ or the ratio is inferred: the exponents of a column go by decades as Y/ζ does, and agree
     /// where one is legible.
-    pub inferred: bool,
+    pub(super) inferred: bool,
 }
 
 const fn row(
@@ -44,7 +44,7 @@ const fn row(
 }
 
 /// The paper's rows, in its order. Fully legible is the one with ζ = 10³, six segments.
-pub const ROWS: [Row; 10] = [
+pub(in crate::paper) const ROWS: [Row; 10] = [
     row((200.0, 24), ("107", 1e6), ("10", 1e1), true),
     row((200.0, 24), ("10°", 1e5), ("107", 1e2), true),
     row((200.0, 24), ("10*", 1e4), ("108", 1e3), true),
@@ -59,18 +59,18 @@ pub const ROWS: [Row; 10] = [
 
 impl Row {
     /// Area of the square section \[m²].
-    pub fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         12.0 / self.zeta
     }
 
     /// π² Y N/(ρ g ζ L³), Euler's load over a segment's mass, for a cable of `length` (m) with the density of steel.
-    pub fn euler(&self, length: f64) -> f64 {
+    pub(super) fn euler(&self, length: f64) -> f64 {
         let stiffness = PI * PI * self.young * 1e9 * self.segments as f64;
         stiffness / (Material::STEEL.density * GRAVITY * self.zeta * length.powi(3))
     }
 
     /// The length at which Euler's load is the paper's ratio \[m].
-    pub fn euler_length(&self) -> f64 {
+    pub(super) fn euler_length(&self) -> f64 {
         LENGTH * (self.euler(LENGTH) / self.ratio).cbrt()
     }
 

@@ -10,9 +10,10 @@
 //!
 //! The last two leave out the half segments beyond the outer joints, as a cable without end joints does.
 
-use super::Row;
-use crate::paper::specimens::{Joint, MATERIALS, Reading, largest, read};
+use crate::paper::specimens::{MATERIALS, Reading, largest, read};
+use crate::paper::words::number;
 use nalgebra::{UnitQuaternion, Vector3};
+use serde_json::{Value, json};
 use taut_model::{ResolvedSpecimen, Scene, SpecimenParams};
 
 /// The axis of the moment.
@@ -53,12 +54,15 @@ pub(super) fn shape(
     (scene.bodies.position, scene.bodies.orientation) = polygon(specimen, axis, angle);
 }
 
+/// The largest relative error of a joint's angle against M l_j/YI; the distances of the grip from where the polygon leads it
+/// and from the end of the continuum's arc, over L; the radius through the segments' centres; and its deviations from YI/M
+/// by [`MEASURES`].
 pub(super) fn measure(
     scene: &Scene,
     specimen: &ResolvedSpecimen,
     axis: &Vector3<f64>,
     angle: f64,
-) -> Row {
+) -> Value {
     let n = specimen.segments;
     let length = specimen.segment_length * n as f64;
     let joints = read(scene, n);
@@ -74,21 +78,15 @@ pub(super) fn measure(
     // The angle between two segments is that of the joints between them.
     let between = |joints: &[Reading]| joints.iter().map(|r| r.bend).sum::<f64>();
     let deviation = |found: f64| found / radius - 1.0;
-    Row {
-        material: String::new(),
-        segments: n,
-        joint: String::new(),
-        direction_rad: 0.0,
-        angle_theory: angle,
-        moment_nm: 0.0,
-        angle_error: largest(errors),
-        tip_error: (tip - discrete).norm() / length,
-        tip_from_arc: (tip - arc).norm() / length,
-        radius_m: found,
-        radius_deviation: deviation(found),
-        half_missing_deviation: deviation(length / between(&joints[..n])),
-        ends_missing_deviation: deviation(length / between(&joints[1..n])),
-    }
+    json!({
+        "angle_error": largest(errors),
+        "tip_error": (tip - discrete).norm() / length,
+        "tip_from_arc": (tip - arc).norm() / length,
+        "radius_m": found,
+        "radius_deviation": deviation(found),
+        "half_missing_deviation": deviation(length / between(&joints[..n])),
+        "ends_missing_deviation": deviation(length / between(&joints[1..n])),
+    })
 }
 
 /// Radius of the circle through the three middle ones of some points \[m].
@@ -101,26 +99,28 @@ fn radius_of_centres(points: &[Vector3<f64>]) -> f64 {
     p.norm() * q.norm() * (c - a).norm() / (2.0 * area)
 }
 
-/// Deviations of one measure at one angle over N: steel, Cosserat joint, in the plane.
-pub fn deviations(rows: &[Row], angle: f64, measure: fn(&Row) -> f64) -> Vec<(usize, f64)> {
-    let steel = |r: &&Row| {
-        r.material == MATERIALS[2].0
-            && r.joint == Joint::Cosserat.name()
-            && r.direction_rad == 0.0
-            && (r.angle_theory - angle).abs() < 1e-9
-    };
-    let rows = rows.iter().filter(steel);
-    rows.map(|r| (r.segments, measure(r))).collect()
+/// True for a specimen whose load bends it by an angle \[rad].
+pub(super) fn is_at(row: &Value, angle: f64) -> bool {
+    (number(row, "angle_theory") - angle).abs() < 1e-9
 }
 
-/// The measures of the radius: name, value, order expected.
-pub(super) type Measure = (&'static str, fn(&Row) -> f64, f64);
-pub(super) const MEASURES: [Measure; 3] = {
-    const HALF: &str = "L/angle, half a segment missing";
-    const ENDS: &str = "L/angle, both ends missing";
-    [
-        ("through the centres", |r| r.radius_deviation, 2.0),
-        (HALF, |r| r.half_missing_deviation, 1.0),
-        (ENDS, |r| r.ends_missing_deviation, 1.0),
-    ]
-};
+/// Deviations of one measure at one angle over N: steel, Cosserat joint, in the plane.
+pub fn deviations(rows: &[Value], angle: f64, measure: &str) -> Vec<(usize, f64)> {
+    let in_plane = |r: &&Value| r["joint"] == "cosserat" && r["direction_rad"] == 0.0;
+    let steel = |r: &&Value| r["material"] == MATERIALS[2].0 && is_at(r, angle);
+    let rows = rows.iter().filter(in_plane).filter(steel);
+    rows.map(|r| (number(r, "segments") as usize, number(r, measure)))
+        .collect()
+}
+
+/// The measures of the radius: name, key of its deviation, order expected.
+pub(super) type Measure = (&'static str, &'static str, f64);
+pub(super) const MEASURES: [Measure; 3] = [
+    ("through the centres", "radius_deviation", 2.0),
+    (
+        "L/angle, half a segment missing",
+        "half_missing_deviation",
+        1.0,
+    ),
+    ("L/angle, both ends missing", "ends_missing_deviation", 1.0),
+];

@@ -7,8 +7,10 @@
 
 use super::specimen;
 use crate::paper::specimens::{Joint, MATERIALS, largest, read};
+use crate::paper::words::with;
 use nalgebra::Vector3;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use taut_ground::pace;
 use taut_integrator::{GeometricStiffness, StepOptions, Stepper};
@@ -31,7 +33,8 @@ const PUSH: f64 = 1e-2;
 const PUSH_TURN: f64 = 2.399_963_229_728_653;
 
 /// A step of the dynamic runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Step {
     /// The paper's.
     Paper,
@@ -42,10 +45,6 @@ pub enum Step {
 }
 
 impl Step {
-    fn name(self) -> &'static str {
-        ["paper", "default", "stiffened"][self as usize]
-    }
-
     fn options(self) -> StepOptions {
         match self {
             Self::Paper => StepOptions::paper(),
@@ -59,7 +58,7 @@ impl Step {
 }
 
 /// A dynamic run of steel: the torque rises to `turns` in `ramp` seconds and stays.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Motion {
     pub joint: Joint,
     pub segments: usize,
@@ -71,44 +70,19 @@ pub struct Motion {
     /// A small sideways force disturbs it; otherwise it stays exactly straight.
     pub disturbed: bool,
     /// T L/(2π GJ) at the end of the ramp.
+    #[serde(skip)]
     pub turns: f64,
     /// Time of the ramp \[s].
+    #[serde(skip)]
     pub ramp: f64,
     /// Time after it \[s].
+    #[serde(skip)]
     pub hold: f64,
 }
 
-/// How a dynamic run ended.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Held {
-    pub joint: String,
-    pub segments: usize,
-    pub step: String,
-    /// Δt \[s].
-    pub dt: f64,
-    /// Tension over T²/(4YI).
-    pub tension: f64,
-    /// A small sideways force disturbed it.
-    pub disturbed: bool,
-    /// Turns of the load, T L/(2π GJ), up to which it was straight.
-    pub straight_to: f64,
-    /// Turns of the load when it was lost, or at the end.
-    pub turns: f64,
-    /// When that was \[s].
-    pub time_s: f64,
-    /// It stayed straight to the end.
-    pub straight: bool,
-    /// It went far off its axis, or a step failed.
-    pub lost: bool,
-    /// Turns read from the joints at the end.
-    pub turns_read: f64,
-    /// Largest distance from the axis over the run \[m].
-    pub off_axis_m: f64,
-    /// Steps that the guard redid.
-    pub redone: usize,
-}
-
-pub(super) fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
+/// How a dynamic run ended: the turns of the load, T L/(2π GJ), up to which it was straight, and when it was lost or at the
+/// end; the turns read from the joints; the largest distance from the axis; the steps that the guard redid.
+pub(super) fn in_motion(motion: &Motion) -> Result<Value, ExperimentError> {
     let n = motion.segments;
     let base = specimen(MATERIALS[2], n, motion.joint)?;
     let stiffness = base.resolve()?.stiffness;
@@ -124,16 +98,8 @@ pub(super) fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
         ..motion.step.options()
     };
     let mut stepper = Stepper::new(params.build()?, options)?;
-    let mut held = Held {
-        joint: motion.joint.name().to_owned(),
-        segments: n,
-        step: motion.step.name().to_owned(),
-        dt: motion.dt,
-        tension: motion.tension,
-        disturbed: motion.disturbed,
-        straight: true,
-        ..Held::default()
-    };
+    let (mut turns, mut straight_to, mut time, mut off_axis) = (0.0, 0.0, 0.0, 0.0_f64);
+    let (mut straight, mut lost, mut redone) = (true, false, 0);
     let steps = ((motion.ramp + motion.hold) / motion.dt).round() as usize;
     for k in 1..=steps {
         let share = (k as f64 * motion.dt / motion.ramp).min(1.0);
@@ -144,22 +110,31 @@ pub(super) fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
             stepper.set_load(n / 3, push, Vector3::zeros())?;
         }
         let step = pace::step(&mut stepper);
-        held.turns = share * motion.turns;
-        held.time_s = k as f64 * motion.dt;
+        turns = share * motion.turns;
+        time = k as f64 * motion.dt;
         let bodies = &stepper.scene().bodies;
         let off = largest(bodies.position.iter().map(|x| x.y.hypot(x.z)));
-        held.off_axis_m = held.off_axis_m.max(off);
-        held.straight &= off <= OFF_AXIS;
-        if held.straight {
-            held.straight_to = held.turns;
+        off_axis = off_axis.max(off);
+        straight &= off <= OFF_AXIS;
+        if straight {
+            straight_to = turns;
         }
-        held.lost = step.is_err() || off.is_nan() || off > LOST;
-        if held.lost {
+        lost = step.is_err() || off.is_nan() || off > LOST;
+        if lost {
             break;
         }
-        held.redone += usize::from(step.is_ok_and(|report| report.redone));
+        redone += usize::from(step.is_ok_and(|report| report.redone));
     }
     let joints = read(stepper.scene(), n);
-    held.turns_read = joints.iter().map(|r| r.twist).sum::<f64>() / TAU;
-    Ok(held)
+    let ended = json!({
+        "straight_to": straight_to,
+        "turns": turns,
+        "time_s": time,
+        "straight": straight,
+        "lost": lost,
+        "turns_read": joints.iter().map(|r| r.twist).sum::<f64>() / TAU,
+        "off_axis_m": off_axis,
+        "redone": redone,
+    });
+    Ok(with(motion, &ended))
 }

@@ -4,7 +4,7 @@
 use super::specimen;
 use crate::paper::specimens::{Joint, MATERIALS, largest, params, read, settle};
 use nalgebra::{UnitQuaternion, Vector3};
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use taut_model::{Scene, Specimen};
 use taut_output::check::ExperimentError;
@@ -12,31 +12,14 @@ use taut_output::check::ExperimentError;
 /// Largest turn of a joint in a load step \[rad], below half a turn.
 const LARGEST_TURN: f64 = 2.5;
 
-/// A specimen at rest under one torque.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
-    pub material: String,
-    pub segments: usize,
-    pub joint: String,
-    /// T \[N m].
-    pub torque_nm: f64,
-    /// T L/GJ \[rad].
-    pub twist_theory: f64,
-    /// Sum of the joints' twists \[rad].
-    pub twist: f64,
-    /// Largest relative error of a joint's twist against T l_j/GJ.
-    pub angle_error: f64,
-    /// Relative error of the whole against T L/GJ.
-    pub total_error: f64,
-}
-
-/// A specimen at rest under torques that rise in equal steps to the twist `farthest` (rad).
+/// A specimen at rest under torques that rise in equal steps to the twist `farthest` (rad): the twist T L/GJ of theory and
+/// the joints' sum; relative errors, the largest of a joint against T l_j/GJ and that of the whole.
 pub fn at_rest(
     material: (&str, f64),
     n: usize,
     joint: Joint,
     farthest: f64,
-) -> Result<Vec<Row>, ExperimentError> {
+) -> Result<Vec<Value>, ExperimentError> {
     let params = specimen(material, n, joint)?;
     let found = params.resolve()?;
     let mut scene = params.build()?;
@@ -61,16 +44,16 @@ pub fn at_rest(
         let errors = joints.iter().enumerate();
         let errors = errors.map(|(j, r)| (r.twist / exact(angle, j) - 1.0).abs());
         let twist: f64 = joints.iter().map(|r| r.twist).sum();
-        rows.push(Row {
-            material: material.0.to_owned(),
-            segments: n,
-            joint: joint.name().to_owned(),
-            torque_nm: stiffness * angle,
-            twist_theory: angle,
-            twist,
-            angle_error: largest(errors),
-            total_error: (twist / angle - 1.0).abs(),
-        });
+        rows.push(json!({
+            "material": material.0,
+            "segments": n,
+            "joint": joint,
+            "torque_nm": stiffness * angle,
+            "twist_theory": angle,
+            "twist": twist,
+            "angle_error": largest(errors),
+            "total_error": (twist / angle - 1.0).abs(),
+        }));
     }
     Ok(rows)
 }
@@ -93,23 +76,9 @@ pub(in crate::paper) fn twisted(
     Ok((scene, twist))
 }
 
-/// Twist angles read from a bent, untwisted joint.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Leak {
-    /// Bend angle θ \[rad].
-    pub theta: f64,
-    /// Direction of the bend axis, from v to w \[rad].
-    pub direction_rad: f64,
-    /// Cosserat joint \[rad].
-    pub cosserat: f64,
-    /// The paper's ordinary angle \[rad].
-    pub ordinary: f64,
-    /// The paper's alternative angle \[rad].
-    pub alternative: f64,
-}
-
-/// Readings of a bent joint for bends about v, w and between them.
-pub fn leaks() -> Result<Vec<Leak>, ExperimentError> {
+/// Twist angles (rad) read from a bent, untwisted joint by definition of the angle, for bends of θ about v, w and between
+/// them.
+pub fn leaks() -> Result<Vec<Value>, ExperimentError> {
     let mut leaks = Vec::new();
     for direction_rad in [0.0, FRAC_PI_4, FRAC_PI_2] {
         for theta in [0.01, 0.03, 0.1, 0.3, 1.0] {
@@ -120,13 +89,13 @@ pub fn leaks() -> Result<Vec<Leak>, ExperimentError> {
                 scene.bodies.orientation[0] = UnitQuaternion::from_scaled_axis(axis * theta);
                 Ok(read(&scene, 1)[0].twist)
             };
-            leaks.push(Leak {
-                theta,
-                direction_rad,
-                cosserat: reading(Joint::Cosserat)?,
-                ordinary: reading(Joint::Ordinary)?,
-                alternative: reading(Joint::Alternative)?,
-            });
+            leaks.push(json!({
+                "theta": theta,
+                "direction_rad": direction_rad,
+                "cosserat": reading(Joint::Cosserat)?,
+                "ordinary": reading(Joint::Ordinary)?,
+                "alternative": reading(Joint::Alternative)?,
+            }));
         }
     }
     Ok(leaks)
