@@ -432,18 +432,6 @@ impl From<Vec<Check>> for Outcome {
 /// Why an experiment could not be done: a scene, a step or its set-up, rows or charts that could not be written.
 pub type ExperimentError = Cause;
 
-/// Records as CSV with a header.
-pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row)?;
-    }
-    let bytes = writer
-        .into_inner()
-        .map_err(csv::IntoInnerError::into_error)?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
 /// The charts of an outcome as one picture; `None` without charts.
 pub fn picture(outcome: &Outcome) -> Result<Option<String>, PlotError> {
     if outcome.charts.is_empty() {
