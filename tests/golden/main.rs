@@ -110,7 +110,6 @@ const OF_STATIC: &[&str] = &[
     "backend",
     "segments",
     "mass_ratio",
-    "steps",
     "elongation_m",
     "error",
     "error_continuum",
@@ -130,7 +129,15 @@ const OF_CHECKS: &[&str] = &[
 /// Iterations that end by a tolerance, or do not converge, count otherwise on each machine.
 const ITERATIVE: &[&str] = &[":tolerance=", "cg:none", "minres"];
 
-/// Rows whose numbers are times or follow from times.
+/// Hard cases whose numbers are times, or ends of iterations and of motions that rounding decides; their bars hold them.
+const UNSTEADY: &[&str] = &[
+    "gantry load/element",
+    "H12 gantry, 2 falls over sheaves, μ = 0, 0.1, 0.2, load 10⁵, driven",
+    "H54 iterations: load in 1 s",
+    "H58 a net, five iterations",
+];
+
+/// Figures of the paper whose numbers are times or follow from times.
 const TIMED: &[&str] = &[
     "fig13",
     "claims cost",
@@ -159,7 +166,7 @@ fn hard_cases_have_their_rows() {
     let found = json("hard", "hard --quick --json - --quiet");
     check(
         "hard",
-        &Rows::of(&found, OF_CHECKS, &["experiment", "case"], TIMED),
+        &Rows::of(&found, OF_CHECKS, &["experiment", "case"], UNSTEADY),
     );
 }
 
