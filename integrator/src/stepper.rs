@@ -339,8 +339,7 @@ impl Stepper {
         }
         self.accompany();
         let mut report = self.tallied(|stepper| {
-            // After the blow of the start, before velocities go half a step back.
-            stepper.strike_at_start()?;
+            // Before velocities go half a step back.
             let mut given = stepper.motion_at_start();
             for _ in 0..stepper.options.substeps {
                 stepper.effort.check(stepper.time)?;

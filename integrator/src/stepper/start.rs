@@ -25,14 +25,10 @@ use taut_model::Scene;
 /// no spring leaves the first step faster than it came.
 const RIGID: f64 = 9.0;
 
-/// Part of the first step whose ∂φ/∂t counts as that of the beginning: over the whole step a support that speeds up is half a
-/// step ahead.
-const INSTANT: f64 = 1e-3;
-
 impl Stepper {
-    /// First part of the first [`step`](Self::step) of a run and after bodies were added: velocities of a staggered scheme go
-    /// half a step back, and the geometric stiffness gets its multipliers. Before, at the start of a run, velocities that rigid
-    /// rows do not allow end as in a blow, which no force tells. Does nothing in a moving scene.
+    /// First part of the first [`step`](Self::step) of a run and after bodies were added: velocities that rigid rows do not
+    /// allow end as in a blow, those of a staggered scheme go half a step back, and the geometric stiffness gets its
+    /// multipliers. Does nothing in a moving scene.
     ///
     /// # Errors
     /// [`StepError::Solve`].
@@ -59,7 +55,10 @@ impl Stepper {
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }
-        self.strike_at_start()?;
+        let is_first = !self.started && self.time == 0.0 && !self.is_divided();
+        if is_first && self.options.scheme.is_staggered() {
+            self.strike_rigid_rows()?;
+        }
         // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
         self.contacts.begins = true;
         let done = self.start_bodies();
@@ -106,15 +105,6 @@ impl Stepper {
         }
     }
 
-    /// Before the first step of a run, the blow of what moves against rigid rows.
-    pub(super) fn strike_at_start(&mut self) -> Result<(), StepError> {
-        let is_first = !self.started && self.time == 0.0 && !self.is_divided();
-        if is_first && self.options.scheme.is_staggered() {
-            self.strike_rigid_rows()?;
-        }
-        Ok(())
-    }
-
     /// The blow of rigid rows at the velocities of the start, where these rows are faster than the slowest blow of contacts.
     fn strike_rigid_rows(&mut self) -> Result<(), StepError> {
         let dt = self.substep();
@@ -124,7 +114,7 @@ impl Stepper {
         system_data.rows.times_jacobian(&system_data.v, jv);
         system_data
             .rows
-            .drive(&self.scene, self.time, self.time + INSTANT * dt);
+            .drive(&self.scene, self.time, self.time + dt);
         for (rate, phi_t) in jv.iter_mut().zip(&system_data.rows.phi_t[..]) {
             *rate += phi_t;
         }
