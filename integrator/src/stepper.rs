@@ -339,7 +339,8 @@ impl Stepper {
         }
         self.accompany();
         let mut report = self.tallied(|stepper| {
-            // Before velocities go half a step back.
+            // After the blow of the start, before velocities go half a step back.
+            stepper.strike_at_start()?;
             let mut given = stepper.motion_at_start();
             for _ in 0..stepper.options.substeps {
                 stepper.effort.check(stepper.time)?;

@@ -25,10 +25,14 @@ use taut_model::Scene;
 /// no spring leaves the first step faster than it came.
 const RIGID: f64 = 9.0;
 
+/// Part of the first step whose ∂φ/∂t counts as that of the beginning: over the whole step a support that speeds up is half a
+/// step ahead.
+const INSTANT: f64 = 1e-3;
+
 impl Stepper {
-    /// First part of the first [`step`](Self::step) of a run and after bodies were added: velocities that rigid rows do not
-    /// allow end as in a blow, those of a staggered scheme go half a step back, and the geometric stiffness gets its
-    /// multipliers. Does nothing in a moving scene.
+    /// First part of the first [`step`](Self::step) of a run and after bodies were added: velocities of a staggered scheme go
+    /// half a step back, and the geometric stiffness gets its multipliers. At the start of a run, velocities that rigid rows do
+    /// not allow end in a blow first; no force holds its impulse. Does nothing in a moving scene.
     ///
     /// # Errors
     /// [`StepError::Solve`].
@@ -36,7 +40,11 @@ impl Stepper {
         if self.started && self.fresh.is_empty() {
             return Ok(());
         }
-        self.tallied(Self::start).map(|_| ())
+        let begin = |stepper: &mut Self| {
+            stepper.strike_at_start()?;
+            stepper.start()
+        };
+        self.tallied(begin).map(|_| ())
     }
 
     /// A solve without geometric stiffness, where there are no multipliers to make it of.
@@ -54,10 +62,6 @@ impl Stepper {
         self.note_stage();
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
-        }
-        let is_first = !self.started && self.time == 0.0 && !self.is_divided();
-        if is_first && self.options.scheme.is_staggered() {
-            self.strike_rigid_rows()?;
         }
         // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
         self.contacts.begins = true;
@@ -105,6 +109,15 @@ impl Stepper {
         }
     }
 
+    /// Before the first step of a run, the blow of what moves against rigid rows.
+    pub(super) fn strike_at_start(&mut self) -> Result<(), StepError> {
+        let is_first = !self.started && self.time == 0.0;
+        if is_first && self.options.scheme.is_staggered() {
+            self.strike_rigid_rows()?;
+        }
+        Ok(())
+    }
+
     /// The blow of rigid rows at the velocities of the start, where these rows are faster than the slowest blow of contacts.
     fn strike_rigid_rows(&mut self) -> Result<(), StepError> {
         let dt = self.substep();
@@ -114,7 +127,7 @@ impl Stepper {
         system_data.rows.times_jacobian(&system_data.v, jv);
         system_data
             .rows
-            .drive(&self.scene, self.time, self.time + dt);
+            .drive(&self.scene, self.time, self.time + INSTANT * dt);
         for (rate, phi_t) in jv.iter_mut().zip(&system_data.rows.phi_t[..]) {
             *rate += phi_t;
         }
@@ -133,7 +146,11 @@ impl Stepper {
         self.solver
             .factorize(&self.matrix)
             .map_err(|e| self.culprit(e))?;
-        self.solve_assembled()?;
+        // The estimate of the error samples solves of steps.
+        let companion = self.companion.take();
+        let solved = self.solve_assembled();
+        self.companion = companion;
+        solved?;
         self.system_data.update_velocity_change(&self.mu);
         self.add_velocity_change(0..self.scene.bodies.len(), 1.0);
         // What is known belongs to the velocities of before.
@@ -155,23 +172,23 @@ fn prepare_blow(
     least: f64,
     dt: f64,
 ) -> bool {
-    let (mut strikes, mut is_bounded) = (false, vec![false; rate.len()]);
+    let (mut strikes, mut takes_part) = (false, vec![true; rate.len()]);
+    for joint in scene.cables.iter().flat_map(|cable| &cable.joints) {
+        takes_part[system_data.rows.row_range(*joint)].fill(false);
+    }
     for bound in &system_data.rows.bounds {
-        is_bounded[bound.row] = true;
+        takes_part[bound.row] = false;
     }
     system_data.inertia.impulse.clear();
     for c in 0..system_data.rows.constraints() {
-        let is_elastic = scene.cables.iter().any(|cable| cable.joints.contains(&c));
         for r in system_data.rows.row_range(c) {
             let response = response_of_row(system_data, c, r);
-            let compliance = system_data.rows.compliance[r];
-            let (sigma, wanted) = if is_elastic || is_bounded[r] || system_data.is_transverse(r) {
-                // No part in the blow.
+            let (sigma, wanted) = if !takes_part[r] || system_data.is_transverse(r) {
                 (response.max(f64::MIN_POSITIVE) / f64::EPSILON, 0.0)
             } else if system_data.is_speed(r) {
                 (0.0, -rate[r])
             } else {
-                let sigma = RIGID * RIGID * compliance / (dt * dt);
+                let sigma = RIGID * RIGID * system_data.rows.compliance[r] / (dt * dt);
                 strikes |= rate[r].abs() * response > least * (response + sigma);
                 (sigma, -rate[r])
             };

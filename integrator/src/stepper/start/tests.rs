@@ -1,6 +1,6 @@
 use super::*;
 use crate::{Guard, Scheme, StepOptions};
-use taut_model::{Body, Constraint, Distance, Frame, Mobility, RowLaw, Scene};
+use taut_model::{Body, Constraint, Distance, Frame, Mobility, Motion, RowLaw, Scene};
 
 /// Particles of `mass` on a line of links of `compliance`, which move with `velocity`, without gravity.
 fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>) -> Scene {
@@ -164,5 +164,38 @@ fn a_balance_begins_with_the_first_sub_step() {
             (whole / parts - 1.0).abs() < 1e-9,
             "{whole} J for {parts} J"
         );
+    }
+}
+
+/// A support that speeds up at 50 m/s² strikes nothing that moves with it: the mean of ∂φ/∂t over a step is half a step ahead.
+#[test]
+fn what_moves_with_its_support_is_not_struck() {
+    let motion = Motion::Smooth {
+        displacement: Vector3::new(2.0, 0.0, 0.0),
+        start: -0.1,
+        duration: 0.5,
+    };
+    let part = 1e-5;
+    let velocity = (motion.displacement(part) - motion.displacement(-part)) / (2.0 * part);
+    let mut scene = Scene::new("support");
+    let support = Frame::world(Vector3::zeros()).moving(motion);
+    let body = scene.add_body(
+        "ball",
+        Body::particle(100.0).at(Vector3::new(1.0, 0.0, 0.0)),
+    );
+    scene.bodies.velocity[body] = velocity;
+    let at = motion.displacement(0.0);
+    let link = Distance {
+        frames: [support, Frame::body(body, Vector3::zeros())],
+        length: (Vector3::x() - at).norm(),
+        law: RowLaw::new(0.0, 0.0),
+        transverse: false,
+    };
+    scene.gravity = Vector3::z() * -9.81;
+    scene.add_constraint("rod", Constraint::Distance(link), 0);
+    for dt in [1.0 / 60.0, 1.0 / 960.0] {
+        let mut stepper = Stepper::new(scene.clone(), options(Scheme::default(), dt, 1)).unwrap();
+        stepper.strike_rigid_rows().unwrap();
+        assert_eq!(stepper.scene().bodies.velocity[body], velocity, "{dt} s");
     }
 }
