@@ -256,17 +256,19 @@ impl Stepper {
         all - rows.bounds.iter().map(beyond).sum::<f64>()
     }
 
-    /// Energy of the motion of the last sub-step, with what rows and contacts store.
-    fn energy_in_account(&self) -> Energy {
+    /// The energy `told` of the last sub-step, with what rows and contacts store.
+    fn in_account(&self, told: Energy) -> Energy {
         Energy {
             elastic: self.stored_energy() + self.stored_in_contacts(),
-            ..self.energy()
+            ..told
         }
     }
 
     /// A balance begins with the sub-step just taken, which began with `opening` ([`opening`](Self::opening)).
     pub(crate) fn open_account(&mut self, opening: Energy) {
-        let start = self.start_of(opening, self.energy_in_account()).total();
+        let start = self
+            .start_of(opening, self.in_account(self.energy()))
+            .total();
         self.account.start = Some(start - std::mem::take(&mut self.account.owed));
         let still = 0.5 * self.scene.mass() * STILL * STILL;
         self.account.potential = self.weight_times_extent() + still / LEAST;
@@ -282,7 +284,7 @@ impl Stepper {
             return Ok(());
         };
         let told = self.energy();
-        let energy = self.energy_in_account();
+        let energy = self.in_account(told);
         let total = energy.total();
         let account = &mut self.account;
         let gained = total - start;
