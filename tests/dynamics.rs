@@ -2,6 +2,8 @@
 
 /// Elastic ropes that catch and swing their load, motors and winches against stops.
 mod caught;
+/// Dampers of what swings, drums that slip beside contacts.
+mod damped;
 /// Bounded rows, motors, winches, driven bodies.
 mod driven;
 /// Contacts beside motors and ropes.

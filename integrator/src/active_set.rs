@@ -22,10 +22,10 @@ const PASSES: usize = 64;
 const TRIES: usize = 3;
 
 /// A multiplier beyond its bound, or a rate of the wrong sign, is noise below this part of the largest multiplier.
-pub(crate) const NOISE: f64 = 1e-11;
+const NOISE: f64 = 1e-11;
 
 /// [`NOISE`] beside contacts, which are solved to fewer digits.
-pub(crate) const NOISE_BESIDE_CONTACTS: f64 = 1e-9;
+const NOISE_BESIDE_CONTACTS: f64 = 1e-9;
 
 /// State of a row in the active set: between its bounds, or at one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub(crate) struct ActiveSet {
     /// Rope left on each row's drum after the step \[m], infinite where no end matters, and the drums that empty within the step.
     room: Vec<f64>,
     emptied: Vec<bool>,
-    /// Freezes all places, while the accelerations of an instant are sought.
+    /// Rows at bounds stay there, while the accelerations of an instant are sought.
     pub(crate) frozen: bool,
     /// Fewest wrong rows of this system so far; tries and passes left.
     fewest: usize,
@@ -81,6 +81,8 @@ pub(crate) struct ActiveSet {
     passes: usize,
     /// Rows only come free: the passes are used up.
     closing: bool,
+    /// True if contacts press in the system.
+    presses: bool,
 }
 
 impl ActiveSet {
@@ -296,18 +298,24 @@ impl ActiveSet {
     }
 
     /// Checks the places of all rows against the impulses `mu` of a step of `dt` (s), after
-    /// [`release`](Self::release), and moves the rows that are wrong by more than the part `noise` of the largest impulse.
+    /// [`release`](Self::release), and moves the rows that are wrong by more than noise; a contact `presses` or none.
     /// `mu` then keeps its bounds to the last bit, but for those of drives that stay undecided.
     pub(crate) fn judge(
         &mut self,
         system_data: &mut SystemData,
         mu: &mut [f64],
         dt: f64,
-        noise: f64,
+        presses: bool,
     ) -> Outcome {
         if self.is_empty() {
             return Outcome::Settled;
         }
+        self.presses = presses;
+        let noise = if presses {
+            NOISE_BESIDE_CONTACTS
+        } else {
+            NOISE
+        };
         let limits = |k: usize, system_data: &SystemData| {
             let bound = system_data.rows.bounds[k];
             (bound.row, bound.lower * dt, bound.upper * dt)
@@ -326,6 +334,14 @@ impl ActiveSet {
         let noise = noise * mu.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.wrong.clear();
         if self.frozen {
+            // A row that is taken out has no part in what contacts carry, as one that is cut off would.
+            for (k, row) in self.rows.iter().enumerate() {
+                let (r, lower, upper) = limits(k, system_data);
+                let is_within = mu[r] >= lower - noise && mu[r] <= upper + noise;
+                if row.place == RowState::Inside && !is_within {
+                    self.wrong.push(k);
+                }
+            }
             return self.pivot(system_data, mu, dt);
         }
         for k in 0..self.rows.len() {
@@ -458,6 +474,10 @@ impl ActiveSet {
             *place = match place {
                 RowState::Inside if mu[bound.row] < bound.lower * dt => RowState::Lower,
                 RowState::Inside => RowState::Upper,
+                // A drum that slips as its load lands and rebounds: inside, the rope would keep the load from landing.
+                RowState::Lower if self.presses && self.tries == 0 && bound.upper == 0.0 => {
+                    RowState::Upper
+                }
                 RowState::Lower | RowState::Upper => RowState::Inside,
             };
         }

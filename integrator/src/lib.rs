@@ -96,6 +96,7 @@
 //! | `contact`, `contact/operator`, `stepper/contact_solve` | contacts with friction: rows, dense operator, the solve with them |
 //! | `effort` | the work that a step may spend on contacts, and the flag that ends it |
 //! | `activation` | how such rows close and open without energy from nowhere |
+//! | `curvature` | dampers of ropes and rods that swing |
 //! | `system_data` | data of the linear system, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
 //! | `geometric`, `gyroscopic` | K; free rotation |
@@ -115,6 +116,7 @@ mod assembly;
 mod assembly_map;
 mod change;
 mod contact;
+mod curvature;
 mod effort;
 mod elimination;
 mod energy;

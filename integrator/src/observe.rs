@@ -1,7 +1,7 @@
 //! Queries of a stepper: scene, multipliers, linear system, energies, and the exact solution of the
 //! next step.
 
-use crate::active_set::{ActiveSet, NOISE, Outcome};
+use crate::active_set::{ActiveSet, Outcome};
 use crate::assembly_map::AssemblyMap;
 use crate::slip::Slip;
 use crate::stepper::Stepper;
@@ -289,7 +289,7 @@ impl Stepper {
             slip.release(&mut self.system_data);
             self.contacts.apply(&mut self.system_data.inertia, false);
             let mut mu = solved?;
-            match bounded.judge(&mut self.system_data, &mut mu, dt, NOISE) {
+            match bounded.judge(&mut self.system_data, &mut mu, dt, false) {
                 Outcome::Settled => return Ok(mu),
                 Outcome::Changed => self.contacts.take_out(&mut self.system_data.inertia, false),
                 Outcome::NotConverged => return Err(StepError::Undecided { time: self.time }),

@@ -22,6 +22,7 @@ use crate::active_set::ActiveSet;
 use crate::assembly_map::AssemblyMap;
 use crate::contact::Contacts;
 use crate::contact::rebound::slowest;
+use crate::curvature::Curvature;
 use crate::effort::Effort;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
@@ -73,6 +74,7 @@ pub struct Stepper {
     /// Active set of the rows with bounds.
     pub(crate) active_set: ActiveSet,
     pub(crate) activation: Activation,
+    pub(crate) curvature: Curvature,
     /// Slip of cables over their sheaves.
     pub(crate) slip: Slip,
     /// Constraints where cables of segments leave their winches.
@@ -306,6 +308,7 @@ impl Stepper {
             resolving: Resolving::new(&scene).map(Box::new),
             contacts,
             columns: Default::default(),
+            curvature: Curvature::new(&scene),
             activation: Activation::new(system_data.rows.rows(), system_data.rows.bounds.len()),
             system_data,
             elimination,
@@ -533,6 +536,8 @@ impl Stepper {
             .round_kinks(system_data, &history.rate_now, dt);
         self.activation.begin(&system_data.rows);
         self.activation.damp_from_taut(system_data, dt);
+        let step = (self.time, dt);
+        self.curvature.follow(&self.scene, system_data, jv, step);
         if self.division.parts > 1 {
             self.activation.leave_drift(system_data, dt);
             self.activation

@@ -348,6 +348,20 @@ impl Constraint {
         self.evaluate(bodies, t, &mut Rows::new(phi, &mut [], &mut []));
     }
 
+    /// φ of a rod or massless cable at time `t` + `dt` (s) if its bodies go on at their velocities at `t` \[m]; `None` of other
+    /// kinds.
+    #[must_use]
+    pub fn length_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> Option<f64> {
+        match self {
+            Self::MasslessCable(c) => Some(c.path_ahead(bodies, t, dt) - c.length_at(t + dt)),
+            Self::Distance(c) => {
+                let [a, b] = c.frames.map(|f| f.resolve_ahead(bodies, t, dt));
+                Some(gap(&a, &b).norm() - c.length)
+            }
+            _ => None,
+        }
+    }
+
     /// Writes φ, the Jacobian blocks and the lever arms.
     pub(crate) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
         match self {

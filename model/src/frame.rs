@@ -1,6 +1,6 @@
 //! Attachment frames: where and along which directions a joint holds a body or the world.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use crate::body::Bodies;
 use crate::motion::Motion;
@@ -137,6 +137,20 @@ impl Frame {
                     axes: rotation * self.axes,
                 }
             }
+        }
+    }
+
+    /// [`resolve`](Self::resolve) at time `t` + `dt` (s) if its body goes on at its velocities at `t`.
+    pub(crate) fn resolve_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> Resolved {
+        let here = self.resolve(bodies, t + dt);
+        let Side::Body(i) = self.side else {
+            return here;
+        };
+        let turn = Rotation3::from_scaled_axis(bodies.angular_velocity[i] * dt);
+        Resolved {
+            centre: here.centre + bodies.velocity[i] * dt,
+            lever: turn * here.lever,
+            axes: turn * here.axes,
         }
     }
 }

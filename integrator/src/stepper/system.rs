@@ -10,7 +10,7 @@
 //! Where rows have bounds it is solved until all of them keep theirs.
 
 use super::{Stage, Stepper};
-use crate::active_set::{NOISE, NOISE_BESIDE_CONTACTS, Outcome};
+use crate::active_set::Outcome;
 use crate::assembly_map::{AssemblyMap, BlockOf};
 use crate::system_data::SystemData;
 use crate::{Form, Phase, StepError};
@@ -31,13 +31,10 @@ impl Stepper {
             solved?;
             self.contacts.apply(&mut self.system_data.inertia, false);
             self.slip.release(&mut self.system_data);
-            let noise = match self.contacts.presses() {
-                true => NOISE_BESIDE_CONTACTS,
-                false => NOISE,
-            };
+            let presses = self.contacts.presses();
             let verdict = self
                 .active_set
-                .judge(&mut self.system_data, &mut self.mu, dt, noise);
+                .judge(&mut self.system_data, &mut self.mu, dt, presses);
             self.tally.undecided += usize::from(verdict == Outcome::NotConverged);
             if verdict != Outcome::Changed {
                 break;

@@ -245,6 +245,18 @@ impl MasslessCable {
         rows.phi[0] = total - self.length_at(t);
     }
 
+    /// Λ at time `t` + `dt` (s) if its bodies go on at their velocities at `t` \[m].
+    pub(crate) fn path_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> f64 {
+        let resolved = self.frames.iter().map(|f| f.resolve_ahead(bodies, t, dt));
+        if !self.sheaves.is_empty() {
+            return sheave::follow(resolved, |side| self.sheaves[side], |_, _, _, _| ());
+        }
+        let mut points = resolved.map(|side| side.point());
+        let mut last = points.next().unwrap_or_default();
+        let spans = points.map(|point| (std::mem::replace(&mut last, point) - point).norm());
+        spans.sum()
+    }
+
     /// Takes the angles at which the cable touches its sheaves, and which of them it touches, from
     /// the state at time `t` (s). Returns true if its row changes by that; angles alone change
     /// nothing, since each state has its own.
