@@ -130,16 +130,17 @@ pub(super) fn asleep(case: &Case) -> Fault {
         .map(|(n, off)| (n, format!("{off:.3e} m apart")))
 }
 
-/// Sub-steps are steps of their own length, to the rounding of their times. Sleep, what events tie or let go, and sheaves
-/// that a rope leaves are decided at the ends of steps.
+/// Sub-steps are steps of their own length, to the rounding of their times. Sleep, what events tie or let go, sheaves that a
+/// rope leaves, and segments that split or merge are decided at the ends of steps.
 pub(super) fn substepped(case: &Case) -> Fault {
     let substeps = case.choices.steps.substeps;
     let at_ends = case.choices.steps.sleep || !case.scene.events.is_empty();
     let fine = case.fine().filter(|_| substeps > 1 && !at_ends)?;
     let parts = fine.steps.chunks_exact(substeps);
     let steps = case.run.steps.iter().zip(parts).enumerate();
-    let wheels = case.run.steps.first()?.wheels.len();
-    let lies = |m: &Moment| m.wheels.len() == wheels;
+    let parts_of = |m: &Moment| (m.wheels.len(), m.bodies.len());
+    let first = case.run.steps.first().map(parts_of)?;
+    let lies = |m: &Moment| parts_of(m) == first;
     let mut steps = steps.take_while(|(_, (a, parts))| lies(a) && parts.iter().all(lies));
     steps.find_map(|(n, (a, parts))| {
         let places = a.bodies.position.iter().zip(&parts.last()?.bodies.position);

@@ -109,7 +109,8 @@ pub fn toml(c: &Choices) -> Result<String, SceneError> {
     let Some(rope) = c.rope.as_ref().filter(|rope| rope.segments.is_none()) else {
         return Ok(text(c, 0.0));
     };
-    let guess = 10.0;
+    // Slack on any path: a rope that is too short is refused.
+    let guess = 100.0;
     let scene = SceneSource::parse(&text(c, guess), &[])?.build()?;
     let mut rows = Linearized::new(&scene);
     rows.update(&scene, 0.0);
