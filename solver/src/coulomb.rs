@@ -11,14 +11,30 @@
 //! [`ConeMethod::Newton`] linearises the law (Alart & Curnier 1991) for the contacts that touch, in the scale of each
 //! contact. It takes full steps, first with what sticks eliminated (`coulomb/sticking.rs`), and where these cycle, steps with
 //! a line search. Where that stalls, a continuation in the regularisation leads to the solution, over convex problems for
-//! given slips (De Saxcé & Feng 1998; Castro et al. 2022); what remains is left to sweeps. [`ConeMethod::GaussSeidel`] solves
-//! contact by contact (Servin & Lacoursière 2008).
+//! given slips (De Saxcé & Feng 1998; Castro et al. 2022); what remains is left to 100 sweeps.
+//! [`ConeMethod::GaussSeidel`] solves contact by contact (Servin & Lacoursière 2008).
 //!
 //! # Measure of errors
 //! With ρᵢ = tr Wᵢᵢ / 3 and p = ρ r − u the residual of a contact is the velocity
 //!   |(min(ρ r_N, u_N), ρ r_T − clip(p_T, μ max(0, p_N)))|,
 //! clip(v, a) the vector v shortened to length a. It vanishes just where the contact obeys the law: r_N and u_N of the wrong
 //! sign, both at once, slip of what sticks and slip in a wrong direction all show in it.
+//!
+//! # Steps that are needed
+//! Problems that reach a step, and those that it solves to 0.3·10⁻¹⁰, in hard cases with contacts, the beginnings of piles, 300
+//! products of features and 10,318 random problems:
+//!
+//! | step | hard | piles | products | random |
+//! |---|---|---|---|---|
+//! | sticking eliminated | 9290, 7882 | 14710, 12220 | 1149, 13 | 9856, 908 |
+//! | full steps | 141452, 140639 | 2993, 1640 | 856379, 854557 | 9410, 4831 |
+//! | line search | 813, 422 | 1353, 665 | 1822, 320 | 4579, 1801 |
+//! | continuation, full steps | 391, 344 | 688, 138 | 1502, 1500 | 2778, 1473 |
+//! | continuation, line search | 47, 0 | 2, 0 | 2, 0 | 264, 40 |
+//! | sweeps, then full steps | 47, 4 | 0 | 2, 2 | 60, 11 |
+//!
+//! Three more rounds of sweeps solved none of the 92 that reached them. Without the line search the hard cases take 2.4 times
+//! the multiplications; without the continuation by full steps 33 more problems of the scenes stay unsolved.
 //!
 //! # Limits
 //! Not all problems are solved: heaps whose contacts lean against each other at μ near 1 are not in about one of four cases,
@@ -117,10 +133,8 @@ const ENOUGH: f64 = 0.3 * TOLERANCE;
 const WORK: f64 = 5e10;
 const LEAST: usize = 40;
 
-/// Rounds of sweeps, and Newton from where they end, after all else has found no solution.
-const ROUNDS: usize = 4;
-/// Sweeps of such a round.
-const ROUND_SWEEPS: usize = 100;
+/// Sweeps after all else has found no solution, before Newton from where they end.
+const LAST_SWEEPS: usize = 100;
 
 impl ConeSolver {
     /// A solver without a workspace yet.
@@ -222,7 +236,7 @@ impl ConeSolver {
                 report.is_definite = step.is_definite(problem);
                 if !report.is_definite {
                     report.fallbacks = 1;
-                    return self.sweep(ROUND_SWEEPS, ENOUGH, report);
+                    return self.sweep(LAST_SWEEPS, ENOUGH, report);
                 }
             }
         }
@@ -234,20 +248,15 @@ impl ConeSolver {
             let left = most.saturating_sub(report.pivots);
             report.pivots += (self.continuation).run(problem, step, newton, left, best);
             if best.residual <= ENOUGH || report.pivots > most {
-                break;
+                return;
             }
         }
-        for _ in 0..ROUNDS {
-            if self.best.residual <= ENOUGH || report.pivots > most {
-                break;
-            }
-            self.x.copy_from_slice(&self.best.x);
-            self.sweep(ROUND_SWEEPS, ENOUGH, report);
-            let (problem, step, best) = (&self.problem, &mut self.step, &mut self.best);
-            report.pivots += self
-                .newton
-                .run(problem, step, (&self.x, 0.0), Steps::Full, best);
-        }
+        self.x.copy_from_slice(&self.best.x);
+        self.sweep(LAST_SWEEPS, ENOUGH, report);
+        let (problem, step, best) = (&self.problem, &mut self.step, &mut self.best);
+        report.pivots += self
+            .newton
+            .run(problem, step, (&self.x, 0.0), Steps::Full, best);
     }
 
     /// Sweeps from x on, forwards, until no contact has a residual at its turn. The start and the end are judged.

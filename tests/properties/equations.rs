@@ -77,6 +77,12 @@ impl Equations {
             };
             phi[r] += rows.damping[r] / dt * slack;
         }
+        // Dampers take the rate of the path, which is not that of its tangent.
+        let mut curved = beyond_tangent(scene, &rows, &(&jacobian * &v), t, dt);
+        for (r, beyond) in curved.iter_mut().enumerate() {
+            *beyond *= rows.damping[r] / dt;
+            phi[r] += *beyond;
+        }
         let speeds = speed_rows(scene);
         let divisor = |r: usize| weights[r][0] + rows.damping[r] / dt;
         let sigma = DVector::from_fn(n, |r, _| match speeds[r] {
@@ -91,7 +97,7 @@ impl Equations {
         let free = inverse.abs() * impulse.abs();
         let gaps = DVector::from_fn(n, |r, _| match speeds[r] {
             true => 0.0,
-            false => rows.phi[r].abs().max(phi[r].abs()) / dt / divisor(r),
+            false => (rows.phi[r].abs().max(phi[r].abs()) + curved[r].abs()) / dt / divisor(r),
         });
         let b_made_of = c.abs() + gaps + jacobian.abs() * (v.abs() + free);
         let b = &c - &jacobian * (v + &inverse * &impulse);
@@ -120,6 +126,35 @@ impl Equations {
         let impulse = self.coupling.transpose().abs() * x.abs();
         self.coupling.abs() * (self.inverse.abs() * impulse) + self.sigma.component_mul(&x.abs())
     }
+}
+
+/// What φ of each row of length or gap grows by beyond its tangent in a step \[m], for the rates `jv` = J v.
+fn beyond_tangent(
+    scene: &Scene,
+    rows: &Linearized,
+    jv: &DVector<f64>,
+    t: f64,
+    dt: f64,
+) -> DVector<f64> {
+    let mut beyond = DVector::zeros(rows.rows());
+    for (c, constraint) in scene.constraints.iter().enumerate() {
+        let first = rows.row_range(c).start;
+        if let Some(ahead) = constraint.length_ahead(&scene.bodies, t, dt) {
+            beyond[first] = ahead - (rows.phi[first] + dt * (jv[first] + rows.phi_t[first]));
+        }
+        let bends = matches!(constraint, Constraint::Cosserat(_) | Constraint::Paper(_));
+        let is_followed = constraint.has_stretch_rows() && !bends;
+        let slots = rows.slot_range(c).filter(|_| is_followed);
+        for s in slots {
+            let omega = scene.bodies.angular_velocity[rows.slots[s].body];
+            let inwards = omega.cross(&omega.cross(&rows.lever(s)));
+            for (k, j) in rows.block(s).rows()[..3].iter().enumerate() {
+                let j = Vector3::new(j[0], j[1], j[2]);
+                beyond[first + k] += 0.5 * dt * dt * j.dot(&inwards);
+            }
+        }
+    }
+    beyond
 }
 
 fn jacobian(scene: &Scene, rows: &Linearized) -> DMatrix<f64> {
