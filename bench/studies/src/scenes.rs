@@ -1,13 +1,4 @@
 //! Cables with branches and loops: what every solver costs there, how wrong it is, and how both grow with the size.
-//!
-//! A case is a network of one size and mass ratio: in its static equilibrium, set swinging about the line of its
-//! anchors as a rigid whole, and stepped with the default solver for [`WARM_UP`] steps. From there on, for every solver:
-//! (1) *algebra*: one solve of the common system, with the same tension in the geometric stiffness and the multipliers of
-//! the step before as the guess, against the KKT system in extended precision; (2) *motion*: the place of the load after
-//! [`Config::time`], over the size of the scene, against that of the reference solver; (3) *time*, alone and one after the
-//! other, of the step from the common state.
-//!
-//! Sizes are segments a cable; of the ladder cables, of the net rows and columns.
 
 mod measure;
 mod study;
@@ -386,10 +377,7 @@ mod tests {
             assert!(r.within_bar.is_none_or(|kept| kept), "{r:?}");
             assert_eq!(r.within_bar.is_some(), r.iterations == 0, "{r:?}");
         }
-        let text = taut_output::table::plain(&crate::study::tables(
-            study::SHEETS,
-            &crate::study::data(&results).unwrap(),
-        ));
+        let text = taut_output::table::plain(&STUDY.tables(&crate::study::data(&results).unwrap()));
         let width = text.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{text}");
     }

@@ -55,7 +55,7 @@ pub fn named(name: &str) -> Option<&'static Study> {
 /// The experiment whose rows these are.
 pub fn of_rows(rows: &Value) -> Option<&'static Study> {
     let is = |study: &&Study| {
-        let (list, column) = study.mark;
+        let [list, column] = study.question().mark;
         let list = if list.is_empty() {
             Some(rows)
         } else {
