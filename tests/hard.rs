@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use taut_integrator::{StepOptions, Stepper};
 use taut_output::check::{Check, Verdict};
 use taut_studies::hard::{
-    Case, Coded, Measured, contacts, dynamics, from_files, numerics as algebra, statics,
+    Case, Coded, Measured, dynamics, from_files, numerics as algebra, statics,
 };
 
 /// Verdicts by case and row, of the golden file.
@@ -68,11 +68,6 @@ fn statics_are_as_before() {
 #[test]
 fn dynamics_are_as_before() {
     all_are_as_before(coded(dynamics::CASES));
-}
-
-#[test]
-fn contacts_are_as_before() {
-    all_are_as_before(coded(contacts::CASES));
 }
 
 #[test]

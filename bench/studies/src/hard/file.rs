@@ -16,17 +16,28 @@
 //! | `over` | lists of values, or of tables of them, or counts from 0 on by name, all combinations of which are run together: their results are series |
 //! | `quick` | shorter lists for the quick run |
 //! | `let` | as above, from the values of the row, too |
-//! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, … |
+//! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, …, or its `value` |
 //! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity` |
 //! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
-//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `balance = true` keeps one of energy |
+//! | `rest` | `true`: the run starts where the scene comes to rest |
+//! | `places` | where bodies have to be, `{ body, place }` each: the farthest from it is seen as `misplaced` |
+//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `paper = true`: the paper's; `alpha`: weight of the geometric
+//! | | stiffness; `guard = false`; `balance = true` keeps one of energy |
 //! | `steps` or `time` | how long |
 //! | `drive` | values of controls, and velocities of driven bodies, by name: formulas of the `time` at which a step begins |
-//! | `solvers` | `every`: by every solver; `every-unguarded`: each step is one solve |
+//! | `load` | `force`, `torque` and the point `at` which the force acts, in the body's frame, by bodies' names: formulas of the
+//! | | `time` |
+//! | `solvers` | `every`: by every solver; `every-direct`: by all that do not iterate; `every-unguarded`: each step is one
+//! | | solve; `first-unguarded`: by the first alone |
 //! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
 //! | `may-fail` | `true`: a step that fails ends the run, and `failed` is 1 |
-//! | `see` | `"NAME = FORMULA"` each, in order, of columns of `taut run`, of [`probes`] and of what is above: one number each |
+//! | `see` | `"NAME = FORMULA"` each, in order, with texts in braces as elsewhere, of columns of `taut run`, of [`probes`] and of what is above: one number each |
+//! | | An entry `{ repeat = N, see = "…" }` stands N times, with `{k}` = 0, 1, …: the largest of them is seen |
+//! | `path` | bodies whose ways are compared, 60 places a second: `apart`, the largest distance from those of the last run of
+//! | | the row, `to_next`, from those of the run after it |
+//! | `halve` | a bracket: runs with its `name` at `from` and at `to`, between which `times` halvings find the value from which on
+//! | | `up` holds, `found` ± `width`; `low.NAME` is what the first run has seen |
 //! | `finds` | as above, of all the runs of a row together |
 //! | `keep` | names of what is found that later runs have in place of values of the file's `let` |
 //! | `audit` | values of the row with which every solver's claims are audited on the scene |
@@ -46,6 +57,7 @@
 //! | `if` | the check is made where this holds |
 
 mod expression;
+mod judge;
 mod oracles;
 mod probes;
 mod run;
@@ -67,9 +79,49 @@ macro_rules! files {
 }
 
 pub(super) const FILES: &[&str] = files![
-    "H12", "H20", "H21", "H22", "H23", "H24", "H25", "H26", "H27", "H28", "H29", "H30", "H32",
-    "H35", "H37", "H38", "H39", "H41", "H43", "H44", "H45", "H56", "H61", "H62", "H63", "H64",
-    "H65", "H66", "landing", "scale",
+    "H07",
+    "H07d",
+    "H08",
+    "H09",
+    "H10",
+    "H11",
+    "H12",
+    "H20",
+    "H21",
+    "H22",
+    "H23",
+    "H24",
+    "H25",
+    "H26",
+    "H27",
+    "H28",
+    "H29",
+    "H30",
+    "H31",
+    "H32",
+    "H33",
+    "H34",
+    "H35",
+    "H36",
+    "H37",
+    "H38",
+    "H39",
+    "H40",
+    "H41",
+    "H43",
+    "H44",
+    "H45",
+    "H56",
+    "H61",
+    "H62",
+    "H63",
+    "H64",
+    "H65",
+    "H66",
+    "landing",
+    "scale",
+    "touchdown",
+    "wound",
 ];
 
 /// A case as it is written.
@@ -108,11 +160,20 @@ struct Run {
     solvers: Option<Solvers>,
     quick_solvers: Option<Fewer>,
     #[serde(default)]
+    load: BTreeMap<String, Load>,
+    #[serde(default)]
+    rest: bool,
+    #[serde(default)]
+    places: Vec<Value>,
+    halve: Option<Halve>,
+    #[serde(default)]
+    path: Vec<String>,
+    #[serde(default)]
     may_fail: bool,
     #[serde(default)]
     bodies: Vec<Bodies>,
     #[serde(default)]
-    see: Vec<String>,
+    see: Vec<See>,
     #[serde(default)]
     finds: Vec<String>,
     #[serde(default)]
@@ -155,12 +216,53 @@ struct Mode {
     amplitude: Value,
 }
 
+/// What acts on a body.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Load {
+    force: [Value; 3],
+    torque: [Value; 3],
+    #[serde(default)]
+    at: [f64; 3],
+}
+
+/// A bracket that is halved.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Halve {
+    name: String,
+    from: Value,
+    to: Value,
+    times: Value,
+    up: String,
+}
+
+/// Where a body has to be \[m].
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Place {
+    body: String,
+    place: [f64; 3],
+}
+
+/// `NAME = FORMULA`, or the largest of several of them.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum See {
+    One(String),
+    Largest { repeat: Value, see: String },
+}
+
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Step {
     dt: Option<Value>,
     substeps: Option<Value>,
     scheme: Option<String>,
+    alpha: Option<Value>,
+    guard: Option<bool>,
+    #[serde(default)]
+    paper: bool,
     #[serde(default)]
     balance: bool,
 }
@@ -170,6 +272,8 @@ struct Step {
 enum Solvers {
     Every,
     EveryUnguarded,
+    EveryDirect,
+    FirstUnguarded,
 }
 
 /// Solvers of a quick run.

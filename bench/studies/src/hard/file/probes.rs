@@ -1,8 +1,8 @@
 //! Quantities of a whole scene that the files of cases see in each step, beside the columns of `taut run`.
 
-use crate::hard::contacts::borne;
 use crate::hard::worse;
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_ground::modes::natural;
 use taut_integrator::{StepReport, Stepper};
 use taut_model::{Constraint, Scene};
 
@@ -13,6 +13,8 @@ pub(super) struct Seen<'a> {
     pub(super) report: Option<&'a StepReport>,
     pub(super) first: &'a Scene,
     pub(super) swing: Option<&'a Swing>,
+    /// Bodies, and where they have to be \[m].
+    pub(super) places: &'a [(usize, Vector3<f64>)],
     /// Angles of cables about the sheaves with friction, before the step \[rad].
     pub(super) wraps: &'a [f64],
 }
@@ -68,6 +70,11 @@ impl Seen<'_> {
         self.scene().angular_momentum(&Vector3::zeros())
     }
 
+    /// The largest of what `of` measures of a body's place.
+    fn widest(&self, of: fn(&Vector3<f64>) -> f64) -> f64 {
+        self.scene().bodies.position.iter().map(of).fold(0.0, worse)
+    }
+
     /// The largest way of a body from its place at the beginning, as `of` measures it.
     fn farthest(&self, of: fn(Vector3<f64>) -> f64) -> f64 {
         let first = &self.first.bodies.position;
@@ -90,8 +97,38 @@ pub(super) const PROBES: &[Probe] = &[
         turns.map(|(q, q0)| q.angle_to(q0)).fold(0.0, worse)
     }),
     // Largest distance of a body from the x axis.
-    ("off_axis", "m", |s| {
-        crate::hard::statics::buckling::off_axis(s.scene())
+    ("off_axis", "m", |s| s.widest(|x| x.yz().norm())),
+    ("off_plane", "m", |s| s.widest(|x| x.z.abs())),
+    // The largest distance of a body from where it has to be, and the lowest point of a joint.
+    ("misplaced", "m", |s| {
+        let bodies = &s.scene().bodies.position;
+        let off = s
+            .places
+            .iter()
+            .map(|(body, place)| (bodies[*body] - place).norm());
+        off.fold(0.0, worse)
+    }),
+    ("lowest", "m", |s| {
+        let frames = s.scene().constraints.iter().flat_map(Constraint::frames);
+        let depths = frames.map(|frame| -frame.resolve(&s.scene().bodies, 0.0).point().z);
+        -depths.fold(0.0, worse)
+    }),
+    // Modes of the scene as it stands that grow, but for free motions; their ω² is above 10⁻² 1/s².
+    ("unstable", "", |s| {
+        let modes = natural(s.scene(), &[0, 1, 2, 3, 4, 5]);
+        let squares = modes.map_or_else(Vec::new, |modes| modes.squares);
+        squares.iter().filter(|square| **square < -1e-2).count() as f64
+    }),
+    ("load_mass", "kg", |s| {
+        let load = s.scene().load;
+        load.map_or(f64::NAN, |load| s.scene().bodies.mass[load])
+    }),
+    // Turn of the first body.
+    ("turn_x", "rad", |s| {
+        s.scene().bodies.orientation[0].scaled_axis().x
+    }),
+    ("turn_z", "rad", |s| {
+        s.scene().bodies.orientation[0].scaled_axis().z
     }),
     // Mean over all bodies.
     ("speed", "m/s", |s| {
@@ -100,6 +137,8 @@ pub(super) const PROBES: &[Probe] = &[
         (sum / all.len() as f64).sqrt()
     }),
     ("momentum_x", "kg m/s", |s| s.scene().momentum().x),
+    ("momentum_y", "kg m/s", |s| s.scene().momentum().y),
+    ("momentum_z", "kg m/s", |s| s.scene().momentum().z),
     // About the origin.
     ("angular_x", "kg m²/s", |s| s.angular_momentum().x),
     ("angular_y", "kg m²/s", |s| s.angular_momentum().y),
@@ -176,6 +215,18 @@ pub(super) const PROBES: &[Probe] = &[
         s.said(|r| r.unconverged_substeps as f64)
     }),
 ];
+
+/// The resultant of what the world's shapes exert \[N].
+fn borne(stepper: &Stepper) -> Vector3<f64> {
+    let forces = stepper
+        .contacts()
+        .filter_map(|contact| match contact.bodies {
+            [None, Some(_)] => Some(-contact.force),
+            [Some(_), None] => Some(contact.force),
+            _ => None,
+        });
+    forces.sum()
+}
 
 /// The joint in the middle of the first cable of segments \[m].
 fn middle(scene: &Scene) -> Vector3<f64> {
