@@ -25,7 +25,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[
     ("drive", Text(drive)),
     ("motion", Text(motion)),

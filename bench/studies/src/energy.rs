@@ -19,7 +19,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[("change", Text(change))];
 
 fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
@@ -73,7 +72,6 @@ pub struct Config {
     /// Schemes of swings and spins, each with its own geometric stiffness.
     pub schemes: Vec<Scheme>,
     bands: Vec<Band>,
-    /// Steps of a band.
     pub steps: usize,
     /// Time steps of the free cable, descending, and its simulated time \[s].
     spin_dts: Vec<f64>,
@@ -215,7 +213,6 @@ fn swing(segments: usize, mass_ratio: f64, scheme: Scheme, dt: f64) -> Result<Va
     }))
 }
 
-/// The pendulum's motion in a swing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pendulum {
     /// Its amplitude \[m].

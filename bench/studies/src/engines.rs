@@ -23,7 +23,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[("within", Holds(|row| is(row, "within")))];
 
 fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
@@ -57,7 +56,6 @@ const REST: f64 = 2.0;
 
 struct Config {
     segments: Vec<usize>,
-    /// Mass ratios load/segment.
     ratios: Vec<f64>,
     /// Simulated time of the swing \[s].
     time: f64,

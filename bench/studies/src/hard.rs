@@ -31,7 +31,6 @@ use taut_output::table;
 /// A hard case that is a program.
 #[derive(Debug, Clone, Copy)]
 pub struct Coded {
-    /// Name on the command line.
     pub name: &'static str,
     pub title: &'static str,
     /// Measures it, whole or quick.
@@ -106,7 +105,6 @@ pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(Vec::new())
 }
 
-/// A name that no case has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCase {
     pub name: String,

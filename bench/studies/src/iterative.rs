@@ -24,7 +24,6 @@ pub const ANGLE: f64 = 0.3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments of the hoist.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment of the hoist.
     pub ratios: Vec<f64>,
@@ -33,7 +32,6 @@ pub struct Config {
     pub choices: Vec<Choice>,
     /// Errors to be reached, descending.
     pub targets: Vec<f64>,
-    /// Most iterations.
     pub limit: usize,
     /// Time that the timing of a row aims at.
     pub timing_budget: Duration,
@@ -64,7 +62,6 @@ pub fn choices() -> Vec<Choice> {
     all.filter(|choice| choice.backend.is_iterative()).collect()
 }
 
-/// Phases that are timed.
 const PHASES: [Phase; 4] = [
     Phase::Assemble,
     Phase::Factorize,
@@ -78,15 +75,12 @@ pub struct Record {
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Rows of the system.
     pub rows: usize,
     /// Backend, without iterations.
     pub backend: String,
     /// Where it starts; none for the direct solver.
     pub start: Option<Start>,
-    /// Error to be reached.
     pub target: f64,
     /// Iterations that reach it, refinements of the direct solver; none where it is not reached within the limit; 0 of an
     /// iterative solver where the guess is within it already, which then has no time.
@@ -114,7 +108,6 @@ impl Record {
 pub struct Results {
     /// Rows, case by case, the direct solver first; solvers, starts, errors.
     pub records: Vec<Record>,
-    /// Solvers without rows.
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }
@@ -300,7 +293,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[
     ("scene", Text(scene)),
     ("cell", Text(cell)),

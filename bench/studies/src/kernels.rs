@@ -21,7 +21,6 @@ pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub segments: Vec<usize>,
-    /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
     /// Joints between the segments.
     pub joints: Vec<Joint>,
@@ -144,7 +143,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[("joints", Text(joints))];
 
 #[derive(Debug, Args)]

@@ -44,11 +44,9 @@ pub struct Config {
     /// Other scenes, in place of the hoist where there are any.
     pub own: Vec<OwnScene>,
     pub segments: Vec<usize>,
-    /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
     /// Solvers; iterative ones run over the ladder of iterations.
     pub choices: Vec<Choice>,
-    /// Limits of iterations.
     pub iterations: Vec<usize>,
     /// Δt \[s].
     pub dt: f64,
@@ -110,7 +108,6 @@ impl Config {
     }
 }
 
-/// All rows and what is missing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Results {
     /// Rows, scene by scene, solvers in the order asked for, iterations ascending.
@@ -119,7 +116,6 @@ pub struct Results {
     pub scenes: Vec<SceneNote>,
 }
 
-/// Facts common to the rows of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneNote {
     pub scene: String,

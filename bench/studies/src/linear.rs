@@ -103,11 +103,8 @@ impl Config {
 /// One row: one solve of one scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Pose of the cable.
     pub pose: Pose,
-    /// Segments of the cable.
     pub segments: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     /// Axial stiffness YA of the cable \[N].
     pub ea: f64,
@@ -130,7 +127,6 @@ pub struct Record {
     pub error: Option<String>,
 }
 
-/// The rows of a scene.
 fn rows(
     config: &Config,
     segments: usize,
@@ -192,7 +188,6 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentErro
 /// How far a direct solver with one refinement is within [`BAR`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// Backend and form.
     pub backend: String,
     /// Largest ratio of the sweep up to which all errors are within the bar; `None` if the smallest
     /// one exceeds it.
@@ -238,7 +233,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[("backend", Text(backend)), ("kept", Text(kept))];
 
 fn ask(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {

@@ -30,7 +30,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[
     ("shown_total", Text(shown_total)),
     ("total", Worth(total)),

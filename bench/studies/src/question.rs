@@ -50,7 +50,6 @@ pub enum Function {
     Holds(fn(&Row) -> bool),
 }
 
-/// Functions by name.
 pub type Functions = &'static [(&'static str, Function)];
 
 /// Those that any question may name.
@@ -94,7 +93,6 @@ impl Question {
         }
     }
 
-    /// The table with that name.
     #[must_use]
     pub fn sheet(&self, name: &str) -> &Sheet {
         let found = self.named.iter().find(|(own, _)| *own == name);

@@ -42,7 +42,6 @@ enum Cut {
 }
 
 struct Config {
-    /// Cables of a scene.
     cables: usize,
     cuts: Vec<Cut>,
     /// Simulated time \[s].
@@ -175,7 +174,6 @@ fn once(scene: &Scene, cables: usize, time: f64) -> Result<Run, ExperimentError>
     failure.map_or(Ok(run), |failure| Err(failure.reason.into()))
 }
 
-/// The rows of a scene.
 fn rows(name: &str, config: &Config) -> Result<Vec<Value>, ExperimentError> {
     let Config { cables, time, .. } = *config;
     let fine = once(&scene(name, cables, Cut::Fixed(FINE))?, cables, time)?;

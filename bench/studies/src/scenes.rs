@@ -40,17 +40,14 @@ pub const RUN_ROWS: usize = 2400;
 /// Rows beyond which iterative solvers make no run.
 pub const ITERATIVE_RUN_ROWS: usize = 1300;
 
-/// Segments of the ladder's cables.
 const LADDER_SEGMENTS: usize = 12;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub sizes: Vec<(Network, Vec<usize>)>,
-    /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
     /// Solvers; iterative ones run over the ladder of iterations.
     pub choices: Vec<Choice>,
-    /// Limits of iterations.
     pub iterations: Vec<usize>,
     /// Δt \[s].
     pub dt: f64,
@@ -103,7 +100,6 @@ impl Config {
         self
     }
 
-    /// The parameters of a case.
     pub fn params(&self, network: Network, size: usize, mass_ratio: f64) -> NetworkParams {
         let mut params = NetworkParams {
             mass_ratio,
@@ -125,24 +121,19 @@ pub struct Record {
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     pub bodies: usize,
-    /// Rows of its constraints.
     pub rows: usize,
     /// Backend and form, without iterations; with the order of elimination where it is not the default's.
     pub backend: String,
     /// All options of the backend, as the command line reads them.
     pub options: String,
-    /// The order of elimination asked for.
     pub elimination: String,
     /// Limit of iterations; 0 for direct solvers.
     pub iterations: usize,
-    /// Iterations of the solve.
     pub iterations_used: usize,
     /// Δt \[s].
     pub dt: f64,
-    /// Refinement sweeps of the step.
     pub refinements: usize,
     /// Claim of the solver: `direct`, `converged`, `limit`, `stalled`.
     pub status: String,

@@ -155,7 +155,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[(
     "rows_counts",
     Holds(|row| has_no_error(row) && has_ended(row)),

@@ -19,7 +19,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[
     ("verdict", Text(verdict)),
     ("gain", Text(gain)),

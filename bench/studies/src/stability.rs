@@ -15,7 +15,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[
     ("stiffness", Text(stiffness)),
     ("largest", Text(largest)),

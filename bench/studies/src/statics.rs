@@ -66,11 +66,8 @@ pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepErr
 /// A cable released unstretched and damped to rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
-    /// Backend and form.
     pub backend: String,
-    /// Segments of the cable.
     pub segments: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     /// Steps until the length had stayed within 10⁻¹³ of the elongation, or within the rounding of the load's position,
     /// for 30 steps; or the limit.
@@ -130,11 +127,8 @@ pub fn settle(
 /// Fewest iterations a step that hold the hanging cable's elongation within a level.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Needed {
-    /// Backend and form.
     pub backend: String,
-    /// Segments of the cable.
     pub segments: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     /// Each step starts from the last one's multipliers; otherwise from zero.
     pub warm_start: bool,
@@ -179,7 +173,6 @@ pub fn iterations_needed(
     needed.collect()
 }
 
-/// Rows of the study.
 #[derive(Default, Serialize, Deserialize)]
 struct Results {
     /// Direct solvers: the cable damped to rest.
@@ -227,7 +220,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[("start", Text(start)), ("needed", Text(needed))];
 
 #[derive(Debug, Args)]

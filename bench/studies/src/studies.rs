@@ -11,9 +11,7 @@ use crate::{
 use clap::ArgMatches;
 use serde_json::Value;
 
-/// The main job.
 pub const BENCH: &Study = &ladder::STUDY;
-/// Branches and loops.
 pub const SCENES: &Study = &scenes::STUDY;
 
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];

@@ -12,7 +12,6 @@ use taut_output::check::ExperimentError;
 use taut_output::settings::Setting;
 use taut_output::sheet::Sheet;
 
-/// An experiment.
 #[derive(Debug)]
 pub struct Study {
     /// Name on the command line and of the files.
@@ -41,7 +40,6 @@ impl Study {
         (self.question)()
     }
 
-    /// The table with that name.
     pub(crate) fn sheet(&self, name: &str) -> &'static Sheet {
         self.question().sheet(name)
     }
@@ -94,7 +92,6 @@ pub struct Reporter<'a> {
     pub say: &'a mut dyn FnMut(&str) -> Result<(), ExperimentError>,
 }
 
-/// Results of an experiment.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found {
     /// Settings for the page.

@@ -114,7 +114,6 @@ pub(crate) struct Told<'a> {
     pub(crate) heading: String,
     pub(crate) study: &'a Study,
     pub(crate) rows: Value,
-    /// Text below the tables.
     pub(crate) conclusion: String,
     pub(crate) omissions: Vec<Omission>,
 }

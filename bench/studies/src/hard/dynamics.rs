@@ -1,6 +1,5 @@
-//! Hard cases in motion that are programs: H48 and H59, and the gantry crane driven for a minute.
+//! Hard cases in motion that are programs: H48, and the gantry crane driven for a minute.
 
-mod changes;
 pub(super) mod frequency;
 mod gantry;
 mod resolution;
@@ -26,11 +25,5 @@ pub const CASES: &[Coded] = &[
         title: "segments that merge and split by rule",
         run: resolution::outcome,
         scenes: resolution::scenes,
-    },
-    Coded {
-        name: "H59",
-        title: "hooked on, let go, cut and broken while it moves",
-        run: changes::outcome,
-        scenes: changes::scenes,
     },
 ];

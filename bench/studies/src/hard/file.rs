@@ -17,7 +17,7 @@
 //! | `quick` | shorter lists for the quick run |
 //! | `let` | as above, from the values of the row, too |
 //! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, …, or its `value` |
-//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity` |
+//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity`, with a `spin` about the origin |
 //! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
 //! | `rest` | `true`: the run starts where the scene comes to rest |
@@ -28,6 +28,8 @@
 //! | `drive` | values of controls, and velocities of driven bodies, by name: formulas of the `time` at which a step begins |
 //! | `load` | `force`, `torque` and the point `at` which the force acts, in the body's frame, by bodies' names: formulas of the
 //! | | `time` |
+//! | `change` | before the step of that number, or of each where it is 0: `remove` a constraint, `cut` a cable at the joint
+//! | | of that number, `tie` two bodies rigidly at their distance until the next change |
 //! | `solvers` | `every`: by every solver; `every-direct`: by all that do not iterate; `every-unguarded`: each step is one
 //! | | solve; `first-unguarded`: by the first alone |
 //! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
@@ -56,6 +58,7 @@
 //! | `claim` | `true`: it `holds` or does not, as a statement of others |
 //! | `if` | the check is made where this holds |
 
+mod changes;
 mod expression;
 mod judge;
 mod oracles;
@@ -67,6 +70,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
+use taut_ground::trajectory::ENERGY_TOLERANCE;
 use toml::{Table, Value};
 
 pub(super) use run::{outcome, scenes, verify};
@@ -86,6 +90,7 @@ pub(super) const FILES: &[&str] = files![
     "H10",
     "H11",
     "H12",
+    "H15",
     "H20",
     "H21",
     "H22",
@@ -112,6 +117,7 @@ pub(super) const FILES: &[&str] = files![
     "H44",
     "H45",
     "H56",
+    "H59",
     "H61",
     "H62",
     "H63",
@@ -167,6 +173,8 @@ struct Run {
     places: Vec<Value>,
     halve: Option<Halve>,
     #[serde(default)]
+    change: Vec<Change>,
+    #[serde(default)]
     path: Vec<String>,
     #[serde(default)]
     may_fail: bool,
@@ -205,6 +213,7 @@ struct Bodies {
     every: Option<usize>,
     heavier: Option<Value>,
     velocity: Option<[Value; 3]>,
+    spin: Option<[f64; 3]>,
 }
 
 /// A natural oscillation that a run starts in.
@@ -216,7 +225,6 @@ struct Mode {
     amplitude: Value,
 }
 
-/// What acts on a body.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Load {
@@ -224,6 +232,28 @@ struct Load {
     torque: [Value; 3],
     #[serde(default)]
     at: [f64; 3],
+}
+
+/// A change of the scene before a step.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Change {
+    step: usize,
+    remove: Option<String>,
+    cut: Option<(String, usize)>,
+    tie: Option<[String; 2]>,
+}
+
+/// Whether a balance of energy is kept, and how much may come from nowhere.
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(from = "Value")]
+struct Balance(Option<f64>);
+
+impl From<Value> for Balance {
+    fn from(value: Value) -> Self {
+        let usual = (value.as_bool() == Some(true)).then_some(ENERGY_TOLERANCE);
+        Self(usual.or(value.as_float()))
+    }
 }
 
 /// A bracket that is halved.
@@ -264,7 +294,7 @@ struct Step {
     #[serde(default)]
     paper: bool,
     #[serde(default)]
-    balance: bool,
+    balance: Balance,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -276,7 +306,6 @@ enum Solvers {
     FirstUnguarded,
 }
 
-/// Solvers of a quick run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Fewer {

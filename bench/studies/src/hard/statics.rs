@@ -1,4 +1,4 @@
-//! Hard cases at rest that are programs: H01 to H06, H13 to H16 and H60.
+//! Hard cases at rest that are programs: H01 to H06, H13, H14, H16 and H60.
 //!
 //! References are formulas of the continuum and of the chain of rigid segments itself, which most of these cases have
 //! exactly: what separates the two is what the segments cost.
@@ -63,12 +63,6 @@ pub const CASES: &[Coded] = &[
         title: "segments of random lengths, two materials",
         run: cantilever::random,
         scenes: || Ok(vec![cantilever::uneven(8, 1).scene()?]),
-    },
-    Coded {
-        name: "H15",
-        title: "specimens that start in equilibrium under their whole load",
-        run: rest::loaded_at_once,
-        scenes: no_scenes,
     },
     Coded {
         name: "H16",

@@ -40,7 +40,6 @@ fn found(argument: &str) -> Result<Case, ExperimentError> {
     Ok(Case::File(Box::leak(Box::new(file))))
 }
 
-/// A case in the list.
 fn listed(case: &Case) -> String {
     let head = format!("{}: {}\n", case.name(), case.title());
     let Case::File(file) = case else {

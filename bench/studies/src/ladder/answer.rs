@@ -16,7 +16,6 @@ fn shown(placed: Option<Placed<'_>>) -> Option<(String, String)> {
     placed.map(|(r, ns)| (name(r), nanoseconds(ns)))
 }
 
-/// Rows of the same scene.
 fn scenes(records: &[Record]) -> impl Iterator<Item = &[Record]> {
     records.chunk_by(|a, b| a.scene_key() == b.scene_key())
 }
@@ -77,7 +76,6 @@ pub struct Answer {
     pub sheet: &'static Sheet,
     /// A row for each scene and set of levels.
     pub rows: Value,
-    /// The sentence.
     pub advice: String,
 }
 

@@ -174,7 +174,6 @@ fn hoist(
     }
 }
 
-/// Legend of the answer.
 const ANSWER: &str = "\
 Fastest: the least median time of a whole step with multipliers and elongation within the error, unrefined where that
 suffices; next: the same of another family of solvers, and how many times as long it takes; k×: iterations a step";
@@ -187,7 +186,6 @@ const ON_THE_GROUND: &str =
 const MORE: &str =
     "Every row: `taut bench --rows`, target/taut/bench.json; plots: target/taut/report.html";
 
-/// Description of the run.
 fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentError> {
     let rate = 1.0 / config.dt;
     let scene = if config.own.is_empty() {

@@ -16,7 +16,6 @@ fn counts(row: &Row) -> bool {
     has_no_error(row) && has_ended(row) && number_of(row, "failure_time").is_none()
 }
 
-/// The table of the rows.
 pub fn sheet_of(records: &[Record]) -> &'static Sheet {
     match records.first() {
         Some(Record { segments: None, .. }) => STUDY.sheet("rows-own"),
@@ -72,7 +71,6 @@ pub fn data_of(records: &[Record]) -> Vec<Value> {
     records.iter().map(row).collect()
 }
 
-/// Facts common to the rows of a scene.
 fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
     let same = |n: &&SceneNote| {
         let segments = row["segments"].as_u64() == n.segments.map(|n| n as u64);

@@ -17,7 +17,6 @@ pub(crate) const STUDY: Study = Study {
     ..study::PLAIN
 };
 
-/// Functions that its tables name.
 const FUNCTIONS: Functions = &[
     ("size", Text(size)),
     ("solver", Text(solver)),

@@ -141,7 +141,6 @@ impl Values {
 }
 
 impl Formula {
-    /// Reads a formula.
     pub(super) fn read(text: &str) -> Result<Self, CaseError> {
         let mut reader = Reader { text, at: 0 };
         let formula = reader.level(0)?;
@@ -160,7 +159,6 @@ impl Formula {
         }
     }
 
-    /// Its series.
     pub(super) fn series(&self, values: &Values) -> Result<Vec<f64>, CaseError> {
         let (function, arguments) = match self {
             Self::Number(x) => return Ok(vec![*x]),

@@ -1,6 +1,7 @@
 //! Quantities of a whole scene that the files of cases see in each step, beside the columns of `taut run`.
 
 use crate::hard::worse;
+use crate::paper::specimens::{Reading, read};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_ground::modes::natural;
 use taut_integrator::{StepReport, Stepper};
@@ -70,6 +71,12 @@ impl Seen<'_> {
         self.scene().angular_momentum(&Vector3::zeros())
     }
 
+    /// Sum over the joints of a specimen, whose last body is its grip.
+    fn readings(&self, of: fn(&Reading) -> f64) -> f64 {
+        let scene = self.scene();
+        read(scene, scene.bodies.len() - 1).iter().map(of).sum()
+    }
+
     /// The largest of what `of` measures of a body's place.
     fn widest(&self, of: fn(&Vector3<f64>) -> f64) -> f64 {
         self.scene().bodies.position.iter().map(of).fold(0.0, worse)
@@ -119,6 +126,10 @@ pub(super) const PROBES: &[Probe] = &[
         let squares = modes.map_or_else(Vec::new, |modes| modes.squares);
         squares.iter().filter(|square| **square < -1e-2).count() as f64
     }),
+    // Of all joints of a specimen: gaps, bends and twists.
+    ("gaps", "m", |s| s.readings(|joint| joint.gap)),
+    ("bends", "rad", |s| s.readings(|joint| joint.bend)),
+    ("twists", "rad", |s| s.readings(|joint| joint.twist)),
     ("load_mass", "kg", |s| {
         let load = s.scene().load;
         load.map_or(f64::NAN, |load| s.scene().bodies.mass[load])

@@ -1,5 +1,6 @@
 //! Runs the cases of files.
 
+use super::changes::change;
 use super::judge::check;
 use super::probes::{PROBES, Probe, Seen, Swing};
 use super::text::{Names, defined, split};
@@ -14,7 +15,7 @@ use taut_ground::choice::Choice;
 use taut_ground::columns::{ColumnError, Columns};
 use taut_ground::modes::natural;
 use taut_ground::pace;
-use taut_ground::trajectory::{ENERGY_TOLERANCE, Sample, steps_in};
+use taut_ground::trajectory::{Sample, steps_in};
 use taut_integrator::{
     GeometricStiffness, StepError, StepOptions, StepReport, Stepper, static_equilibrium,
 };
@@ -23,7 +24,6 @@ use taut_model::scene_file::SceneSource;
 use taut_output::check::{Check, ExperimentError, Outcome};
 use toml::{Table, Value};
 
-/// Runs a case and checks it.
 pub(in crate::hard) fn outcome(
     file: &CaseFile,
     quick: bool,
@@ -87,7 +87,6 @@ pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentE
     Ok(scenes)
 }
 
-/// Rows of values that are run.
 fn rows(run: &Run, shared: &Names) -> Result<Vec<Table>, CaseError> {
     let quick = shared.is_quick();
     Ok(match &run.each {
@@ -281,7 +280,6 @@ fn holds(condition: Option<&str>, names: &Names) -> Result<bool, CaseError> {
     })
 }
 
-/// The scene of a run.
 fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
     let table = names.table(&run.scene)?;
     let mut scene = SceneSource::parse(&table.to_string(), &[])?.build()?;
@@ -296,6 +294,10 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
             }
             for (k, v) in group.velocity.iter().flatten().enumerate() {
                 bodies.velocity[i][k] = names.number(v)?;
+            }
+            if let Some(spin) = group.spin.map(Vector3::from) {
+                bodies.velocity[i] += spin.cross(&bodies.position[i]);
+                bodies.angular_velocity[i] = spin;
             }
         }
     }
@@ -421,7 +423,7 @@ fn options(
     if let Some(substeps) = &run.step.substeps {
         options.substeps = names.number(substeps)? as usize;
     }
-    options.energy_tolerance = run.step.balance.then_some(ENERGY_TOLERANCE);
+    options.energy_tolerance = run.step.balance.0;
     if let Some(scheme) = &run.step.scheme {
         options.scheme = names.text(scheme)?.parse()?;
         options.stiffness = GeometricStiffness::inertia(options.scheme.default_alpha());
@@ -648,6 +650,7 @@ fn recorded(
             drive(stepper, &now)?;
             driven = now;
         }
+        change(run, stepper, n)?;
         let before = wraps(stepper.scene());
         match pace::step(stepper) {
             Ok(report) => {
