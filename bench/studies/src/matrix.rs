@@ -27,7 +27,6 @@ pub(crate) const STUDY: Study = Study {
             reporter.cases,
         )
     },
-    ..study::PLAIN
 };
 
 const FUNCTIONS: Functions = &[

@@ -19,7 +19,7 @@
 use taut_output::plan::{self, Plan, Quantity};
 use taut_output::plot::Mark;
 use taut_output::row::{Row, has_no_error, iterations, number_of};
-use taut_output::sheet::{self, Across, Best, Column, Sheet, Show};
+use taut_output::sheet::{Across, Best, Column, Sheet, Show};
 use toml::{Table, Value};
 
 /// What a study is asked, as its file says.
@@ -223,7 +223,6 @@ impl Reader {
             takes: self.holds(table, "takes"),
             counts: self.holds(table, "counts"),
             rivals: texts(table, "rivals"),
-            ..sheet::PLAIN
         }
     }
 }

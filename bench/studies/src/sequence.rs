@@ -152,7 +152,6 @@ pub(crate) const STUDY: Study = Study {
         let folder = Own::from_arg_matches(matches)?.folder;
         ask(&Asked::read(matches), &folder, reporter.cases)
     },
-    ..study::PLAIN
 };
 
 const FUNCTIONS: Functions = &[(

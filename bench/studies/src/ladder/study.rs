@@ -30,7 +30,6 @@ pub(crate) const STUDY: Study = Study {
             reporter,
         )
     },
-    ..study::PLAIN
 };
 
 #[derive(Debug, Args)]

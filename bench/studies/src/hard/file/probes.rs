@@ -7,6 +7,9 @@ use taut_ground::modes::natural;
 use taut_integrator::{StepReport, Stepper};
 use taut_model::{Constraint, Scene};
 
+/// A body, and where it has to be \[m].
+pub(super) type Placed = (usize, Vector3<f64>);
+
 /// A step as it is seen: the stepper, its report, and the scene at the beginning.
 pub(super) struct Seen<'a> {
     pub(super) stepper: &'a Stepper,
@@ -14,8 +17,7 @@ pub(super) struct Seen<'a> {
     pub(super) report: Option<&'a StepReport>,
     pub(super) first: &'a Scene,
     pub(super) swing: Option<&'a Swing>,
-    /// Bodies, and where they have to be \[m].
-    pub(super) places: &'a [(usize, Vector3<f64>)],
+    pub(super) places: &'a [Placed],
     /// Angles of cables about the sheaves with friction, before the step \[rad].
     pub(super) wraps: &'a [f64],
 }

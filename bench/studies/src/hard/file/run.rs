@@ -2,7 +2,7 @@
 
 use super::changes::change;
 use super::judge::check;
-use super::probes::{PROBES, Probe, Seen, Swing};
+use super::probes::{PROBES, Placed, Probe, Seen, Swing};
 use super::text::{Names, defined, split};
 use super::{CaseError, CaseFile, Fewer, Halve, Load, Place, Rows, Run, See, Solvers};
 use crate::hard::{farthest, solvers, together};
@@ -192,7 +192,7 @@ fn checked(
                     seen(run, names, choice.as_ref(), most)
                 });
                 let mut runs = runs.collect::<Result<Vec<_>, ExperimentError>>()?;
-                compare(&mut runs);
+                compare(run, &mut runs);
                 runs
             }
         };
@@ -261,8 +261,8 @@ fn halved(
 }
 
 /// Tells each run how far its path is from that of the last one, and from that of the next.
-fn compare(runs: &mut [Names]) {
-    if runs.iter().all(|run| run.path.is_empty()) {
+fn compare(run: &Run, runs: &mut [Names]) {
+    if run.path.is_empty() {
         return;
     }
     let paths: Vec<_> = runs.iter().map(|run| run.path.clone()).collect();
@@ -531,11 +531,7 @@ fn texts(run: &Run, names: &Names) -> Result<Vec<String>, CaseError> {
 }
 
 /// Bodies, and where they have to be.
-fn places(
-    run: &Run,
-    names: &Names,
-    scene: &Scene,
-) -> Result<Vec<(usize, Vector3<f64>)>, ExperimentError> {
+fn places(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<Placed>, ExperimentError> {
     let filled = names.filled(&Value::Array(run.places.clone()))?;
     let filled = filled.as_array().into_iter().flatten();
     let place = |entry: &Value| {
@@ -616,7 +612,7 @@ fn look((sights, columns): &(Vec<Sight>, Columns), seen: &Seen<'_>) -> Vec<f64> 
 fn recorded(
     run: &Run,
     stepper: &mut Stepper,
-    (wanted, swing, places): (&[String], Option<&Swing>, &[(usize, Vector3<f64>)]),
+    (wanted, swing, places): (&[String], Option<&Swing>, &[Placed]),
     steps: usize,
     names: &mut Names,
 ) -> Result<Option<String>, ExperimentError> {
