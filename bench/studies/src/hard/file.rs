@@ -20,7 +20,8 @@
 //! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity`, with a `spin` about the origin |
 //! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
-//! | `rest` | `true`: the run starts where the scene comes to rest |
+//! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its forces raised in so many steps, by
+//! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes |
 //! | `places` | where bodies have to be, `{ body, place }` each: the farthest from it is seen as `misplaced` |
 //! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `paper = true`: the paper's; `alpha`: weight of the geometric
 //! | | stiffness; `guard = false`; `balance = true` keeps one of energy |
@@ -50,6 +51,7 @@
 //! | `ours` and `reference` | two formulas that are compared, or |
 //! | `error` | a formula for how far it is from `reference`, which is in words; `ours` may put it in words, or |
 //! | `holds` | a condition, for `reference` and `ours` in words |
+//! | `vector` | numbers of the reference and of ours, beside an `error` |
 //! | `unit`, `bar`, `measure` | of the error: `relative` (default where two are compared), `absolute` |
 //! | `by`, `note` | what is measured; what else is worth knowing |
 //! | `limit` | `{ when = …, cause = "…" }`: a failure that is a known limit |
@@ -63,6 +65,7 @@ mod expression;
 mod judge;
 mod oracles;
 mod probes;
+pub(super) mod rest;
 mod run;
 mod text;
 
@@ -83,6 +86,9 @@ macro_rules! files {
 }
 
 pub(super) const FILES: &[&str] = files![
+    "H04",
+    "H05",
+    "H06",
     "H07",
     "H07d",
     "H08",
@@ -167,8 +173,7 @@ struct Run {
     quick_solvers: Option<Fewer>,
     #[serde(default)]
     load: BTreeMap<String, Load>,
-    #[serde(default)]
-    rest: bool,
+    rest: Option<Rest>,
     #[serde(default)]
     places: Vec<Value>,
     halve: Option<Halve>,
@@ -232,6 +237,15 @@ struct Load {
     torque: [Value; 3],
     #[serde(default)]
     at: [f64; 3],
+}
+
+/// How a scene comes to rest.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Rest {
+    Settled(bool),
+    Raised { steps: usize, pass: f64 },
+    Crept { creep: f64 },
 }
 
 /// A change of the scene before a step.
@@ -324,6 +338,7 @@ enum Distance {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct CheckEntry {
     case: String,
+    #[serde(default)]
     reference: String,
     ours: Option<String>,
     error: Option<String>,
@@ -336,6 +351,8 @@ struct CheckEntry {
     note: Option<String>,
     limit: Option<Limit>,
     algebraic: Option<String>,
+    /// Numbers of the reference and of ours, whose error is given.
+    vector: Option<[Vec<String>; 2]>,
     time: Option<String>,
     space: Option<String>,
     #[serde(default)]

@@ -1,15 +1,13 @@
-//! Hard cases at rest that are programs: H01 to H06, H13, H14, H16 and H60.
+//! Hard cases at rest that are programs: H01 to H03, H13, H14, H16 and H60.
 //!
 //! References are formulas of the continuum and of the chain of rigid segments itself, which most of these cases have
 //! exactly: what separates the two is what the segments cost.
 
-mod arc;
 mod cantilever;
-mod elastica;
 mod ends;
 mod independence;
 pub mod rest;
-mod rod;
+pub(super) mod rod;
 mod routed;
 
 use super::{Coded, no_scenes};
@@ -33,24 +31,6 @@ pub const CASES: &[Coded] = &[
         title: "an end torque that winds the cable to 40 turns",
         run: ends::twisted,
         scenes: || ends::scene(taut_model::Specimen::Twist),
-    },
-    Coded {
-        name: "H04",
-        title: "a cantilever under a small load",
-        run: cantilever::even,
-        scenes: cantilever::scenes_of_even,
-    },
-    Coded {
-        name: "H05",
-        title: "the elastica: a cantilever bent far",
-        run: elastica::outcome,
-        scenes: || Ok(vec![elastica::rod(8, 1.0).scene()?]),
-    },
-    Coded {
-        name: "H06",
-        title: "a bow of 45° under a load across its plane",
-        run: arc::outcome,
-        scenes: || Ok(vec![arc::rod(8, 600.0).scene()?]),
     },
     Coded {
         name: "H13",

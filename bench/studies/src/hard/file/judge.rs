@@ -19,6 +19,12 @@ pub(super) fn check(entry: &CheckEntry, names: &Names) -> Result<Check, CaseErro
     let mut check = if let Some(condition) = &entry.holds {
         let (reference, ours) = (names.text(&entry.reference)?, words(&entry.ours)?);
         Check::stated(case, reference, ours, number(condition)? != 0.0)
+    } else if let Some(both) = &entry.vector {
+        let numbers = |texts: &Vec<String>| texts.iter().map(|text| number(text)).collect();
+        let [reference, ours]: [Result<Vec<f64>, CaseError>; 2] = both.each_ref().map(numbers);
+        let error = number(entry.error.as_deref().unwrap_or_default())?;
+        let both = [&reference?[..], &ours?[..]];
+        Check::vector(case, both, &entry.unit, [error, bar()?])
     } else if let Some(error) = &entry.error {
         let (error, reference) = (number(error)?, names.text(&entry.reference)?);
         match &entry.ours {

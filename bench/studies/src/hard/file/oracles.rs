@@ -2,10 +2,12 @@
 
 mod bar;
 mod beam;
+mod bow;
 mod catch;
 mod catenary;
 mod chain;
 mod column;
+mod elastica;
 mod fall;
 mod hoist;
 mod ring;
@@ -80,6 +82,13 @@ pub(super) const ORACLES: &[Function] = &[
     ("links_sag", 3, |x| catenary::chain(x).1[2]),
     ("links_x", 4, |x| catenary::chain(x).0[x[3] as usize].x),
     ("links_z", 4, |x| catenary::chain(x).0[x[3] as usize].z),
+    // Tip of the elastica of length 1 from α; of a bow of 45° from the load across it, as soft across as along (1) or not (0) \[m].
+    ("elastica_x", 1, |x| elastica::elastica(x[0])[0]),
+    ("elastica_y", 1, |x| elastica::elastica(x[0])[1]),
+    ("elastica_slope", 1, |x| elastica::elastica(x[0])[2]),
+    ("bow_x", 2, |x| bow::tip(x[0], x[1]).x),
+    ("bow_y", 2, |x| bow::tip(x[0], x[1]).y),
+    ("bow_z", 2, |x| bow::tip(x[0], x[1]).z),
     // Weight per length at which a clamped chain of N segments buckles, over EI/L³.
     ("column_weight", 1, |x| column::own_weight(x[0] as usize)),
     // Turns of a ring of N segments, GJ = 3 EI, at which it leaves its plane in so many waves.

@@ -1,5 +1,6 @@
 //! Quantities of a whole scene that the files of cases see in each step, beside the columns of `taut run`.
 
+use crate::hard::statics::rod::{Rod, Shape};
 use crate::hard::worse;
 use crate::paper::specimens::{Reading, read};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -18,6 +19,8 @@ pub(super) struct Seen<'a> {
     pub(super) first: &'a Scene,
     pub(super) swing: Option<&'a Swing>,
     pub(super) places: &'a [Placed],
+    /// The scene before it comes to rest.
+    pub(super) laid: &'a Scene,
     /// Angles of cables about the sheaves with friction, before the step \[rad].
     pub(super) wraps: &'a [f64],
 }
@@ -71,6 +74,12 @@ impl Seen<'_> {
 
     fn angular_momentum(&self) -> Vector3<f64> {
         self.scene().angular_momentum(&Vector3::zeros())
+    }
+
+    /// What the exact shape of a clamped chain is.
+    fn chain(&self, of: fn(&Shape) -> f64) -> f64 {
+        let exact = Rod::of(self.laid).exact(20);
+        exact.as_ref().map_or(f64::NAN, of)
     }
 
     /// Sum over the joints of a specimen, whose last body is its grip.
@@ -127,6 +136,18 @@ pub(super) const PROBES: &[Probe] = &[
         let modes = natural(s.scene(), &[0, 1, 2, 3, 4, 5]);
         let squares = modes.map_or_else(Vec::new, |modes| modes.squares);
         squares.iter().filter(|square| **square < -1e-2).count() as f64
+    }),
+    // Tip of the exact chain that the scene is before it comes to rest, and slope there; slope of the last segment but the tip.
+    ("chain_x", "m", |s| s.chain(|shape| shape.tip().x)),
+    ("chain_y", "m", |s| s.chain(|shape| shape.tip().y)),
+    ("chain_z", "m", |s| s.chain(|shape| shape.tip().z)),
+    ("chain_slope", "rad", |s| {
+        s.chain(|shape| shape.tangent.y.atan2(shape.tangent.x))
+    }),
+    ("slope", "rad", |s| {
+        let turns = &s.scene().bodies.orientation;
+        let along = turns[turns.len() - 2] * Vector3::z();
+        along.y.atan2(along.x)
     }),
     // Of all joints of a specimen: gaps, bends and twists.
     ("gaps", "m", |s| s.readings(|joint| joint.gap)),

@@ -3,10 +3,10 @@
 use super::changes::change;
 use super::judge::check;
 use super::probes::{PROBES, Placed, Probe, Seen, Swing};
+use super::rest::at_rest;
 use super::text::{Names, defined, split};
 use super::{CaseError, CaseFile, Fewer, Halve, Load, Place, Rows, Run, See, Solvers};
 use crate::hard::{farthest, solvers, together};
-use crate::paper::specimens::settle;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -301,9 +301,6 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
             }
         }
     }
-    if run.rest {
-        scene = settle(scene)?;
-    }
     Ok(scene)
 }
 
@@ -454,7 +451,8 @@ fn seen(
     names.values.set("scheme.next", weights.next);
     names.values.set("scheme.now", weights.now);
     names.values.set("scheme.before", weights.before);
-    let mut scene = built(run, &names)?;
+    let laid = built(run, &names)?;
+    let mut scene = at_rest(run, laid.clone(), choice)?;
     let swing = displaced(run, &mut scene, &mut names)?;
     let steps = match (&run.steps, &run.time) {
         (Some(steps), _) => names.number(steps)? as usize,
@@ -486,7 +484,7 @@ fn seen(
     let failed = recorded(
         run,
         &mut stepper,
-        (&wanted, swing.as_ref(), &places),
+        (&wanted, swing.as_ref(), &places, &laid),
         steps,
         &mut names,
     )?;
@@ -612,7 +610,7 @@ fn look((sights, columns): &(Vec<Sight>, Columns), seen: &Seen<'_>) -> Vec<f64> 
 fn recorded(
     run: &Run,
     stepper: &mut Stepper,
-    (wanted, swing, places): (&[String], Option<&Swing>, &[Placed]),
+    (wanted, swing, places, laid): (&[String], Option<&Swing>, &[Placed], &Scene),
     steps: usize,
     names: &mut Names,
 ) -> Result<Option<String>, ExperimentError> {
@@ -626,6 +624,7 @@ fn recorded(
             first: &first,
             swing,
             places,
+            laid,
             wraps,
         };
         look(&sights, &seen)
