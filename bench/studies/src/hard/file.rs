@@ -122,6 +122,7 @@ pub(super) const FILES: &[&str] = files![
     "H43",
     "H44",
     "H45",
+    "H55",
     "H56",
     "H59",
     "H61",
