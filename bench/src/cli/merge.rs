@@ -41,7 +41,7 @@ pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
     let call = study::call(&cli)?.ok_or_else(unknown)?;
     let own = cases::header(&call)?;
     refused(&own).map_err(Failure::Input)?;
-    if args.csv.is_some() && call.study.sheets.is_empty() {
+    if args.csv.is_some() && call.study.question().sheets.is_empty() {
         let words = call.words.join(" ");
         let message = format!("`taut {words}` has no table of rows for `--csv`: use `--json`");
         return Err(Failure::Input(message));

@@ -38,7 +38,8 @@ fn study_command(study: &'static Study) -> Command {
 }
 
 pub(crate) fn described(command: Command, study: &Study, call: &str) -> Command {
-    let calls = study
+    let question = study.question();
+    let calls = question
         .examples
         .iter()
         .map(|arguments| format!("taut {call} {arguments}"));
@@ -49,19 +50,19 @@ pub(crate) fn described(command: Command, study: &Study, call: &str) -> Command 
     };
     // Last, for options bring a text of their own.
     let command = with_options(command, study)
-        .about(study.about)
+        .about(question.about)
         .after_help(examples);
-    if study.details.is_empty() {
+    if question.details.is_empty() {
         command.long_about(None)
     } else {
-        command.long_about(format!("{}\n\n{}", study.about, study.details))
+        command.long_about(format!("{}\n\n{}", question.about, question.details))
     }
 }
 
 pub(crate) fn with_options(command: Command, study: &Study) -> Command {
     let json = format!(
         "Writes {} to a file as well (`-` for standard output, which then holds nothing else)",
-        study.writes
+        study.question().writes
     );
     CasesArgs::augment_args(study.command(command)).arg(file("json", json))
 }
@@ -78,7 +79,7 @@ fn file(name: &'static str, help: impl Into<String>) -> Arg {
 
 /// The names of the studies and what each measures.
 fn list() -> String {
-    let line = |study: &Study| format!("{:<10} {}\n", study.name, study.about);
+    let line = |study: &Study| format!("{:<10} {}\n", study.name, study.question().about);
     let lines: String = STUDIES.into_iter().map(line).collect();
     format!(
         "{lines}\n`taut study NAME --help` lists the options of a study, `taut study NAME` runs it.\n"
@@ -239,7 +240,7 @@ pub(crate) fn tell(
     say(&found.text).map_err(|e| failed(&e))?;
     found.text = text;
     if let Some(csv) = &outputs.csv {
-        let rows = row::rows_of(&found.rows, call.study.sheets[0].list);
+        let rows = row::rows_of(&found.rows, call.study.question().sheets[0].list);
         csv.write(|out| row::csv(&rows, out))?;
     }
     if let Some(json) = &outputs.json {

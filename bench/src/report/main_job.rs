@@ -14,6 +14,7 @@ use taut_output::notation::number;
 use taut_output::plot::Chart;
 use taut_output::table::nanoseconds;
 use taut_studies::ladder::{self, Answer, Record, Trace};
+use taut_studies::studies::BENCH;
 
 /// Work against precision of the report's scenes.
 pub(super) fn work_precision(report: &Report) -> Vec<Chart> {
@@ -168,7 +169,7 @@ fn claims(records: &[Record]) -> Option<Section> {
              those where it was not, but where rounding alone leaves that much, a normwise backward error of at most \
              10⁻¹⁴, the one bar of direct solvers; and those that are false. Before refinement."
         }
-        (table(&ladder::CLAIMS, &rows))
+        (table(BENCH.question().sheet("claims"), &rows))
     };
     (rows != json!([])).then(|| Section::new("claims", "Claimed against verified", body))
 }
@@ -176,7 +177,7 @@ fn claims(records: &[Record]) -> Option<Section> {
 fn rows(records: &[Record]) -> Option<Section> {
     let rows = Value::from(ladder::data_of(records));
     let body = html! {
-        p { (ladder::LEGEND) ". Marked: the least of its scene. A heading sorts its column." }
+        p { (BENCH.question().legend) ". Marked: the least of its scene. A heading sorts its column." }
         (table(ladder::sheet_of(records), &rows))
     };
     (!records.is_empty()).then(|| Section::new("rows", "All rows", body))

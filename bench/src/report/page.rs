@@ -55,12 +55,12 @@ pub fn page(report: &Report) -> Result<String, ExperimentError> {
 
 /// Title of an experiment's page.
 pub(super) fn title(name: &str) -> &'static str {
-    study(name).map_or("an experiment", |study| study.title)
+    study(name).map_or("an experiment", |study| study.question().title)
 }
 
 /// The plots of a study that have something to show.
 fn plots(other: &Other) -> Vec<Plot> {
-    let plans = study(&other.name).map_or(&[][..], |study| study.plots);
+    let plans = study(&other.name).map_or(&[][..], |study| &study.question().plots);
     let plots = plans.iter().map(|plan| plan.plot(&other.rows));
     plots.filter(|plot| !plot.charts.is_empty()).collect()
 }

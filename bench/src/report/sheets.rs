@@ -32,7 +32,7 @@ pub(super) fn sheets(other: &Other) -> Vec<Sheet> {
     let is_plain = !items.is_empty() && !items.iter().any(has_lists);
     let name = if is_plain { RECORDS } else { &other.name };
     collect(name, &other.rows, &mut lists);
-    let own = super::study(&other.name).map_or(&[][..], |study| study.sheets);
+    let own = super::study(&other.name).map_or(&[][..], |study| &study.question().sheets);
     let sheets = lists.into_iter().filter_map(|(name, rows)| {
         let is_its = |s: &&sheet::Sheet| s.list == name || (s.list.is_empty() && name == RECORDS);
         let own: Vec<&sheet::Sheet> = own.iter().filter(is_its).collect();

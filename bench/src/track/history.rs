@@ -8,8 +8,6 @@ use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::Path;
 use taut_ground::files::{self, FileError, Output};
-use taut_output::plan::{self, Plan, linear, texts};
-use taut_output::plot::Mark;
 use taut_studies::study::{PLAIN, Study};
 
 /// Version of the line format.
@@ -21,20 +19,7 @@ const MOST: usize = 60;
 /// Page of a history.
 pub const HISTORY: Study = Study {
     name: "track-history",
-    title: "figures of a step, run by run",
-    about: "What `taut track --history` wrote",
-    plots: &[Plan {
-        id: "history",
-        title: "Run by run",
-        text: "Each figure over that of the first run shown, by commit (+: with changes). Instructions, allocations and errors \
-               repeat; times are of the machine that each run had.",
-        panels: &["measure"],
-        series: &["case"],
-        x: texts(&["run"], "commit"),
-        y: linear(&["relative"], "figure / first (1)", 1.0),
-        mark: Mark::LineAndPoints,
-        ..plan::PLAIN
-    }],
+    question: taut_studies::question!("track-history", &[]),
     ..PLAIN
 };
 
@@ -176,7 +161,7 @@ mod tests {
         );
         // 0/0 draws no line.
         assert_eq!(of("allocations")[0], ("a", None));
-        let plot = HISTORY.plots[0].plot(&data);
+        let plot = HISTORY.question().plots[0].plot(&data);
         assert_eq!(plot.charts[0].x.names, ["a", "b", "b #2"]);
     }
 

@@ -1,9 +1,5 @@
 //! Accuracy of whole motions: error of the load's position against cost, for every scheme, time step, solver and number
 //! of refinements.
-//!
-//! The scene is the hoist, hanging in equilibrium, its segments disturbed in all directions, its anchor moved sideways or
-//! driven round a circle. The reference is the paper's step at no more than 1/24000 s and extrapolated to zero
-//! ([`taut_ground::reference::converged`]), whose own uncertainty stands beside the errors.
 
 use crate::options::{number as read, require_positive};
 use crate::study::question::*;
@@ -20,28 +16,26 @@ use taut_solver::Backend;
 /// `taut study accuracy`.
 pub(crate) const STUDY: Study = Study {
     name: "accuracy",
-    title: "error of whole motions against cost",
-    about: "Error of whole motions against cost: every scheme, time step, solver and number of refinements",
-    examples: &["--quick --segments 4 --ratios 10,1e4"],
-    mark: ("records", "horizontal_m"),
-    takes: &[
-        "segments",
-        "ratios",
-        "backends",
-        "iterations",
-        "dt",
-        "time",
-        "quick",
-    ],
+    question: question!("accuracy", FUNCTIONS),
     options: Own::augment_args,
     run: |matches, reporter| {
         let steps = Own::from_arg_matches(matches)?.dt;
         run(&Asked::read(matches), &steps, reporter.cases)
     },
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[
+    ("drive", Text(drive)),
+    ("motion", Text(motion)),
+    ("distance", Worth(distance)),
+    ("is_motion", Holds(is_motion)),
+    ("stable", Holds(|row| is(row, "stable"))),
+    (
+        "horizontal_m_shown",
+        Text(|row| lost(row).unwrap_or_else(|| mm(distance(row)))),
+    ),
+];
 
 #[derive(Debug, Args)]
 struct Own {
@@ -365,66 +359,6 @@ fn load_errors(run: &Trajectory, reference: &Converged, dt: f64) -> [f64; 2] {
     apart.fold([0.0; 2], |most, d| [most[0].max(d[0]), most[1].max(d[1])])
 }
 
-const RATIOS: &[Column] = &[column("mass_ratio", "{}").shown(Show::Ratio)];
-
-const SHEETS: &[Sheet] = &[Sheet {
-    list: "records",
-    title: "Error of the load, horizontal/vertical (mm); gN: steps redone; † time of the end (s); * least of the rows at\n\
-            the same Δt",
-    shared: &[
-        column("joint", "{} joints"),
-        column("segments", "{} segments"),
-        column("drive", "{}").shown(Show::Row(drive)),
-    ],
-    columns: &[column("setting", "setting"), motions::RATE],
-    across: sheet::across(
-        RATIOS,
-        &[column("horizontal_m", "")
-            .shown(Show::Row(motion))
-            .least_of(distance)],
-    ),
-    takes: is_motion,
-    counts: |row| is(row, "stable"),
-    rivals: &["dt"],
-}];
-
-const ORDERS: Sheet = Sheet {
-    title: "Observed order of the default between its rates, and what is not known of the reference",
-    columns: &[
-        column("joint", "joints"),
-        column("segments", "segments"),
-        column("drive", "drive"),
-        column("mass_ratio", "ratio").shown(Show::Ratio),
-        column("orders", "orders"),
-        scientific("reference_mm", "reference", 0).unit("mm"),
-    ],
-    ..sheet::PLAIN
-};
-
-const SOLVERS: Sheet = Sheet {
-    title: "The default with every solver, Cosserat joints: error of the load (mm) and median step, beside other runs;\n\
-            * least of the stable runs",
-    shared: &[column("segments", "{} segments")],
-    columns: &[
-        column("backend", "solver"),
-        column("iterations", "iter."),
-        column("refinements", "refined"),
-    ],
-    across: sheet::across(
-        RATIOS,
-        &[
-            column("horizontal_m", "mm")
-                .shown(Show::Row(|row| {
-                    lost(row).unwrap_or_else(|| mm(distance(row)))
-                }))
-                .least_of(distance),
-            sheet::time("step_ns", "step"),
-        ],
-    ),
-    counts: |row| is(row, "stable"),
-    ..sheet::PLAIN
-};
-
 fn drive(row: &Row) -> String {
     match text_of(row, "drive") {
         "aside" => "anchor moved 0.5 m in 2 s".to_owned(),
@@ -498,9 +432,9 @@ fn text(data: &Value) -> String {
     let solvers: Vec<&Row> = own.chain(&solved).collect();
     format!(
         "{}{}{verdict}{}",
-        SHEETS[0].text(data),
-        ORDERS.of(&orders),
-        SOLVERS.of(&solvers)
+        STUDY.sheet("motions").text(data),
+        STUDY.sheet("orders").of(&orders),
+        STUDY.sheet("solvers").of(&solvers)
     )
 }
 
@@ -549,58 +483,3 @@ fn verdict(runs: &[&Row], dt: f64) -> String {
         worst("vertical_m"),
     )
 }
-
-const ERROR: &str = "largest horizontal error of the load (m)";
-const STABLE: &[(&str, &[&str])] = &[("stable", &["yes"])];
-
-const PLOTS: &[Plan] = &[
-    Plan {
-        id: PRECISION,
-        title: "Work against precision of the motion",
-        text: "Along a curve: Δt. Lower left is better. A run that was lost is not shown. The cost is the \
-                       wall-clock time of all steps of the run over its simulated time: of every phase of a step, \
-                       which are linearisation, assembly, factorisation, solve, refinement and update, those that \
-                       the guard takes back and redoes with their implicit sub-steps included; not of building the \
-                       scene, nor of what is recorded of it. Runs share the machine with others.",
-        list: "records",
-        panels: &["segments", "mass_ratio", "joint", "drive"],
-        series: &["setting"],
-        x: error(&["horizontal_m"], ERROR),
-        y: positive(
-            &["cost"],
-            "time of all steps of a simulated second (ms)",
-            1e3,
-        ),
-        only: STABLE,
-        as_first: &["backend", "refinements", "iterations"],
-        ..PLAIN
-    },
-    Plan {
-        id: "orders",
-        title: "Order of the default step",
-        text: "Error against the time step, all else the same.",
-        list: "records",
-        panels: &["segments", "joint", "drive"],
-        series: &["mass_ratio"],
-        x: positive(&["dt"], "Δt (ms)", 1e3),
-        y: error(&["horizontal_m"], ERROR),
-        only: STABLE,
-        as_first: &["setting", "backend", "refinements", "iterations"],
-        least_places: 2,
-        orders: true,
-        ..PLAIN
-    },
-    Plan {
-        id: "solvers",
-        title: "Solvers",
-        text: "The default step with every solver. Along a curve: iterations, or refinements.",
-        list: "records",
-        panels: &["segments", "mass_ratio"],
-        x: error(&["horizontal_m"], ERROR),
-        y: positive(&["step_ns"], "whole step (µs)", 1e-3),
-        only: STABLE,
-        as_first: &["setting", "dt", "joint", "drive"],
-        least: 2,
-        ..PLAIN
-    },
-];

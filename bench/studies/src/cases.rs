@@ -37,11 +37,9 @@ pub struct Elsewhere;
 pub struct Shard {
     /// Which it is, from 1.
     pub number: usize,
-    /// How many there are.
     pub of: usize,
 }
 
-/// Most shards of a study.
 const MOST: usize = 10_000;
 
 impl Shard {
@@ -254,7 +252,6 @@ impl<T> Records<T> {
         all.ok_or(Elsewhere)
     }
 
-    /// Record of a case.
     pub fn of(&self, case: usize) -> Result<&T, Elsewhere> {
         self.0[case].as_ref().ok_or(Elsewhere)
     }

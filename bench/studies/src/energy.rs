@@ -14,16 +14,12 @@ use taut_model::{
 /// `taut study energy`.
 pub(crate) const STUDY: Study = Study {
     name: "energy",
-    title: "amplitude, energy and angular momentum over time",
-    about: "Swing amplitude over a minute, energy over a million steps, angular momentum of a free cable",
-    examples: &["--quick"],
-    mark: ("bands", "first_band"),
-    takes: &["quick"],
+    question: question!("energy", FUNCTIONS),
     run: |matches, reporter| study(Asked::read(matches).quick, reporter.cases),
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[("change", Text(change))];
 
 fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
     let config = Config::new(quick);
@@ -76,7 +72,6 @@ pub struct Config {
     /// Schemes of swings and spins, each with its own geometric stiffness.
     pub schemes: Vec<Scheme>,
     bands: Vec<Band>,
-    /// Steps of a band.
     pub steps: usize,
     /// Time steps of the free cable, descending, and its simulated time \[s].
     spin_dts: Vec<f64>,
@@ -218,7 +213,6 @@ fn swing(segments: usize, mass_ratio: f64, scheme: Scheme, dt: f64) -> Result<Va
     }))
 }
 
-/// The pendulum's motion in a swing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pendulum {
     /// Its amplitude \[m].
@@ -459,59 +453,6 @@ fn spin(scheme: Scheme, dt: f64, time: f64) -> Result<Value, StepError> {
     }))
 }
 
-const RATIO: Column = scientific("mass_ratio", "ratio", 0);
-const SCHEME: Column = column("scheme", "scheme");
-const STIFFNESS: Column = column("stiffness", "K");
-const LOST: Column = fixed("failure_time", "lost at", 2).unit("s");
-
-const SHEETS: &[Sheet] = &[
-    Sheet {
-        list: "swings",
-        columns: &[
-            RATIO,
-            SCHEME,
-            STIFFNESS,
-            motions::RATE,
-            fixed("amplitudes_early_m", "early", 6).unit("m"),
-            fixed("amplitudes_late_m", "late", 6).unit("m"),
-            column("amplitudes_late_m", "change").shown(Show::Row(change)),
-            scientific("change_over_fine", "vs fine", 1),
-            column("redone", "redone"),
-            LOST,
-        ],
-        ..sheet::PLAIN
-    },
-    Sheet {
-        list: "bands",
-        columns: &[
-            RATIO,
-            column("segments", "N"),
-            SCHEME,
-            STIFFNESS,
-            column("guarded", "guard"),
-            column("seeded", "seeded"),
-            scientific("first_band", "band, first", 1),
-            scientific("last_band", "last", 1),
-            scientific("drift", "drift", 1),
-            column("redone", "redone"),
-            LOST,
-        ],
-        ..sheet::PLAIN
-    },
-    Sheet {
-        list: "spins",
-        columns: &[
-            SCHEME,
-            STIFFNESS,
-            motions::RATE,
-            scientific("drift", "|ΔL|/|L|", 1),
-            fixed("order", "order", 2),
-            LOST,
-        ],
-        ..sheet::PLAIN
-    },
-];
-
 /// By how much the amplitude has changed, over the early one.
 fn change(row: &Row) -> String {
     let [early, late] =
@@ -523,7 +464,8 @@ fn change(row: &Row) -> String {
 /// The three tables, each below what it holds.
 pub fn text_tables(data: &Value, config: &Config) -> String {
     let [early, late] = MOMENTS;
-    let [swings, bands, spins] = [0, 1, 2].map(|i| SHEETS[i].text(data));
+    let [swings, bands, spins] =
+        ["swings", "bands", "spins"].map(|name| STUDY.sheet(name).text(data));
     format!(
         "Swing amplitude of the load, fitted to two periods from {early} s and from {late} s on; anchor moved by {MOVE} m\n\
          in {MOVE_TIME} s, guard on. `vs fine` is the change over that of the default scheme with 1/{} of the time step.\n\
@@ -541,49 +483,6 @@ pub fn text_tables(data: &Value, config: &Config) -> String {
         config.spin_time
     )
 }
-
-const PLOTS: &[Plan] = &[
-    Plan {
-        id: "amplitude",
-        title: "Amplitude of the swing",
-        text: "By how much the load's swing has changed from its early to its late amplitude, over the same \
-                       of a finer step: what the scheme does, apart from what the motion does by itself.",
-        list: "swings",
-        series: &["scheme", "stiffness"],
-        x: positive(&["mass_ratio"], "load/segment mass ratio (1)", 1.0),
-        y: error(
-            &["change_over_fine"],
-            "|change of the amplitude| over the finer step's (1)",
-        ),
-        ..PLAIN
-    },
-    Plan {
-        id: "energy",
-        title: "Energy over time",
-        text: "Mean of each window of steps minus that of the first, over the largest kinetic energy of the \
-                       first.",
-        list: "bands",
-        panels: &["segments", "mass_ratio"],
-        series: &["scheme", "stiffness", "guarded"],
-        x: linear(&["means_at"], "steps (10³)", 1e-3),
-        y: linear(&["means"], "change of the energy (1)", 1.0),
-        mark: Mark::Line,
-        ..PLAIN
-    },
-    Plan {
-        id: "momentum",
-        title: "Angular momentum",
-        text: "Of a free, taut, spinning cable about its centre of mass: nothing turns it, so it is to stay. \
-                       A run that was lost is not shown.",
-        list: "spins",
-        series: &["scheme", "stiffness"],
-        x: positive(&["dt"], "Δt (ms)", 1e3),
-        y: error(&["drift"], "largest |L − L₀|/|L₀| (1)"),
-        least_places: 2,
-        orders: true,
-        ..PLAIN
-    },
-];
 
 #[cfg(test)]
 mod tests {

@@ -1,33 +1,4 @@
 //! Whole engines on the hoist and on the ground: what one frame of 1/60 s costs, and how wrong the motion is.
-//!
-//! **On the hoist** every engine goes through the same two motions ([`taut_ground::engine::motion`]): the cable at rest,
-//! whose elongation is known, and a swing, compared with our own step at 1/7680 s. Ours run at one step a frame and at a
-//! few sub-steps. The rivals are given the cheapest setting that keeps both errors within the bar: each has ladders of
-//! settings, cheapest first, and of each ladder the first that does is taken. Masses, lengths, gravity, stiffness and start
-//! are the same; the rivals have no bending and no torsion, which a cable that swings straight does not ask for, and
-//! nothing collides or sleeps.
-//!
-//! As measured (`taut study engines`, AVX-512 in a virtual machine): a frame of a swing from 0.3 rad for 6.5 s, in one step,
-//! is 0.009 to 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact
-//! at rest; 6.7 and 18 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to
-//! be stable at all: 2.0 and 5.0 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
-//! Apache-2.0, off by default; a rival, no part of anything) at its cheapest setting within 1 %, sub-steps and sweeps
-//! by powers of two: its soft rope solved implicitly takes 7.3 and 33 times as long at 24 segments, 19 and 101 times at
-//! 100; swept by Gauss–Seidel 18 and 53, 37 and 137; impulse joints 47 and 182, 134 and 503; the multibody 984 times, with
-//! springs 887 times at 10³ and 24 segments, and no multibody the others within real time.
-//!
-//! **On the ground** ([`taut_ground::engine::grounded`]) ours, in one step a frame, and Rapier go through motions whose end
-//! is known: a box that slides to its stop, a stack of ten boxes that stays, a cable of 24 segments in the steady motion
-//! of the load that it drags. Masses, shapes, friction, joints and their damping are the same. Two errors count: the
-//! largest distance of a body from its place over the length of the scene, and the deepest penetration over the least
-//! dimension of a shape. Rapier's ladders have sub-steps, sweeps, relaxation and the hardness of contacts; none beyond 4
-//! ms a frame is tried.
-//!
-//! As measured in the same run: ours is 0.003 % of its way off with the box, at most 0.007 % with the
-//! stack, at most 5·10⁻⁴ % of the cable's length and 0.12 % of its diameter with the load. At a ratio of 1 Rapier within
-//! 1 % takes 0.72 times as long with the box, 0.08 times with the stack, 0.37 times with the load. At 10³ it takes 19 and
-//! 3.7 times as long. At 10⁵ no setting is within 1 %: all 155 lose the stack or are too slow, and the load is 9.5 % off
-//! at best, in 10 times as long.
 
 mod leapfrog;
 mod ours;
@@ -47,18 +18,12 @@ use taut_model::HoistParams;
 /// `taut study engines`.
 pub(crate) const STUDY: Study = Study {
     name: "engines",
-    title: "whole engines",
-    about: "Whole engines on the hoist and on the ground: what a frame costs, how wrong the motion is; with the feature \
-            `rapier` Rapier's too",
-    details: "`--segments`, `--ratios` and `--time` are those of the hoist; the scenes on the ground are always the same.",
-    examples: &["--quick --segments 4 --ratios 10"],
-    mark: ("records", "over_ours"),
-    takes: &["segments", "ratios", "time", "quick"],
+    question: question!("engines", FUNCTIONS),
     run: |matches, reporter| study(&Asked::read(matches), reporter.cases),
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[("within", Holds(|row| is(row, "within")))];
 
 fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config::new(asked.quick);
@@ -91,7 +56,6 @@ const REST: f64 = 2.0;
 
 struct Config {
     segments: Vec<usize>,
-    /// Mass ratios load/segment.
     ratios: Vec<f64>,
     /// Simulated time of the swing \[s].
     time: f64,
@@ -287,55 +251,6 @@ fn stand(
     Ok(Outcome::new(errors, ran, times))
 }
 
-const fn percent_of(key: &'static str, heading: &'static str) -> Column {
-    column(key, heading)
-        .unit("%")
-        .shown(Show::Digits(100.0))
-        .least()
-}
-
-const SHEETS: &[Sheet] = &[HOIST, GROUND];
-
-const GROUND: Sheet = Sheet {
-    list: "ground",
-    title: "On the ground",
-    columns: &[
-        column("scene", "scene"),
-        column("mass_ratio", "ratio").shown(Show::Ratio),
-        column("engine", "engine"),
-        column("setting", "setting"),
-        percent_of("place_error", "place"),
-        percent_of("depth_error", "depth"),
-        sheet::time("frame_ns_min", "min"),
-        sheet::time("frame_ns", "median"),
-        fixed("over_ours", "× ours", 2),
-    ],
-    counts: |row| is(row, "within"),
-    rivals: &["scene", "mass_ratio"],
-    ..sheet::PLAIN
-};
-
-const HOIST: Sheet = Sheet {
-    list: "records",
-    shared: &[
-        column("segments", "{} segments"),
-        column("mass_ratio", "load/segment mass ratio {}").shown(Show::Ratio),
-        scientific("reference_error", "reference to {} of the length", 0),
-    ],
-    columns: &[
-        column("engine", "engine"),
-        column("setting", "setting"),
-        percent_of("elongation_error", "elong."),
-        percent_of("load_error", "load"),
-        sheet::time("frame_ns_min", "min"),
-        sheet::time("frame_ns", "median"),
-        fixed("ns_per_joint", "ns/joint", 0).least(),
-        fixed("over_ours", "× ours", 2),
-    ],
-    counts: |row| is(row, "within"),
-    ..sheet::PLAIN
-};
-
 /// The tables after what was run, and why rivals are beyond the bar.
 fn text(data: &Value, config: &Config) -> String {
     let bar = percent(config.bar);
@@ -347,8 +262,8 @@ fn text(data: &Value, config: &Config) -> String {
          powers of two, none beyond {longest} a frame tried; their cables have no bending and no torsion. *: the least of the\n\
          rows within {bar} %.\n{}{}",
         config.time,
-        HOIST.text(data),
-        GROUND.text(data),
+        STUDY.sheet("hoist").text(data),
+        STUDY.sheet("ground").text(data),
     );
     let _ = writeln!(
         out,
@@ -405,19 +320,6 @@ fn percent(error: f64) -> String {
         e => format!("{}", (100.0 * e).round() / 100.0),
     }
 }
-
-const PLOTS: &[Plan] = &[Plan {
-    id: PRECISION,
-    title: "Work against precision",
-    text: "What a frame costs against the largest error of the swinging load. Lower left is better.",
-    list: "records",
-    panels: &["segments", "mass_ratio"],
-    series: &["engine"],
-    x: error(&["load_error"], "error of the load over the length (1)"),
-    y: positive(&["frame_ns_min"], "a frame (µs)", 1e-3),
-    mark: Mark::Points,
-    ..PLAIN
-}];
 
 #[cfg(test)]
 mod tests {

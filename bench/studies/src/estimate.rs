@@ -1,8 +1,4 @@
 //! The estimate of the load's error ([`StepOptions::estimate`]) against the error.
-//!
-//! The error is the largest distance of the load from a run of `FINE` sub-steps, over all steps; the estimate that of the
-//! last step, the largest so far. A run whose load is more than a tenth of its way from the finer one is *chaotic*, or coarser
-//! than its motion: no estimate is asked of it but to say so.
 
 use crate::study::question::*;
 use nalgebra::Vector3;
@@ -16,14 +12,8 @@ use taut_model::{SceneError, SceneSource};
 /// `taut study estimate`.
 pub(crate) const STUDY: Study = Study {
     name: "estimate",
-    title: "estimates of the load's error",
-    about: "The estimate of the load's error against the error, and what it costs",
-    examples: &["--quick"],
-    mark: ("estimates", "of_error"),
-    takes: &["quick"],
+    question: question!("estimate", &[]),
     run: |matches, reporter| study(Asked::read(matches).quick, reporter.cases),
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
 
@@ -79,7 +69,7 @@ fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
             ("references", format!("{FINE} sub-steps")),
             ("simulated", seconds(config.time)),
         ]),
-        text: format!("{}\n{verdict}", study::tables(SHEETS, &rows)),
+        text: format!("{}\n{verdict}", STUDY.tables(&rows)),
         rows,
         missed,
         ..Found::default()
@@ -292,45 +282,6 @@ fn verdict(estimates: &[Value], config: &Config) -> (String, Option<String>) {
     }
     (text, missed)
 }
-
-const SHEETS: &[Sheet] = &[
-    Sheet {
-        list: "estimates",
-        columns: &[
-            column("scene", "scene"),
-            column("every", "k"),
-            scientific("extent_mm", "moves", 1).unit("mm"),
-            scientific("error_mm", "error", 1).unit("mm"),
-            scientific("estimate_mm", "estimate", 1).unit("mm"),
-            fixed("of_error", "of it", 2),
-            column("parted", "parted"),
-            scientific("segments_error_mm", "segments", 0).unit("mm"),
-            scientific("segments_mm", "shape", 0).unit("mm"),
-            scientific("algebra_mm", "algebra", 0).unit("mm"),
-        ],
-        ..sheet::PLAIN
-    },
-    Sheet {
-        list: "costs",
-        columns: &[
-            column("scene", "scene"),
-            column("every", "k"),
-            fixed("cost", "time over that without", 2),
-        ],
-        ..sheet::PLAIN
-    },
-];
-
-const PLOTS: &[Plan] = &[Plan {
-    id: "estimates",
-    title: "Estimates against errors",
-    text: "The largest estimate of a run against its largest error: on the diagonal they are the same.",
-    list: "estimates",
-    series: &["every"],
-    x: positive(&["error_mm"], "error of the load (mm)", 1.0),
-    y: error(&["estimate_mm"], "estimate (mm)"),
-    ..PLAIN
-}];
 
 #[cfg(test)]
 mod tests {

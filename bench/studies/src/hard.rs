@@ -1,12 +1,11 @@
 //! Hard cases: scenes with known answers, or with a known absence of one, that solvers and steps are known to fail on.
 //!
-//! A case is a file ([`file`]), or a row of its family's table ([`statics`], [`dynamics`], [`contacts`], [`numerics`]): its
+//! A case is a file ([`file`]), or a row of its family's table ([`statics`], [`dynamics`], [`numerics`]): its
 //! name, what it is, the function that measures it, in a module of its own, and the scenes on which every solver's claims are
 //! audited. It ends in an
 //! [`Outcome`] as the paper's experiments do: rows of checks with reference, ours, error, bar and verdict, and the parts
 //! of the error that come from the solver, the time step and the segments where the exact discrete answer is known.
 
-pub mod contacts;
 pub mod dynamics;
 mod file;
 pub mod numerics;
@@ -32,7 +31,6 @@ use taut_output::table;
 /// A hard case that is a program.
 #[derive(Debug, Clone, Copy)]
 pub struct Coded {
-    /// Name on the command line.
     pub name: &'static str,
     pub title: &'static str,
     /// Measures it, whole or quick.
@@ -86,14 +84,9 @@ impl Measured for Case {
     }
 }
 
-/// All cases: statics, dynamics, contacts, numerics, those of files.
+/// All cases: statics, dynamics, numerics, those of files.
 pub fn cases() -> impl Iterator<Item = Case> {
-    let coded = [
-        statics::CASES,
-        dynamics::CASES,
-        contacts::CASES,
-        numerics::CASES,
-    ];
+    let coded = [statics::CASES, dynamics::CASES, numerics::CASES];
     let coded = coded.into_iter().flatten().copied().map(Case::Coded);
     coded.chain(from_files())
 }
@@ -112,7 +105,6 @@ pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(Vec::new())
 }
 
-/// A name that no case has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownCase {
     pub name: String,

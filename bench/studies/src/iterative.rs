@@ -1,24 +1,5 @@
 //! Time to a given error of the iterative solvers, against the direct one: cables of several lengths and mass ratios and
 //! two networks, from zero and from the multipliers of the step before.
-//!
-//! A case is one state of a scene in motion, after [`WARM_UP`] steps of the direct solver; the system is that of the
-//! default step, with the same tension in the geometric stiffness for every solver, and the error that of the
-//! multipliers, ‖μ − μ*‖∞ / ‖μ*‖∞, against the KKT system in extended precision. A solver without a tolerance of its own
-//! makes k iterations, and the fewest that reach an error are looked for: up a ladder of limits, then by bisection between
-//! the last that did not and the first that did.
-//!
-//! The time is that from the pieces to the multipliers: assembly, factorisation or preconditioner, solve, and what the
-//! direct solver refines; the least of several, of solvers that take [turns]. The direct solver that a time is compared with is the cheaper of that
-//! without and with one refinement that reaches the error.
-//!
-//! As measured, iterations win on no cable. From the pieces to the multipliers (assembly and solve; 24, 100, 1000
-//! segments, ratios 1, 10³, 10⁵, errors 10⁻², 10⁻⁴, 10⁻⁸, from zero and from the last step's multipliers, which all
-//! iterations start from by default) `banded` takes 3.9, 12 and 130 µs; the nearest is `gauss-seidel:groups`, 1.5 to 2
-//! times that to 10⁻² at ratio 1, then `cg:group`, 2 to 5 times everywhere in 1 to 6 iterations. `cg:jacobi` needs 5 to
-//! 50 iterations at 24 segments and hundreds from 100 on, `cg:none` hundreds and beyond 1000; Gauss–Seidel over joints
-//! reaches 10⁻⁴ from zero nowhere. `minres/kkt` needs twice the iterations of `cg:jacobi`. A step's guess alone is within 10⁻² only in light motion (ratio 1). On a net of 8 ×
-//! 8 nodes they win: `gauss-seidel:groups` and `cg:group` by 1.8 to 2.1 at every error, `cg:jacobi` by up to 2.0
-//! (`taut study iterative`).
 
 mod table;
 
@@ -29,7 +10,7 @@ use crate::systems::turns::{self, Work};
 use crate::systems::{Fewest, Start, State, Told, at_rung, entrants, grid};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
-use table::{SHEETS, conclusions};
+use table::{cell, conclusions, reached, scene};
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::reference::reference_choice;
 use taut_integrator::{Phase, StepError, StepOptions};
@@ -43,7 +24,6 @@ pub const ANGLE: f64 = 0.3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Numbers of segments of the hoist.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment of the hoist.
     pub ratios: Vec<f64>,
@@ -52,7 +32,6 @@ pub struct Config {
     pub choices: Vec<Choice>,
     /// Errors to be reached, descending.
     pub targets: Vec<f64>,
-    /// Most iterations.
     pub limit: usize,
     /// Time that the timing of a row aims at.
     pub timing_budget: Duration,
@@ -83,7 +62,6 @@ pub fn choices() -> Vec<Choice> {
     all.filter(|choice| choice.backend.is_iterative()).collect()
 }
 
-/// Phases that are timed.
 const PHASES: [Phase; 4] = [
     Phase::Assemble,
     Phase::Factorize,
@@ -97,15 +75,12 @@ pub struct Record {
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Rows of the system.
     pub rows: usize,
     /// Backend, without iterations.
     pub backend: String,
     /// Where it starts; none for the direct solver.
     pub start: Option<Start>,
-    /// Error to be reached.
     pub target: f64,
     /// Iterations that reach it, refinements of the direct solver; none where it is not reached within the limit; 0 of an
     /// iterative solver where the guess is within it already, which then has no time.
@@ -133,7 +108,6 @@ impl Record {
 pub struct Results {
     /// Rows, case by case, the direct solver first; solvers, starts, errors.
     pub records: Vec<Record>,
-    /// Solvers without rows.
     #[serde(skip)]
     pub omissions: Vec<Omission>,
 }
@@ -310,20 +284,20 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
 /// `taut study iterative`.
 pub(crate) const STUDY: Study = Study {
     name: "iterative",
-    title: "time of iterations to an error",
-    about: "Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver",
-    examples: &["--quick --backends cg:group"],
-    mark: ("", "target"),
-    takes: &["segments", "ratios", "backends", "iterations", "quick"],
+    question: question!("iterative", FUNCTIONS),
     options: Own::augment_args,
     run: |matches, reporter| {
         let limit = Own::from_arg_matches(matches)?.iterations;
         ask(&Asked::read(matches), limit, reporter.cases)
     },
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[
+    ("scene", Text(scene)),
+    ("cell", Text(cell)),
+    ("reached", Worth(reached)),
+];
 
 #[derive(Debug, Args)]
 struct Own {
@@ -331,12 +305,6 @@ struct Own {
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<usize>,
 }
-
-const LEGEND: &str = "\
-Each cell: fewest iterations that reach the error of the multipliers against extended precision (∞-norm): µs from the
-pieces to the multipliers (assembly, factorisation, solve), × the direct solver's time over it: above 1 it wins. First
-row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
-reached; guess: the step before is as near as that";
 
 fn ask(asked: &Asked, limit: Option<usize>, cases: &Cases) -> Result<Found, ExperimentError> {
     let config = config(asked, limit)?;
@@ -348,8 +316,7 @@ fn ask(asked: &Asked, limit: Option<usize>, cases: &Cases) -> Result<Found, Expe
             1.0 / config.dt,
             config.limit
         ),
-        legend: LEGEND,
-        sheets: SHEETS,
+        study: &STUDY,
         rows: data(&results.records)?,
         conclusion: conclusions(&results.records, config.limit),
         omissions: results.omissions,
@@ -400,17 +367,6 @@ fn settings(config: &Config) -> Vec<Setting> {
         ("steps before", WARM_UP.to_string()),
     ])
 }
-
-const PLOTS: &[Plan] = &[Plan {
-    id: PRECISION,
-    title: "Work against precision",
-    text: "Least time from the pieces to multipliers within the error, iterations from zero (cold) or from the \
-                   step before (warm), beside the direct solver. Lower left is better.",
-    panels: &["scene", "size", "mass_ratio", "start"],
-    x: error(&["target"], "relative error of the multipliers (1)"),
-    y: positive(&["ns"], "assembly, factorisation, solve (µs)", 1e-3),
-    ..PLAIN
-}];
 
 #[cfg(test)]
 mod tests {

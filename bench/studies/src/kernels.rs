@@ -1,16 +1,5 @@
 //! Cost of one linear solve, ours beside others' in the same run: every solver factorises and
 //! solves the same matrices, in [turns].
-//!
-//! A case is the system of one step of the hoist, hanging at an angle, with joints of 3, 5 or 6 rows between its
-//! segments; its ends are ball joints. A pass is what each step repeats: factorisation and solve of the assembled system,
-//! by a solver that has analysed the pattern before. Least times are compared; medians stand beside them.
-//!
-//! A solver of this workspace takes the matrix as it is assembled; where it is a library's, the copy into the library's
-//! format is timed. LAPACK takes it as a band, the filling of which is not timed. A solve with refinement is that of the
-//! step itself, residual from the pieces included, by the step's own clock.
-//!
-//! Forward errors are those of the multipliers against the KKT system in extended precision, backward errors those of
-//! the system that was solved; of several right-hand sides the largest backward error, the first forward error.
 
 mod case;
 mod rival;
@@ -32,7 +21,6 @@ pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub segments: Vec<usize>,
-    /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
     /// Joints between the segments.
     pub joints: Vec<Joint>,
@@ -146,20 +134,16 @@ fn rows(case: &Case, rivals: &[Rival], share: Duration) -> Vec<Value> {
 /// `taut study kernels`.
 pub(crate) const STUDY: Study = Study {
     name: "kernels",
-    title: "factorisation and solve alone",
-    about: "Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run",
-    examples: &["--backends banded,faer:llt"],
-    mark: ("records", "joint_rows"),
-    takes: &["segments", "ratios", "backends", "quick"],
+    question: question!("kernels", FUNCTIONS),
     options: Own::augment_args,
     run: |matches, reporter| {
         let named = Own::from_arg_matches(matches)?.backends;
         ask(&Asked::read(matches), &named, reporter.cases)
     },
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[("joints", Text(joints))];
 
 #[derive(Debug, Args)]
 struct Own {
@@ -167,13 +151,6 @@ struct Own {
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
 }
-
-const LEGEND: &str = "\
-ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded:
-over banded's of the same table; normwise, compon.: backward errors on the system solved, the latter of its worst row;
-error: relative error of the multipliers against the KKT system in extended precision. All take turns on the same
-matrices. +refine: with one refinement from the pieces, by the step's clock; umfpack: with its own refinement, its
-default; +many: 8 right-hand sides a factorisation, each; lapack: dpbtrf and dpbtrs, without filling the band";
 
 fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config::new(asked.quick);
@@ -190,8 +167,7 @@ fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, Experime
     let told = Told {
         settings: settings(&config),
         heading: "hoist: hanging at an angle, Δt = 1/60 s, one thread".to_owned(),
-        legend: LEGEND,
-        sheets: SHEETS,
+        study: &STUDY,
         rows: data(&results)?,
         conclusion: String::new(),
         omissions: results.omissions,
@@ -214,66 +190,6 @@ fn settings(config: &Config) -> Vec<Setting> {
     ])
 }
 
-const PLOTS: &[Plan] = &[
-    Plan {
-        id: PRECISION,
-        title: "Work against precision",
-        text: "Factorisation and solve of one system. Lower left is better.",
-        list: "records",
-        panels: &["joint_rows", "mass_ratio", "segments"],
-        series: &["solver"],
-        x: error(&["forward_error"], "relative error of the multipliers (1)"),
-        y: positive(
-            &["ns_per_joint"],
-            "factorise and solve, per joint (ns)",
-            1.0,
-        ),
-        ..PLAIN
-    },
-    Plan {
-        id: "sizes",
-        title: "Time against elements",
-        text: "A level line is a cost in proportion to the cable's elements.",
-        list: "records",
-        panels: &["joint_rows", "mass_ratio"],
-        series: &["solver"],
-        x: positive(&["segments"], "segments (1)", 1.0),
-        y: positive(
-            &["ns_per_joint"],
-            "factorise and solve, per joint (ns)",
-            1.0,
-        ),
-        ..PLAIN
-    },
-];
-
-const SHEETS: &[Sheet] = &[Sheet {
-    list: "records",
-    shared: &[
-        column("segments", "{} segments"),
-        column("joint_rows", "{}").shown(Show::Row(joints)),
-        column("mass_ratio", "mass ratio {}").shown(Show::Ratio),
-    ],
-    columns: &[
-        column("solver", "solver"),
-        column("ns_per_joint", "ns/joint")
-            .shown(Show::Digits(1.0))
-            .least(),
-        column("ns_per_joint_median", "median")
-            .unit("ns")
-            .shown(Show::Digits(1.0))
-            .least(),
-        column("ratio", "× banded").shown(Show::Digits(1.0)),
-        column("ratio_median", "median ×").shown(Show::Digits(1.0)),
-        column("samples", "samples"),
-        sheet::error("backward_error", "normwise"),
-        sheet::error("backward_error_componentwise", "compon."),
-        sheet::error("forward_error", "error"),
-    ],
-    counts: has_no_error,
-    ..sheet::PLAIN
-}];
-
 fn joints(row: &Row) -> String {
     let count = |key| number_of(row, key).unwrap_or(f64::NAN);
     format!("{} joints of {} rows", count("joints"), count("joint_rows"))
@@ -282,7 +198,6 @@ fn joints(row: &Row) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::tables;
     use crate::systems::turns::LEAST_SAMPLES;
     use taut_ground::Choice;
     use taut_output::table::plain;
@@ -323,7 +238,7 @@ mod tests {
         }
         let refined = "banded+refine".parse::<Rival>().unwrap();
         assert_eq!(refined.check().is_ok(), cfg!(feature = "banded"));
-        let shown = plain(&tables(SHEETS, &data(&results).unwrap()));
+        let shown = plain(&STUDY.tables(&data(&results).unwrap()));
         let width = shown.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{shown}");
         assert!(shown.contains("7 segments, 8 joints of 3 rows, mass ratio 1000"));
@@ -362,7 +277,7 @@ mod tests {
         let rivals = ["dense", "gauss-seidel:iterations=0"].map(|n| n.parse::<Rival>().unwrap());
         let rows = rows(&case, &rivals, Duration::ZERO);
         assert!(rows[0]["ns_per_joint"].is_number() && rows[1]["ns_per_joint"].is_null());
-        let shown = plain(&tables(SHEETS, &json!({ "records": rows })));
+        let shown = plain(&STUDY.tables(&json!({ "records": rows })));
         assert!(shown.contains("gauss-seidel:joints failed: "), "{shown}");
     }
 }

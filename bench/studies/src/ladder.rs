@@ -1,19 +1,5 @@
 //! The main job: every solver on the hoist, speed against error, over mass ratios, in the default step; or on any other
 //! scene.
-//!
-//! Three measurements make a row. (1) *Algebra and time*: a sequence of consecutive frames of a finely stepped
-//! reference motion gives every solver the same states and the same tension for the geometric stiffness, and so the same
-//! linear systems; its multipliers are compared with those of the KKT system in extended precision, and the step is
-//! timed there. (2) *Physics*: the scene is run at Δt with the solver and compared with the reference motion.
-//! (3) *Statics*: the cable hangs at rest in its exact discrete equilibrium, the multipliers start cold, and half a
-//! second later its length is compared; of the hoist alone. Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the
-//! step itself is stable, whatever the solver, is settled once a scene by 30 s with a direct solver.
-//!
-//! For scenes on the ground the velocities after a step are compared as well, with every method of
-//! contacts: see `trial`.
-//!
-//! All are without the guard: with a direct solver it has nothing to do on these scenes, and an iteration that is
-//! stopped early would set it off and be paid for up to a hundred times a step.
 
 mod answer;
 mod case;
@@ -29,7 +15,7 @@ pub use case::{OwnScene, is_lost};
 pub use extras::{Extras, Pattern, Trace};
 pub use record::{Fastest, Record, SceneKey};
 pub(crate) use study::{STUDY, are_networks};
-pub use table::{CLAIMS, LEGEND, claim_rows, data_of, sheet_of};
+pub use table::{claim_rows, data_of, sheet_of};
 
 use crate::cases::{Cases, shared};
 use crate::options::pick;
@@ -58,11 +44,9 @@ pub struct Config {
     /// Other scenes, in place of the hoist where there are any.
     pub own: Vec<OwnScene>,
     pub segments: Vec<usize>,
-    /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
     /// Solvers; iterative ones run over the ladder of iterations.
     pub choices: Vec<Choice>,
-    /// Limits of iterations.
     pub iterations: Vec<usize>,
     /// Δt \[s].
     pub dt: f64,
@@ -124,7 +108,6 @@ impl Config {
     }
 }
 
-/// All rows and what is missing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Results {
     /// Rows, scene by scene, solvers in the order asked for, iterations ascending.
@@ -133,7 +116,6 @@ pub struct Results {
     pub scenes: Vec<SceneNote>,
 }
 
-/// Facts common to the rows of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneNote {
     pub scene: String,

@@ -24,6 +24,37 @@ pub(crate) fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: 
     ])
 }
 
+/// [`recurrence`] of an elastic mode by p, q and s, Ω and θ.
+pub(crate) fn weighed(&[next, now, before, omega, theta]: &[f64; 5]) -> Vec<f64> {
+    let weights = Weights { next, now, before };
+    mixed(&[(omega * omega, weights, theta)])
+}
+
+/// How far the largest root of the recurrence that fits samples is from that of the one expected: its modulus, relative,
+/// plus its phase \[rad].
+pub(crate) fn distance(samples: &[f64], expected: &[f64]) -> f64 {
+    // The first steps have no past to look back on, and what has decayed is rounding.
+    let first = if expected.len() == 3 { 3 } else { 1 };
+    let start = samples.first().map_or(0.0, |x| x.abs());
+    let last = samples.iter().rposition(|x| x.abs() > 1e-6 * start);
+    let lasting = samples.get(first..=last.unwrap_or(0)).unwrap_or_default();
+    if lasting.len() <= expected.len() {
+        return f64::NAN;
+    }
+    let found = roots(&fitted(lasting, expected.len()));
+    let (Some(found), Some(own)) = (found.first().copied(), roots(expected).first().copied())
+    else {
+        return f64::NAN;
+    };
+    // Two real roots close to each other part into a pair by rounding: their phase says nothing.
+    let phase = if own[1] == 0.0 {
+        0.0
+    } else {
+        (found[1] - own[1]).abs()
+    };
+    (found[0] / own[0] - 1.0).abs() + phase
+}
+
 /// [`recurrence`] of a mode whose Ω² has several parts, each with its weights and its θ.
 pub(crate) fn mixed(parts: &[(f64, Weights, f64)]) -> Vec<f64> {
     let sum = |of: &dyn Fn(Weights, f64) -> f64| -> f64 {

@@ -52,10 +52,8 @@ pub struct Setup {
     pub options: StepOptions,
 }
 
-/// Input of a ledger.
 #[derive(Debug, Clone)]
 pub struct Question {
-    /// The whole scene.
     pub whole: Setup,
     /// Table of inputs, CSV.
     pub controls: Option<String>,
@@ -72,7 +70,6 @@ pub struct Line {
     pub what: String,
     /// The option of `taut run`, or the key of the scene, that changes it.
     pub how: String,
-    /// Rows of the linear system.
     pub rows: usize,
     /// Median time of a step, the least of some repetitions \[ns].
     pub step_ns: f64,
@@ -98,16 +95,13 @@ pub struct Line {
     pub failure: Option<String>,
 }
 
-/// Result of a ledger.
 #[derive(Debug, Serialize)]
 pub struct Ledger {
     /// The finest run, and the one with half its sub-steps, whose error is about that of the finest.
     pub finest: [Line; 2],
-    /// The whole scene.
     pub whole: Line,
     /// The changes, one by one.
     pub lines: Vec<Line>,
-    /// The lean scene.
     pub lean: Line,
     /// Changes in the lean scene, in the order of the savings.
     pub left_out: Vec<String>,

@@ -38,7 +38,8 @@
 //! | `checks` | experiments that end in checks: what `hard` and `paper` share |
 //! | `cases` | what a study runs one by one, keeps in a file and deals to shards |
 //! | `systems` | solvers on systems: the engine of the studies that compare solvers |
-//! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
+//! | `study`, `studies` | an experiment as a value: options, run, rows; the list of all |
+//! | `question` | what an experiment is called and takes, its tables and its plots, as a file |
 //! | `options` | options that several experiments read |
 
 // Unpublished: a comment says why, a unit or an error, not a name again.
@@ -61,6 +62,7 @@ pub mod matrix;
 mod motions;
 pub mod options;
 pub mod paper;
+pub mod question;
 pub mod resolution;
 pub mod scenes;
 pub mod sequence;

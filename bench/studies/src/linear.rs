@@ -1,34 +1,5 @@
 //! How exact a solve is: forward errors of the multipliers against the KKT system in extended precision, for every
 //! solver with 0, 1 and 2 refinements, over mass ratios up to 10¹².
-//!
-//! Each scene is one state, a straight or a bent cable under its tension, and each row one solve of it from zero. The
-//! system is that of the default step, with the same tension in the geometric stiffness for every solver: that of the
-//! state without geometric stiffness, in extended precision.
-//!
-//! A load of 10⁹ kg would draw the hoist's steel (YA = 2·10⁷ N) out to 500 times its length, and the compliance of
-//! such joints would hide what the mass ratio does to S. So the material is made stiffer with the load, at the same
-//! radius, where the strain would exceed [`Config::max_strain`]. The same numbers, scaled, are those of one rope with a
-//! load that it can bear and ever lighter segments: the compliances fall as 1/ratio.
-//!
-//! # What to expect
-//! Elimination, joint by joint or body by body, subtracts inverse segment masses 1/m from each other until only the
-//! compliances and 1/M of the load are left, and each difference carries the roundoff u/m. Together the compliances of
-//! the cable are strain · L/(p g Δt²) times 1/M, with the weight p of the step's end (1 in the paper's scheme). So a
-//! solve without refinement has, for N segments hanging straight, a relative error of about
-//!
-//! ```text
-//! r₀ ≈ 2 N u (M/m) / (1 + strain · L/(p g Δt²)),    r₁ ≈ r₀²
-//! ```
-//!
-//! on S as on the KKT matrix without pivoting, which forms S on the way; each refinement multiplies it by r₀ once more,
-//! as far as its residual is exact. With p = 1, errors of 10⁻¹² with one refinement, r₀ = 10⁻⁶, thus reach up to
-//! M/m = 1.7·10⁹ for 100 segments at a strain of 1 %, 2·10⁸ at 0.1 %, and to any ratio at the stiffness of steel; the
-//! default scheme, p = 0.4, reaches twice as far. Bent cables lose less, unless they are as good as rigid, in bending
-//! too (strain 10⁻⁸). LU with pivoting on the KKT matrix has errors of at most 10⁻¹² without refinement up to 10⁹.
-//!
-//! On S all this needs an exact residual. Geometric stiffness makes thin segments resist turning across their axis with
-//! up to 10¹⁰ times their inertia about it, and M̃⁻¹ is as inexact: with Δv corrected once, r₁ of a bent cable of 100
-//! segments was 7·10⁻¹² at 10⁹, corrected twice it is 10⁻¹⁵.
 
 use crate::options::choice;
 use crate::study::question::*;
@@ -132,11 +103,8 @@ impl Config {
 /// One row: one solve of one scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Pose of the cable.
     pub pose: Pose,
-    /// Segments of the cable.
     pub segments: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     /// Axial stiffness YA of the cable \[N].
     pub ea: f64,
@@ -159,7 +127,6 @@ pub struct Record {
     pub error: Option<String>,
 }
 
-/// The rows of a scene.
 fn rows(
     config: &Config,
     segments: usize,
@@ -221,7 +188,6 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentErro
 /// How far a direct solver with one refinement is within [`BAR`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// Backend and form.
     pub backend: String,
     /// Largest ratio of the sweep up to which all errors are within the bar; `None` if the smallest
     /// one exceeds it.
@@ -262,21 +228,12 @@ pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
 /// `taut study linear`.
 pub(crate) const STUDY: Study = Study {
     name: "linear",
-    title: "errors of the multipliers against mass ratio",
-    about: "Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²",
-    examples: &["--segments 24"],
-    mark: ("", "pose"),
-    takes: &["segments", "ratios", "backends", "quick"],
+    question: question!("linear", FUNCTIONS),
     run: |matches, reporter| ask(&Asked::read(matches), reporter.cases),
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
 
-const LEGEND: &str = "\
-Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements, compared by
-the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
-their own, to 1e-12";
+const FUNCTIONS: Functions = &[("backend", Text(backend)), ("kept", Text(kept))];
 
 fn ask(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config::new(asked.quick);
@@ -298,8 +255,7 @@ fn ask(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
             1.0 / config.step.dt,
             config.step.scheme
         ),
-        legend: LEGEND,
-        sheets: SHEETS,
+        study: &STUDY,
         rows: data(&records)?,
         conclusion: bars(&verdicts(&records)),
         omissions: config.omissions(),
@@ -320,45 +276,10 @@ fn settings(config: &Config) -> Vec<Setting> {
     ])
 }
 
-const PLOTS: &[Plan] = &[Plan {
-    id: "mass-ratios",
-    title: "Error against mass ratio",
-    text: "What forming S loses, about roundoff × mass ratio, refinement from the pieces brings back.",
-    panels: &["pose", "segments", "refinements"],
-    x: positive(&["mass_ratio"], "load/segment mass ratio (1)", 1.0),
-    y: error(&["forward_error"], "relative error of the multipliers (1)"),
-    ..PLAIN
-}];
-
-const SHEETS: &[Sheet] = &[Sheet {
-    shared: &[column("pose", "{}"), column("segments", "{} segments")],
-    columns: &[column("options", "solver").shown(Show::Row(backend))],
-    across: Some(Across {
-        by: &[column("mass_ratio", "{}").shown(Show::Ratio)],
-        cells: &[sheet::error("forward_error", "").shown(Show::Error(0))],
-        several: true,
-        most: 5,
-    }),
-    counts: has_no_error,
-    ..sheet::PLAIN
-}];
-
 /// The solver without its limit of iterations, which all have.
 fn backend(row: &Row) -> String {
     text_of(row, "backend").to_owned()
 }
-
-const BARS: Sheet = Sheet {
-    columns: &[
-        column("backend", "solver"),
-        column("limit", "kept up to").shown(Show::Row(kept)),
-        column("worst_forward_error", "largest").shown(Show::Error(1)),
-        column("worst_mass_ratio", "at ratio").shown(Show::Ratio),
-        column("worst_pose", "pose"),
-        column("worst_segments", "segments"),
-    ],
-    ..sheet::PLAIN
-};
 
 fn kept(row: &Row) -> String {
     number_of(row, "limit").map_or("nowhere".to_owned(), ratio)
@@ -383,7 +304,7 @@ fn bars(verdicts: &[Verdict]) -> String {
     };
     format!(
         "\nOne refinement, ratios up to {BAR_RATIO:.0e}: errors of at most {BAR:.0e} with {who}\n{}",
-        BARS.of(&verdicts)
+        STUDY.sheet("bars").of(&verdicts)
     )
 }
 
@@ -490,7 +411,7 @@ mod tests {
             ..Config::default()
         };
         let records = run(&config, &Cases::default()).unwrap();
-        let text = taut_output::table::plain(&SHEETS[0].text(&data(&records).unwrap()));
+        let text = taut_output::table::plain(&STUDY.sheet("errors").text(&data(&records).unwrap()));
         let heading = text.lines().find(|l| l.contains("solver")).unwrap();
         let ratios: Vec<&str> = heading.split_whitespace().skip(1).collect();
         assert_eq!(ratios, ["1", "1000", "1e6", "1e9", "1e12"]);

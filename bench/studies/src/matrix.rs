@@ -14,11 +14,7 @@ use taut_solver::Backend;
 /// `taut study matrix`.
 pub(crate) const STUDY: Study = Study {
     name: "matrix",
-    title: "systems from files",
-    about: "Systems from Matrix Market files: every backend, speed against error",
-    examples: &["bcsstk14.mtx.gz sherman1.mtx"],
-    mark: ("", "about"),
-    takes: &["matrices", "backends", "iterations", "quick"],
+    question: question!("matrix", FUNCTIONS),
     options: Own::augment_args,
     reads: |matches| {
         let paths = matches.get_many("matrices");
@@ -31,10 +27,13 @@ pub(crate) const STUDY: Study = Study {
             reporter.cases,
         )
     },
-    sheets: SHEETS,
-    plots: PLOTS,
-    ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[
+    ("shown_total", Text(shown_total)),
+    ("total", Worth(total)),
+    ("ended", Holds(ended)),
+];
 
 #[derive(Debug, Args)]
 struct Own {
@@ -45,11 +44,6 @@ struct Own {
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
 }
-
-const LEGEND: &str = "\
-factor+solve: what a step pays, and its ratio to the fastest that did not run out of iterations; ns/block: the same for
-each block row; compon.: componentwise backward error; error: relative error of x in the largest norm; times are minima
-of repeats";
 
 /// The backends named; those that are worth a row where none is.
 pub fn backends(names: &[String]) -> Result<Config, ExperimentError> {
@@ -122,7 +116,11 @@ fn run(asked: &Asked, own: &Own, cases: &Cases) -> Result<Found, ExperimentError
     let tables: String = results.iter().map(compared).collect();
     Ok(Found {
         settings: settings(&config),
-        text: format!("{LEGEND}\n{MARK}\n{tables}{}", not_read(&unread)),
+        text: format!(
+            "{}\n{MARK}\n{tables}{}",
+            STUDY.question().legend,
+            not_read(&unread)
+        ),
         rows: data(&results)?,
         ..Found::default()
     })
@@ -145,72 +143,6 @@ fn settings(config: &Config) -> Vec<Setting> {
         ("time of each", seconds(config.budget.as_secs_f64())),
     ])
 }
-
-const PLOTS: &[Plan] = &[Plan {
-    id: PRECISION,
-    title: "Work against precision",
-    text: "Factorisation and solve against the relative error of x. Along a curve: iterations. Lower left is \
-                   better.",
-    list: "records",
-    panels: &["matrix"],
-    x: error(&["forward_error"], "relative error of x (1)"),
-    y: positive(
-        &["factorize_ns", "solve_ns"],
-        "factorise and solve (µs)",
-        1e-3,
-    ),
-    ..PLAIN
-}];
-
-const SOLVER: Column = column("backend", "solver");
-const ITERATIONS: Column = column("iterations", "iter").shown(Show::Row(iterations));
-const ANALYSE: Column = sheet::time("analyze_ns", "analyse");
-const FACTORISE: Column = sheet::time("factorize_ns", "factorise");
-const SOLVE: Column = sheet::time("solve_ns", "solve");
-const COMPONENTWISE: Column = sheet::error("backward_error_componentwise", "compon.");
-const ERROR: Column = sheet::error("forward_error", "error");
-const STATUS: Column = column("status", "status");
-
-/// Rows of `taut study matrix`.
-const SHEETS: &[Sheet] = &[Sheet {
-    list: "records",
-    columns: &[
-        SOLVER,
-        ITERATIONS,
-        column("solve_ns", "factor+solve")
-            .shown(Show::Row(shown_total))
-            .least_of(total),
-        column("ratio", "ratio").shown(Show::Digits(1.0)),
-        column("ns_per_block_row", "ns/block")
-            .shown(Show::Fixed(0))
-            .least(),
-        ANALYSE,
-        FACTORISE,
-        SOLVE,
-        COMPONENTWISE,
-        ERROR,
-        STATUS,
-    ],
-    counts: ended,
-    ..sheet::PLAIN
-}];
-
-/// Rows of `taut solve`.
-const SOLVED: Sheet = Sheet {
-    columns: &[
-        SOLVER,
-        ANALYSE,
-        FACTORISE,
-        SOLVE,
-        sheet::error("backward_error", "normwise"),
-        COMPONENTWISE,
-        ERROR,
-        ITERATIONS,
-        STATUS,
-    ],
-    counts: ended,
-    ..sheet::PLAIN
-};
 
 /// Factorisation and solve \[ns].
 fn total(row: &Row) -> Option<f64> {
@@ -267,25 +199,28 @@ fn heading(about: &About) -> String {
 
 /// All rows of a system, in their order.
 pub fn solved(results: &Results) -> String {
-    whole(results, &marked(SOLVED, results).of(&results.records))
+    whole(
+        results,
+        &marked(STUDY.sheet("solved"), results).of(&results.records),
+    )
 }
 
 /// All rows of a system from the fastest on.
 pub fn compared(results: &Results) -> String {
     let mut records: Vec<&Record> = results.records.iter().collect();
     records.sort_by(|a, b| a.total_ns().total_cmp(&b.total_ns()));
-    let sheet = marked(SHEETS[0], results);
+    let sheet = marked(&STUDY.question().sheets[0], results);
     whole(results, &sheet.of(&json!({ "records": records })))
 }
 
 /// Without marks of the best where the matrix is singular: no row is better than another.
-fn marked(sheet: Sheet, results: &Results) -> Sheet {
+fn marked(sheet: &Sheet, results: &Results) -> Sheet {
     match results.about.singular {
         Some(_) => Sheet {
             counts: |_| false,
-            ..sheet
+            ..*sheet
         },
-        None => sheet,
+        None => *sheet,
     }
 }
 
@@ -295,26 +230,12 @@ fn whole(results: &Results, table: &str) -> String {
     format!("{heading}{table}{left_out}")
 }
 
-const SUITE: Sheet = Sheet {
-    columns: &[
-        column("topology", "topology"),
-        column("size", "N"),
-        column("systems", "systems"),
-        column("solved", "with x"),
-        column("rows", "rows"),
-        column("least", "condition from").shown(Show::Error(1)),
-        column("most", "to").shown(Show::Error(1)),
-        column("least_scaled", "scaled from").shown(Show::Error(1)),
-        column("most_scaled", "to").shown(Show::Error(1)),
-        column("megabytes", "MB").shown(Show::Fixed(2)),
-    ],
-    ..sheet::PLAIN
-};
-
 /// The graded set by topology and size.
 pub fn suite_table(entries: &[Row]) -> String {
     let groups = entries.chunk_by(|a, b| a["topology"] == b["topology"] && a["size"] == b["size"]);
-    SUITE.of(&groups.map(of_size).collect::<Vec<_>>())
+    STUDY
+        .sheet("suite")
+        .of(&groups.map(of_size).collect::<Vec<_>>())
 }
 
 /// Facts common to the systems of a topology and size.

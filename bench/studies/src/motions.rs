@@ -13,8 +13,6 @@ use taut_integrator::{
     GeometricStiffness, Guard, Scheme, StepError, StepOptions, StepReport, Stepper,
 };
 use taut_model::{Linearized, Scene};
-use taut_output::row::{Row, number_of};
-use taut_output::sheet::{Column, Show, column};
 
 /// The default step with this scheme, the weight α of its geometric stiffness, and this Δt (s), guarded or not.
 pub(crate) fn step(scheme: Scheme, alpha: f64, dt: f64, guarded: bool) -> StepOptions {
@@ -85,21 +83,4 @@ pub(crate) fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 /// Order of an error in Δt from two \[error, Δt].
 pub(crate) fn order([large, coarse]: [f64; 2], [small, fine]: [f64; 2]) -> f64 {
     (large / small).ln() / (coarse / fine).ln()
-}
-
-/// A column of numbers with so many digits after the point.
-pub(crate) const fn fixed(key: &'static str, heading: &'static str, digits: usize) -> Column {
-    column(key, heading).shown(Show::Fixed(digits))
-}
-
-/// A column of numbers with an exponent and so many digits after the point.
-pub(crate) const fn scientific(key: &'static str, heading: &'static str, digits: usize) -> Column {
-    column(key, heading).shown(Show::Error(digits))
-}
-
-/// Steps a second.
-pub(crate) const RATE: Column = column("dt", "1/Δt").shown(Show::Row(rate));
-
-fn rate(row: &Row) -> String {
-    number_of(row, "dt").map_or(String::new(), |dt| format!("{:.0}", 1.0 / dt))
 }

@@ -159,7 +159,6 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A whole number.
 pub fn count(text: &str) -> Result<usize, String> {
     let number = text.trim().parse::<usize>();
     number.map_err(|_| format!("`{text}` is no whole number from 0 on"))

@@ -1,13 +1,8 @@
 //! Benefit of segments by rule: many cables in one scene, in fixed segments and by rule, speed
 //! against error.
-//!
-//! All cables are 20 m long and hang side by side. Their anchors move aside by 0.5 m within a second, and they swing out of
-//! it. The loads of *hoists* are 10 to 10⁵ times as heavy as a hundredth of a cable; *ropes* bear as much as that
-//! hundredth, and whip. Where each load was is compared with a run in `FINE` segments: what is told is the error of the
-//! segments alone, the largest over the run, the median of all cables and the worst.
 
 use crate::hard::at;
-use crate::motions::{self, fixed, scientific};
+use crate::motions;
 use crate::study::question::*;
 use nalgebra::Vector3;
 use std::fmt::Write;
@@ -22,14 +17,8 @@ use taut_model::{
 /// `taut study resolution`.
 pub(crate) const STUDY: Study = Study {
     name: "resolution",
-    title: "segments by rule",
-    about: "Cables that merge and split their segments by rule against fixed ones: speed and error",
-    examples: &["--quick"],
-    mark: ("", "longest_ns"),
-    takes: &["quick"],
+    question: question!("resolution", &[]),
     run: |matches, reporter| study(Asked::read(matches).quick, reporter.cases),
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
 
@@ -53,7 +42,6 @@ enum Cut {
 }
 
 struct Config {
-    /// Cables of a scene.
     cables: usize,
     cuts: Vec<Cut>,
     /// Simulated time \[s].
@@ -83,7 +71,7 @@ fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
     let scenes = ["hoists".to_owned(), "ropes".to_owned()];
     let found = cases.in_turn("resolution", &scenes, |name| rows(name, &config))?;
     let rows = Value::Array(found.all()?.concat());
-    let text = format!("{}\n{}", study::tables(SHEETS, &rows), gains(&rows));
+    let text = format!("{}\n{}", STUDY.tables(&rows), gains(&rows));
     Ok(Found {
         settings: set([
             ("cables", config.cables.to_string()),
@@ -186,7 +174,6 @@ fn once(scene: &Scene, cables: usize, time: f64) -> Result<Run, ExperimentError>
     failure.map_or(Ok(run), |failure| Err(failure.reason.into()))
 }
 
-/// The rows of a scene.
 fn rows(name: &str, config: &Config) -> Result<Vec<Value>, ExperimentError> {
     let Config { cables, time, .. } = *config;
     let fine = once(&scene(name, cables, Cut::Fixed(FINE))?, cables, time)?;
@@ -249,28 +236,3 @@ fn gains(data: &Value) -> String {
     }
     text
 }
-
-const SHEETS: &[Sheet] = &[Sheet {
-    columns: &[
-        column("scene", "scene"),
-        column("cut", "segments of a cable"),
-        fixed("segments", "mean", 1),
-        column("changes", "changes"),
-        column("step_ns", "step").unit("ns"),
-        column("longest_ns", "longest").unit("ns"),
-        scientific("error_mm", "error", 1).unit("mm"),
-        scientific("worst_mm", "worst cable", 1).unit("mm"),
-    ],
-    ..sheet::PLAIN
-}];
-
-const PLOTS: &[Plan] = &[Plan {
-    id: "resolution",
-    title: "Time of a step against error",
-    text: "The median of the cables' errors: further left is faster, further down is better.",
-    list: "",
-    series: &["scene", "ruled"],
-    x: positive(&["step_ns"], "time of a step (µs)", 1e-3),
-    y: error(&["error_mm"], "error of the load (mm)"),
-    ..PLAIN
-}];

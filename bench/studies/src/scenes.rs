@@ -1,13 +1,4 @@
 //! Cables with branches and loops: what every solver costs there, how wrong it is, and how both grow with the size.
-//!
-//! A case is a network of one size and mass ratio: in its static equilibrium, set swinging about the line of its
-//! anchors as a rigid whole, and stepped with the default solver for [`WARM_UP`] steps. From there on, for every solver:
-//! (1) *algebra*: one solve of the common system, with the same tension in the geometric stiffness and the multipliers of
-//! the step before as the guess, against the KKT system in extended precision; (2) *motion*: the place of the load after
-//! [`Config::time`], over the size of the scene, against that of the reference solver; (3) *time*, alone and one after the
-//! other, of the step from the common state.
-//!
-//! Sizes are segments a cable; of the ladder cables, of the net rows and columns.
 
 mod measure;
 mod study;
@@ -49,17 +40,14 @@ pub const RUN_ROWS: usize = 2400;
 /// Rows beyond which iterative solvers make no run.
 pub const ITERATIVE_RUN_ROWS: usize = 1300;
 
-/// Segments of the ladder's cables.
 const LADDER_SEGMENTS: usize = 12;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub sizes: Vec<(Network, Vec<usize>)>,
-    /// Mass ratios load/segment.
     pub ratios: Vec<f64>,
     /// Solvers; iterative ones run over the ladder of iterations.
     pub choices: Vec<Choice>,
-    /// Limits of iterations.
     pub iterations: Vec<usize>,
     /// Δt \[s].
     pub dt: f64,
@@ -112,7 +100,6 @@ impl Config {
         self
     }
 
-    /// The parameters of a case.
     pub fn params(&self, network: Network, size: usize, mass_ratio: f64) -> NetworkParams {
         let mut params = NetworkParams {
             mass_ratio,
@@ -134,24 +121,19 @@ pub struct Record {
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     pub bodies: usize,
-    /// Rows of its constraints.
     pub rows: usize,
     /// Backend and form, without iterations; with the order of elimination where it is not the default's.
     pub backend: String,
     /// All options of the backend, as the command line reads them.
     pub options: String,
-    /// The order of elimination asked for.
     pub elimination: String,
     /// Limit of iterations; 0 for direct solvers.
     pub iterations: usize,
-    /// Iterations of the solve.
     pub iterations_used: usize,
     /// Δt \[s].
     pub dt: f64,
-    /// Refinement sweeps of the step.
     pub refinements: usize,
     /// Claim of the solver: `direct`, `converged`, `limit`, `stalled`.
     pub status: String,
@@ -386,10 +368,7 @@ mod tests {
             assert!(r.within_bar.is_none_or(|kept| kept), "{r:?}");
             assert_eq!(r.within_bar.is_some(), r.iterations == 0, "{r:?}");
         }
-        let text = taut_output::table::plain(&crate::study::tables(
-            study::SHEETS,
-            &crate::study::data(&results).unwrap(),
-        ));
+        let text = taut_output::table::plain(&STUDY.tables(&crate::study::data(&results).unwrap()));
         let width = text.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{text}");
     }

@@ -1,8 +1,4 @@
 //! Sequences of systems: what every solver costs and how wrong it is, step by step, with one analysis for each pattern.
-//!
-//! The systems are those of consecutive steps, as [`taut_ground::matrix::sequence`] reads them. A solver analyses each
-//! pattern once and factorises the matrix of every step; an iteration starts from its solution of the step before. The
-//! whole is done three times, from a cold start each: times are the least of the passes, errors the same in all.
 
 use crate::study::question::*;
 use crate::systems::{Told, at_rung, entrants, rungs};
@@ -143,12 +139,7 @@ fn row(sequence: &Sequence, choice: &Choice, limit: usize) -> Value {
 /// `taut study sequence`.
 pub(crate) const STUDY: Study = Study {
     name: "sequence",
-    title: "sequences of systems",
-    about: "Systems of consecutive steps from a folder: one analysis, refactorisation, warm start",
-    details: "The folder is one that `taut dump SCENE --steps A..B --out DIR` wrote: sequence.csv has a line a step with its number, its time and the number N of its pattern; FORM_N.mtx, of the forms schur and kkt, is the matrix of the first step of a pattern; FORM_N_values.mtx, FORM_N_rhs.mtx and FORM_N_exact.mtx are arrays with a column a step: the values of all entries in the order of FORM_N.mtx, right-hand sides, and exact solutions, which the study finds itself where they are not there.",
-    examples: &["target/sequence --backends banded,cg:group,umfpack/kkt"],
-    mark: ("records", "solve_ns_by_step"),
-    takes: &["folder", "backends", "iterations"],
+    question: question!("sequence", FUNCTIONS),
     options: Own::augment_args,
     reads: |matches| {
         let folder = matches.get_one::<PathBuf>("folder");
@@ -161,10 +152,12 @@ pub(crate) const STUDY: Study = Study {
         let folder = Own::from_arg_matches(matches)?.folder;
         ask(&Asked::read(matches), &folder, reporter.cases)
     },
-    sheets: SHEETS,
-    plots: PLOTS,
-    ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[(
+    "rows_counts",
+    Holds(|row| has_no_error(row) && has_ended(row)),
+)];
 
 #[derive(Debug, Args)]
 struct Own {
@@ -172,11 +165,6 @@ struct Own {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
-
-const LEGEND: &str = "\
-iter: mean of a step, of the limit; analyse: the pattern, once; factorise, solve: medians of the steps; longest: both in
-the longest step; claims: steps whose solver claims a solution; compon.: componentwise backward error; error: relative
-error of x in the largest norm; errors are the largest of all steps";
 
 /// Runs all solvers through a sequence, one after the other. What is not known of the exact solutions is found before the
 /// first.
@@ -221,76 +209,10 @@ fn ask(asked: &Asked, folder: &Path, cases: &Cases) -> Result<Found, ExperimentE
             ("iterations", counts(&limits)),
         ]),
         heading: format!("{folder}: {steps} systems, patterns: {patterns}"),
-        legend: LEGEND,
-        sheets: SHEETS,
+        study: &STUDY,
         rows: json!({ "records": records.all()? }),
         conclusion: String::new(),
         omissions,
     };
     Ok(told.into())
 }
-
-const SHEETS: &[Sheet] = &[Sheet {
-    list: "records",
-    columns: &[
-        column("backend", "solver"),
-        column("iterations", "iter").shown(Show::Row(iterations)),
-        sheet::time("analyze_ns", "analyse"),
-        sheet::time("factorize_ns", "factorise"),
-        sheet::time("solve_ns", "solve"),
-        sheet::time("longest_ns", "longest"),
-        column("claimed", "claims"),
-        sheet::error("backward_error_componentwise", "compon."),
-        sheet::error("forward_error", "error"),
-        column("worst_step", "in step"),
-    ],
-    counts: |row| has_no_error(row) && has_ended(row),
-    ..sheet::PLAIN
-}];
-
-/// A plot of the steps, a panel for each limit of iterations.
-const BY_STEP: Plan = Plan {
-    list: "records",
-    panels: &["iterations"],
-    x: linear(&[], "steps of the sequence (1)", 1.0),
-    mark: Mark::Line,
-    ..PLAIN
-};
-
-const PLOTS: &[Plan] = &[
-    Plan {
-        id: PRECISION,
-        title: "Work against precision",
-        text: "Factorisation and solve, medians, against the largest error of the steps. Along a curve: iterations. Lower left \
-               is better.",
-        list: "records",
-        x: error(&["forward_error"], "relative error of x (1)"),
-        y: positive(
-            &["factorize_ns", "solve_ns"],
-            "factorise and solve (µs)",
-            1e-3,
-        ),
-        ..PLAIN
-    },
-    Plan {
-        id: "error-by-step",
-        title: "Error by step",
-        text: "Relative error of x in the largest norm.",
-        y: error(&["forward_error_by_step"], "relative error of x (1)"),
-        ..BY_STEP
-    },
-    Plan {
-        id: "factorise-by-step",
-        title: "Factorisation by step",
-        text: "Refactorisation with the analysis of the first step; the least of the passes.",
-        y: positive(&["factorize_ns_by_step"], "factorise (µs)", 1e-3),
-        ..BY_STEP
-    },
-    Plan {
-        id: "solve-by-step",
-        title: "Solve by step",
-        text: "Iterations start from the solution of the step before.",
-        y: positive(&["solve_ns_by_step"], "solve (µs)", 1e-3),
-        ..BY_STEP
-    },
-];

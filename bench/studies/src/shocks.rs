@@ -1,20 +1,4 @@
 //! Shocks: kicks, jerks, drops. What becomes of a cable that something violent happens to, for each setting of the step.
-//!
-//! Every run is judged after its time (10 s) by four questions.
-//!
-//! 1. *Finite?* No step failed and the load stayed within ten cable lengths of the anchor.
-//! 2. *Does it keep its length?* In the last second the elongation, the sum of all gaps, is at no time more than 1.05
-//!    times the largest of the reference in its last 5 s, plus 10⁻³ L.
-//! 3. *Does it gain no energy?* The total energy (kinetic, gravitational, ½ ε λ²) at no instant exceeds that of the
-//!    beginning by more than 1 % of the reference's largest kinetic energy. What the motion begins with is worked out
-//!    from the scene: its velocities, heights and ½ φ²/ε of its pose, not from a step that may have damped it already.
-//!    The jerked anchor does work that depends on how its motion is resolved: there the reference's energy at the end of
-//!    the jerk is taken, and the energies after it count.
-//! 4. *Is it in the right swing?* The load ends within 10⁻² L of the reference.
-//!
-//! The reference is the default scheme with its guard at two fine steps. The finer one counts, and their distance at the
-//! end, given beside the errors, is what is not known of it: errors of up to three times as much are none, and where it
-//! exceeds 10⁻² L the swing is *chaotic*, neither right nor wrong. References are kept in files ([`taut_ground::cache`]).
 
 mod run;
 mod scene;
@@ -30,16 +14,16 @@ use taut_solver::Backend;
 /// `taut study shocks`.
 pub(crate) const STUDY: Study = Study {
     name: "shocks",
-    title: "kicks, jerks and drops",
-    about: "Kicks, jerks and drops: what survives them, how well, at what cost",
-    examples: &["--quick --ratios 100 --time 1"],
-    mark: ("outcomes", "excess_gap"),
-    takes: &["ratios", "time", "quick"],
+    question: question!("shocks", FUNCTIONS),
     run: |matches, reporter| study(&Asked::read(matches), reporter.cases),
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[
+    ("verdict", Text(verdict)),
+    ("gain", Text(gain)),
+    ("fails", Holds(fails)),
+];
 
 fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config::new(asked.quick);
@@ -302,71 +286,6 @@ fn fails(row: &Row) -> bool {
     !survives(row) || text_of(row, "swing") == "wrong"
 }
 
-const WORST: Column = column("worst_step_ns", "worst").shown(Show::Time);
-
-const SHEETS: &[Sheet] = &[Sheet {
-    list: "outcomes",
-    columns: &[
-        column("shock", "shock"),
-        column("length", "L").unit("m"),
-        column("ratio", "ratio").shown(Show::Ratio),
-        column("swing", "verdict").shown(Show::Row(verdict)),
-        millimetres("error_m", "error"),
-        millimetres("uncertainty_m", "±"),
-        column("gain", "energy").shown(Show::Row(gain)),
-        scientific("excess_gap", "gap", 0),
-        column("redone", "redone"),
-        column("implicit_substeps", "sub"),
-        column("unconverged_substeps", "unconv."),
-        column("solves", "solves"),
-        column("max_solves", "most"),
-        WORST,
-    ],
-    ..sheet::PLAIN
-}];
-
-/// What each failed run misses.
-const FAILURES: Sheet = Sheet {
-    title: "Failures",
-    columns: &[
-        column("shock", "shock"),
-        column("length", "L").unit("m"),
-        column("ratio", "ratio").shown(Show::Ratio),
-        fixed("failure_time", "ends at", 2).unit("s"),
-        millimetres("elongation", "elongation"),
-        millimetres("elongation_bar_m", "bar"),
-        column("gain", "gains").shown(Show::Row(gain)),
-        scientific("scale_j", "of", 1).unit("J"),
-        millimetres("error_m", "error"),
-        column("failure_reason", "reason"),
-    ],
-    takes: fails,
-    ..sheet::PLAIN
-};
-
-const fn millimetres(key: &'static str, heading: &'static str) -> Column {
-    column(key, heading).unit("mm").shown(Show::Digits(1e3))
-}
-
-const SUMMARY: Sheet = Sheet {
-    columns: &[
-        column("setting", "setting"),
-        column("finite", "finite"),
-        column("length", "length"),
-        column("energy", "energy"),
-        column("swing", "swing"),
-        column("passes", "all four"),
-        column("chaotic", "chaotic"),
-        column("fails", "fail"),
-        column("redone", "redone"),
-        column("unconverged", "unconv."),
-        fixed("solves", "solves", 2),
-        column("most", "most"),
-        WORST,
-    ],
-    ..sheet::PLAIN
-};
-
 /// A row for each setting, then the first setting's outcomes one by one, then its failures. At most 120 columns.
 fn text(data: &Value, config: &Config) -> String {
     let rows = rows_of(data, "outcomes");
@@ -374,7 +293,7 @@ fn text(data: &Value, config: &Config) -> String {
     let Some(first) = settings.first() else {
         return String::new();
     };
-    let failures = FAILURES.of(first);
+    let failures = STUDY.sheet("failures").of(first);
     let summaries: Vec<Value> = settings.iter().map(|runs| summary(runs)).collect();
     format!(
         "{} runs of {} s at Δt = 1/60 s for each setting, against the default scheme at Δt/{} (± what Δt/{} differs \
@@ -388,10 +307,10 @@ fn text(data: &Value, config: &Config) -> String {
         config.time,
         config.fineness[1],
         config.fineness[0],
-        SUMMARY.of(&summaries),
+        STUDY.sheet("summary").of(&summaries),
         100.0 * GAIN,
         text_of(&first[0], "setting"),
-        SHEETS[0].of(&json!({ "outcomes": first })),
+        STUDY.question().sheets[0].of(&json!({ "outcomes": first })),
         if failures.is_empty() {
             "\nNo failure.\n"
         } else {
@@ -455,20 +374,6 @@ fn percent(part: f64) -> String {
         format!("{percent:+.0e} %")
     }
 }
-
-const PLOTS: &[Plan] = &[Plan {
-    id: "errors",
-    title: "Error after a shock",
-    text: "Where the load is at the end, against a finer step. A run that was lost is not shown; the motion \
-                   after some shocks is chaotic.",
-    list: "outcomes",
-    only: &[("finite", &["yes"])],
-    panels: &["shock", "length"],
-    series: &["setting"],
-    x: positive(&["ratio"], "load/segment mass ratio (1)", 1.0),
-    y: error(&["error_m"], "distance of the load from the reference (m)"),
-    ..PLAIN
-}];
 
 #[cfg(test)]
 mod tests {

@@ -1,11 +1,5 @@
 //! The stability map: up to which mass ratio a swing survives, for schemes, geometric stiffness, joints, segments and
 //! materials.
-//!
-//! Every ratio of a grid is run by itself, none is inferred from its neighbours: instability is not monotone in the
-//! ratio. A run starts from the hanging equilibrium with angular velocities out of the plane, its anchor is moved
-//! aside, and it is *stable* if for its whole time all steps are finite, no joint opens by more than a segment's length
-//! beyond the widest gap of the hanging cable, and no body turns by more than π/4 in a step
-//! ([`taut_ground::trajectory::simulate`]).
 
 use crate::study::question::*;
 use std::f64::consts::PI;
@@ -16,16 +10,25 @@ use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, Stiffnes
 /// `taut study stability`.
 pub(crate) const STUDY: Study = Study {
     name: "stability",
-    title: "largest stable mass ratios",
-    about: "Largest stable mass ratio of schemes, stiffness, joints, segments and materials",
-    examples: &["--quick"],
-    mark: ("", "stable_to"),
-    takes: &["time", "quick"],
+    question: question!("stability", FUNCTIONS),
     run: |matches, reporter| study(&Asked::read(matches), reporter.cases),
-    sheets: SHEETS,
-    plots: PLOTS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[
+    ("stiffness", Text(stiffness)),
+    ("largest", Text(largest)),
+    (
+        "map_takes",
+        Holds(|row| !is(row, "guarded") && !is(row, "planar") && !readable(row)),
+    ),
+    ("guarded", Holds(|row| is(row, "guarded"))),
+    ("motion", Text(motion)),
+    (
+        "theory_takes",
+        Holds(|row| number_of(row, "predicted").is_some()),
+    ),
+];
 
 fn study(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config::new(asked.quick);
@@ -319,49 +322,6 @@ fn record(ratios: &[f64], case: &Case, failures: &[Option<Failure>]) -> Result<V
     }))
 }
 
-const JOINT: Column = column("joint", "joint");
-const SEGMENTS: Column = column("segments", "segments");
-const LARGEST: Column = column("highest", "largest").shown(Show::Row(largest));
-
-const SHEETS: &[Sheet] = &[Sheet {
-    shared: &[column("cable", "{}"), column("segments", "{} segments")],
-    columns: &[JOINT, column("scheme", "scheme")],
-    across: sheet::across(
-        &[column("stiffness", "{}").shown(Show::Row(stiffness))],
-        &[column("highest", "").shown(Show::Row(largest))],
-    ),
-    takes: |row| !is(row, "guarded") && !is(row, "planar") && !readable(row),
-    ..sheet::PLAIN
-}];
-
-const GUARDED: Sheet = Sheet {
-    title: "The default options with the guard on, hoist",
-    columns: &[
-        JOINT,
-        SEGMENTS,
-        column("scheme", "scheme"),
-        column("stiffness", "stiffness"),
-        LARGEST,
-    ],
-    takes: |row| is(row, "guarded"),
-    ..sheet::PLAIN
-};
-
-const THEORY: Sheet = Sheet {
-    title: "The paper's step (linearly implicit, no K): largest stable ratio by linear theory and measured",
-    columns: &[
-        column("cable", "cable"),
-        SEGMENTS,
-        JOINT,
-        column("planar", "motion").shown(Show::Row(motion)),
-        fixed("predicted", "predicted", 0),
-        fixed("stable_to", "measured to", 0),
-        fixed("highest", "highest", 0),
-    ],
-    takes: |row| number_of(row, "predicted").is_some(),
-    ..sheet::PLAIN
-};
-
 /// True for the cable of the paper's readable entry.
 fn readable(row: &Row) -> bool {
     text_of(row, "cable") == planar(Some(READABLE), 6).cable()
@@ -406,45 +366,11 @@ pub fn text_tables(data: &Value, config: &Config) -> String {
          Table II is that of `taut paper table2`.\n\
          {}{}{}",
         config.time,
-        SHEETS[0].text(data),
-        GUARDED.text(data),
-        THEORY.text(data),
+        STUDY.sheet("map").text(data),
+        STUDY.sheet("guarded").text(data),
+        STUDY.sheet("theory").text(data),
     )
 }
-
-const RATIO: &str = "load/segment mass ratio (1)";
-
-const PLOTS: &[Plan] = &[
-    Plan {
-        id: "largest",
-        title: "Largest stable mass ratio",
-        text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of \
-                       the geometric stiffness, a panel for each cable, number of segments and \
-                       joint; without the guard. Where a point is missing not even the smallest ratio is stable; the \
-                       highest points are where the grid ends. Those of the schemes stand beside each other.",
-        panels: &["cable", "segments", "joint"],
-        series: &["scheme"],
-        x: texts(&["stiffness"], "geometric stiffness α (1)"),
-        y: positive(&["stable_to"], RATIO, 1.0),
-        as_first: &["guarded", "planar"],
-        least_places: 2,
-        ..PLAIN
-    },
-    Plan {
-        id: "segments",
-        title: "Against the number of segments",
-        text: "The same against the number of segments, without geometric stiffness and with the weights 0.4 \
-                       and 0.5.",
-        panels: &["cable", "joint"],
-        series: &["scheme", "stiffness"],
-        x: positive(&["segments"], "segments (1)", 1.0),
-        y: positive(&["stable_to"], RATIO, 1.0),
-        only: &[("stiffness", &["off", "0.4", "0.5"])],
-        as_first: &["guarded", "planar"],
-        least_places: 2,
-        ..PLAIN
-    },
-];
 
 #[cfg(test)]
 mod tests {

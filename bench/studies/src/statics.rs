@@ -1,8 +1,4 @@
 //! The hanging cable at rest: is it as long as it must be, and how many iterations does that take?
-//!
-//! The exact discrete elongation is Σⱼ εⱼ Tⱼ over the joints; the massless continuum is M g L/(YA). The cable hangs
-//! along z exactly, so that x and y stay zero to the last bit and the step's transverse instability at large mass
-//! ratios has nothing to grow from: what is measured here is the solver.
 
 use crate::options::count;
 use crate::study::question::*;
@@ -70,11 +66,8 @@ pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepErr
 /// A cable released unstretched and damped to rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
-    /// Backend and form.
     pub backend: String,
-    /// Segments of the cable.
     pub segments: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     /// Steps until the length had stayed within 10⁻¹³ of the elongation, or within the rounding of the load's position,
     /// for 30 steps; or the limit.
@@ -134,11 +127,8 @@ pub fn settle(
 /// Fewest iterations a step that hold the hanging cable's elongation within a level.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Needed {
-    /// Backend and form.
     pub backend: String,
-    /// Segments of the cable.
     pub segments: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     /// Each step starts from the last one's multipliers; otherwise from zero.
     pub warm_start: bool,
@@ -183,7 +173,6 @@ pub fn iterations_needed(
     needed.collect()
 }
 
-/// Rows of the study.
 #[derive(Default, Serialize, Deserialize)]
 struct Results {
     /// Direct solvers: the cable damped to rest.
@@ -222,21 +211,16 @@ fn rows(params: &HoistParams, choice: &Choice, limit: usize) -> Result<Results, 
 /// `taut static`.
 pub(crate) const STUDY: Study = Study {
     name: "static",
-    title: "the cable hanging at rest",
-    about: "The cable hanging at rest: elongation of every direct solver, iterations that the others need",
-    examples: &["--segments 24 --ratios 1,1e3,1e5 --json static.json"],
-    details: "Unless told otherwise: 24 and 100 segments, mass ratios 1 to 10⁵, all solvers but the dense one, whose cost is cubic.",
-    writes: "the rows",
-    mark: ("settled", "sideways_m"),
-    takes: &["segments", "ratios", "backends", "limit"],
+    question: question!("static", FUNCTIONS),
     options: Own::augment_args,
     run: |matches, reporter| {
         let limit = Own::from_arg_matches(matches)?.limit;
         ask(&Asked::read(matches), limit, reporter.cases)
     },
-    sheets: SHEETS,
     ..study::PLAIN
 };
+
+const FUNCTIONS: Functions = &[("start", Text(start)), ("needed", Text(needed))];
 
 #[derive(Debug, Args)]
 struct Own {
@@ -244,12 +228,6 @@ struct Own {
     #[arg(long, default_value_t = 4096, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     limit: usize,
 }
-
-/// Legend of the second table.
-const NEEDED_LEGEND: &str = "\
-Iterations a step (to 2 % above 64) that hold the hanging cable for half a second within a relative error of its length.
-A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are
-joints; for a bent, swinging one see `taut bench`.";
 
 /// Settles the cable with every direct solver and counts the iterations of the others, in parallel; each solver on each
 /// scene is a case. The dense solver, whose cost is cubic, takes part where it is named.
@@ -280,7 +258,8 @@ fn ask(asked: &Asked, limit: usize, cases: &Cases) -> Result<Found, ExperimentEr
         all.needed.append(&mut part.needed);
     }
     let rows = data(&all)?;
-    let [settled, needed] = SHEETS.map(|sheet| sheet.text(&rows));
+    let legend = STUDY.question().legend;
+    let [settled, needed] = ["settled", "needed"].map(|name| STUDY.sheet(name).text(&rows));
     Ok(Found {
         settings: set([
             ("segments", counts(&segments)),
@@ -290,7 +269,7 @@ fn ask(asked: &Asked, limit: usize, cases: &Cases) -> Result<Found, ExperimentEr
             ("Δt", step(DT)),
         ]),
         text: format!(
-            "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{settled}\n{NEEDED_LEGEND}\n\
+            "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{settled}\n{legend}\n\
              {needed}"
         ),
         rows,
@@ -298,56 +277,11 @@ fn ask(asked: &Asked, limit: usize, cases: &Cases) -> Result<Found, ExperimentEr
     })
 }
 
-const SOLVER: Column = column("backend", "solver");
-const SEGMENTS: Column = column("segments", "segments");
-const RATIO: Column = column("mass_ratio", "ratio").shown(Show::Ratio);
-
-/// The cables damped to rest, and the iterations needed, the levels side by side.
-const SHEETS: &[Sheet; 2] = &[SETTLED, NEEDED];
-
-const SETTLED: Sheet = Sheet {
-    list: "settled",
-    columns: &[
-        SOLVER,
-        SEGMENTS,
-        RATIO,
-        column("steps", "steps"),
-        column("elongation_m", "elongation")
-            .unit("m")
-            .shown(Show::Fixed(9)),
-        sheet::error("error", "vs discrete"),
-        column("error_continuum", "vs MgL/YA").shown(Show::Error(1)),
-        column("sideways_m", "sideways")
-            .unit("m")
-            .shown(Show::Error(1)),
-    ],
-    rivals: &["segments", "mass_ratio"],
-    ..sheet::PLAIN
-};
-
-const NEEDED: Sheet = Sheet {
-    list: "needed",
-    columns: &[
-        SOLVER,
-        SEGMENTS,
-        RATIO,
-        column("warm_start", "start").shown(Show::Row(start)),
-    ],
-    across: sheet::across(
-        &[column("level", "{}").shown(Show::Error(0))],
-        &[column("iterations", "")
-            .shown(Show::Row(iterations))
-            .least()],
-    ),
-    rivals: &["segments", "mass_ratio"],
-    ..sheet::PLAIN
-};
-
 fn start(row: &Row) -> String {
     pick(is(row, "warm_start"), ["cold", "warm"]).to_owned()
 }
 
-fn iterations(row: &Row) -> String {
+fn needed(row: &Row) -> String {
     let [needed, limit] = ["iterations", "limit"].map(|key| number_of(row, key));
     let more = || format!("> {}", limit.unwrap_or(f64::NAN));
     needed.map_or_else(more, |n| n.to_string())

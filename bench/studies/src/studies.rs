@@ -11,9 +11,7 @@ use crate::{
 use clap::ArgMatches;
 use serde_json::Value;
 
-/// The main job.
 pub const BENCH: &Study = &ladder::STUDY;
-/// Branches and loops.
 pub const SCENES: &Study = &scenes::STUDY;
 
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
@@ -55,7 +53,7 @@ pub fn named(name: &str) -> Option<&'static Study> {
 /// The experiment whose rows these are.
 pub fn of_rows(rows: &Value) -> Option<&'static Study> {
     let is = |study: &&Study| {
-        let (list, column) = study.mark;
+        let [list, column] = study.question().mark;
         let list = if list.is_empty() {
             Some(rows)
         } else {

@@ -17,12 +17,11 @@ pub mod turns;
 pub use fewest::Fewest;
 pub use state::{Solved, Start, State};
 
-use crate::study::{Found, tables};
+use crate::study::{Found, Study};
 use serde_json::Value;
 use taut_ground::choice::{Choice, Omission};
 use taut_integrator::StepError;
 use taut_output::settings::Setting;
-use taut_output::sheet::Sheet;
 use taut_output::table::{self, MARK};
 use taut_solver::SolveError;
 
@@ -111,12 +110,10 @@ pub(crate) fn failed(source: SolveError) -> StepError {
 /// What a study comes to, before it is put into words.
 pub(crate) struct Told<'a> {
     pub(crate) settings: Vec<Setting>,
-    /// What was run, in a line or two, and the legend of the columns.
+    /// What was run, in a line or two.
     pub(crate) heading: String,
-    pub(crate) legend: &'a str,
-    pub(crate) sheets: &'a [Sheet],
+    pub(crate) study: &'a Study,
     pub(crate) rows: Value,
-    /// Text below the tables.
     pub(crate) conclusion: String,
     pub(crate) omissions: Vec<Omission>,
 }
@@ -126,8 +123,8 @@ impl From<Told<'_>> for Found {
         let text = format!(
             "{}\n{}\n{MARK}\n{}{}{}",
             told.heading,
-            told.legend,
-            tables(told.sheets, &told.rows),
+            told.study.question().legend,
+            told.study.tables(&told.rows),
             told.conclusion,
             table::omissions(&told.omissions)
         );

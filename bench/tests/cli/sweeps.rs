@@ -405,7 +405,10 @@ fn studies_are_listed_with_what_they_measure() {
     let list = good(&folder("studies"), "study");
     for study in taut_studies::studies::STUDIES {
         let line = list.lines().find(|l| l.starts_with(study.name));
-        assert!(line.is_some_and(|l| l.ends_with(study.about)), "{list}");
+        assert!(
+            line.is_some_and(|l| l.ends_with(study.question().about)),
+            "{list}"
+        );
     }
 }
 

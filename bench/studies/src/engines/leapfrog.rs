@@ -30,7 +30,6 @@ struct Leapfrog {
     stiffness: Vec<f64>,
     /// Length of a spring without force \[m].
     length: f64,
-    /// The load's number.
     load: usize,
     /// Instructions that it runs on.
     level: Level,

@@ -13,7 +13,6 @@ pub(super) struct Outcome {
     pub(super) errors: [Option<f64>; 2],
     pub(super) frame_ns: f64,
     pub(super) frame_ns_min: f64,
-    /// Reason for a missing error.
     failure: Option<String>,
 }
 

@@ -16,17 +16,31 @@
 //! | `over` | lists of values, or of tables of them, or counts from 0 on by name, all combinations of which are run together: their results are series |
 //! | `quick` | shorter lists for the quick run |
 //! | `let` | as above, from the values of the row, too |
-//! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, … |
-//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity` |
+//! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, …, or its `value` |
+//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity`, with a `spin` about the origin |
 //! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
-//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `balance = true` keeps one of energy |
+//! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its forces raised in so many steps, by
+//! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes |
+//! | `places` | where bodies have to be, `{ body, place }` each: the farthest from it is seen as `misplaced` |
+//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `paper = true`: the paper's; `alpha`: weight of the geometric
+//! | | stiffness; `guard = false`; `balance = true` keeps one of energy |
 //! | `steps` or `time` | how long |
 //! | `drive` | values of controls, and velocities of driven bodies, by name: formulas of the `time` at which a step begins |
-//! | `solvers` | `every`: by every solver; `every-unguarded`: each step is one solve |
+//! | `load` | `force`, `torque` and the point `at` which the force acts, in the body's frame, by bodies' names: formulas of the
+//! | | `time` |
+//! | `change` | before the step of that number, or of each where it is 0: `remove` a constraint, `cut` a cable at the joint
+//! | | of that number, `tie` two bodies rigidly at their distance until the next change |
+//! | `solvers` | `every`: by every solver; `every-direct`: by all that do not iterate; `every-unguarded`: each step is one
+//! | | solve; `first-unguarded`: by the first alone |
 //! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
 //! | `may-fail` | `true`: a step that fails ends the run, and `failed` is 1 |
-//! | `see` | `"NAME = FORMULA"` each, in order, of columns of `taut run`, of [`probes`] and of what is above: one number each |
+//! | `see` | `"NAME = FORMULA"` each, in order, with texts in braces as elsewhere, of columns of `taut run`, of [`probes`] and of what is above: one number each |
+//! | | An entry `{ repeat = N, see = "…" }` stands N times, with `{k}` = 0, 1, …: the largest of them is seen |
+//! | `path` | bodies whose ways are compared, 60 places a second: `apart`, the largest distance from those of the last run of
+//! | | the row, `to_next`, from those of the run after it |
+//! | `halve` | a bracket: runs with its `name` at `from` and at `to`, between which `times` halvings find the value from which on
+//! | | `up` holds, `found` ± `width`; `low.NAME` is what the first run has seen |
 //! | `finds` | as above, of all the runs of a row together |
 //! | `keep` | names of what is found that later runs have in place of values of the file's `let` |
 //! | `audit` | values of the row with which every solver's claims are audited on the scene |
@@ -37,6 +51,7 @@
 //! | `ours` and `reference` | two formulas that are compared, or |
 //! | `error` | a formula for how far it is from `reference`, which is in words; `ours` may put it in words, or |
 //! | `holds` | a condition, for `reference` and `ours` in words |
+//! | `vector` | numbers of the reference and of ours, beside an `error` |
 //! | `unit`, `bar`, `measure` | of the error: `relative` (default where two are compared), `absolute` |
 //! | `by`, `note` | what is measured; what else is worth knowing |
 //! | `limit` | `{ when = …, cause = "…" }`: a failure that is a known limit |
@@ -45,9 +60,12 @@
 //! | `claim` | `true`: it `holds` or does not, as a statement of others |
 //! | `if` | the check is made where this holds |
 
+mod changes;
 mod expression;
+mod judge;
 mod oracles;
 mod probes;
+pub(super) mod rest;
 mod run;
 mod text;
 
@@ -55,6 +73,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
+use taut_ground::trajectory::ENERGY_TOLERANCE;
 use toml::{Table, Value};
 
 pub(super) use run::{outcome, scenes, verify};
@@ -67,9 +86,55 @@ macro_rules! files {
 }
 
 pub(super) const FILES: &[&str] = files![
-    "H12", "H20", "H21", "H22", "H23", "H24", "H25", "H26", "H27", "H28", "H29", "H30", "H32",
-    "H35", "H37", "H38", "H39", "H41", "H43", "H44", "H45", "H56", "H61", "H62", "H63", "H64",
-    "H65", "H66", "landing", "scale",
+    "H04",
+    "H05",
+    "H06",
+    "H07",
+    "H07d",
+    "H08",
+    "H09",
+    "H10",
+    "H11",
+    "H12",
+    "H15",
+    "H20",
+    "H21",
+    "H22",
+    "H23",
+    "H24",
+    "H25",
+    "H26",
+    "H27",
+    "H28",
+    "H29",
+    "H30",
+    "H31",
+    "H32",
+    "H33",
+    "H34",
+    "H35",
+    "H36",
+    "H37",
+    "H38",
+    "H39",
+    "H40",
+    "H41",
+    "H43",
+    "H44",
+    "H45",
+    "H55",
+    "H56",
+    "H59",
+    "H61",
+    "H62",
+    "H63",
+    "H64",
+    "H65",
+    "H66",
+    "landing",
+    "scale",
+    "touchdown",
+    "wound",
 ];
 
 /// A case as it is written.
@@ -108,11 +173,21 @@ struct Run {
     solvers: Option<Solvers>,
     quick_solvers: Option<Fewer>,
     #[serde(default)]
+    load: BTreeMap<String, Load>,
+    rest: Option<Rest>,
+    #[serde(default)]
+    places: Vec<Value>,
+    halve: Option<Halve>,
+    #[serde(default)]
+    change: Vec<Change>,
+    #[serde(default)]
+    path: Vec<String>,
+    #[serde(default)]
     may_fail: bool,
     #[serde(default)]
     bodies: Vec<Bodies>,
     #[serde(default)]
-    see: Vec<String>,
+    see: Vec<See>,
     #[serde(default)]
     finds: Vec<String>,
     #[serde(default)]
@@ -144,6 +219,7 @@ struct Bodies {
     every: Option<usize>,
     heavier: Option<Value>,
     velocity: Option<[Value; 3]>,
+    spin: Option<[f64; 3]>,
 }
 
 /// A natural oscillation that a run starts in.
@@ -155,14 +231,85 @@ struct Mode {
     amplitude: Value,
 }
 
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Load {
+    force: [Value; 3],
+    torque: [Value; 3],
+    #[serde(default)]
+    at: [f64; 3],
+}
+
+/// How a scene comes to rest.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Rest {
+    Settled(bool),
+    Raised { steps: usize, pass: f64 },
+    Crept { creep: f64 },
+}
+
+/// A change of the scene before a step.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Change {
+    step: usize,
+    remove: Option<String>,
+    cut: Option<(String, usize)>,
+    tie: Option<[String; 2]>,
+}
+
+/// Whether a balance of energy is kept, and how much may come from nowhere.
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(from = "Value")]
+struct Balance(Option<f64>);
+
+impl From<Value> for Balance {
+    fn from(value: Value) -> Self {
+        let usual = (value.as_bool() == Some(true)).then_some(ENERGY_TOLERANCE);
+        Self(usual.or(value.as_float()))
+    }
+}
+
+/// A bracket that is halved.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Halve {
+    name: String,
+    from: Value,
+    to: Value,
+    times: Value,
+    up: String,
+}
+
+/// Where a body has to be \[m].
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Place {
+    body: String,
+    place: [f64; 3],
+}
+
+/// `NAME = FORMULA`, or the largest of several of them.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum See {
+    One(String),
+    Largest { repeat: Value, see: String },
+}
+
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Step {
     dt: Option<Value>,
     substeps: Option<Value>,
     scheme: Option<String>,
+    alpha: Option<Value>,
+    guard: Option<bool>,
     #[serde(default)]
-    balance: bool,
+    paper: bool,
+    #[serde(default)]
+    balance: Balance,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -170,9 +317,10 @@ struct Step {
 enum Solvers {
     Every,
     EveryUnguarded,
+    EveryDirect,
+    FirstUnguarded,
 }
 
-/// Solvers of a quick run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Fewer {
@@ -191,6 +339,7 @@ enum Distance {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct CheckEntry {
     case: String,
+    #[serde(default)]
     reference: String,
     ours: Option<String>,
     error: Option<String>,
@@ -203,6 +352,8 @@ struct CheckEntry {
     note: Option<String>,
     limit: Option<Limit>,
     algebraic: Option<String>,
+    /// Numbers of the reference and of ours, whose error is given.
+    vector: Option<[Vec<String>; 2]>,
     time: Option<String>,
     space: Option<String>,
     #[serde(default)]

@@ -1,21 +1,14 @@
-//! Hard cases for the program: H40 to H58. What they asserted about algebra alone is tested beside `tests/agreement`.
+//! Hard cases for the program: H42 to H58. What they asserted about algebra alone is tested beside `tests/agreement`.
 
 mod ladders;
 pub mod long_run;
 mod lost;
-mod mass_ratio;
 mod mechanisms;
 pub mod rigid_limit;
 
 use super::Coded;
 
 pub const CASES: &[Coded] = &[
-    Coded {
-        name: "H40",
-        title: "mass ratios from 1 to 10¹⁰: a minute of swing",
-        run: mass_ratio::outcome,
-        scenes: mass_ratio::scenes,
-    },
     Coded {
         name: "H42",
         title: "dependent constraints: Bricard's six-bar, rows of four-bars",

@@ -2,6 +2,7 @@
 
 use super::{Case, CaseFile, Measured, cases, file, named};
 use crate::checks::{self, Catalogue};
+use crate::question;
 use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
 use taut_output::check::ExperimentError;
@@ -9,10 +10,7 @@ use taut_output::check::ExperimentError;
 /// `taut hard`.
 pub(crate) const STUDY: Study = Study {
     name: "hard",
-    title: "hard cases with known answers",
-    about: "Hard cases with known answers, or a known absence of one: reference, ours, error, bar, verdict",
-    examples: &["H42 --json hard.json"],
-    writes: "all checks",
+    question: question!("hard", &[]),
     options: Options::augment_args,
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
     ..study::PLAIN
@@ -31,10 +29,6 @@ struct Options {
     quick: bool,
 }
 
-const LEGEND: &str = "\
-pass, FAIL: our own bar on our error; limit: where something of ours ends, and says so. Numbers at the end of a row:
-the notes below the table that it needs";
-
 /// The case with that name, or of that file.
 fn found(argument: &str) -> Result<Case, ExperimentError> {
     if !argument.ends_with(".toml") {
@@ -46,7 +40,6 @@ fn found(argument: &str) -> Result<Case, ExperimentError> {
     Ok(Case::File(Box::leak(Box::new(file))))
 }
 
-/// A case in the list.
 fn listed(case: &Case) -> String {
     let head = format!("{}: {}\n", case.name(), case.title());
     let Case::File(file) = case else {
@@ -69,7 +62,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
         });
     }
     let catalogue = Catalogue {
-        legend: LEGEND,
+        legend: STUDY.question().legend,
         reference: "reference",
         experiments,
         quick: options.quick,

@@ -1,39 +1,21 @@
 //! Iterations and times to given errors as tables, then where iterations win.
 
-use super::{Record, Start};
+use super::{Record, STUDY, Start};
 use crate::study::question::*;
 
-const TARGET: Column = column("target", "{}").shown(Show::Error(0));
-
-pub(super) const SHEETS: &[Sheet] = &[Sheet {
-    shared: &[
-        column("scene", "{}").shown(Show::Row(scene)),
-        column("size", ""),
-        column("mass_ratio", "ratio {}").shown(Show::Ratio),
-        column("rows", "{} rows"),
-        column("start", "{}"),
-    ],
-    columns: &[column("backend", "solver")],
-    across: sheet::across(
-        &[TARGET],
-        &[column("ns", "").shown(Show::Row(cell)).least_of(reached)],
-    ),
-    ..sheet::PLAIN
-}];
-
-fn scene(row: &Row) -> String {
+pub(super) fn scene(row: &Row) -> String {
     let size = number_of(row, "size").unwrap_or(f64::NAN);
     format!("{} {size}", text_of(row, "scene"))
 }
 
 /// The time of a row that got there.
-fn reached(row: &Row) -> Option<f64> {
+pub(super) fn reached(row: &Row) -> Option<f64> {
     let iterations = number_of(row, "iterations").filter(|_| row["failure"].is_null());
     iterations.and(number_of(row, "ns"))
 }
 
 /// Iterations, time and the gain over the direct solver.
-fn cell(row: &Row) -> String {
+pub(super) fn cell(row: &Row) -> String {
     let iterations = number_of(row, "iterations");
     let us = number_of(row, "ns").map_or("-".to_owned(), |ns| digits(ns * 1e-3));
     let is_direct = row["start"].is_null();
@@ -47,25 +29,6 @@ fn cell(row: &Row) -> String {
         _ => format!("no ({:.0e})", number_of(row, "error").unwrap_or(f64::NAN)),
     }
 }
-
-const WINS: Sheet = Sheet {
-    title: "Where an iterative solver is faster than the direct one",
-    columns: &[
-        column("start", "start"),
-        column("target", "error").shown(Show::Error(0)),
-        column("wins", "cases"),
-        column("gain", "largest gain").shown(Show::Digits(1.0)),
-        column("by", "by"),
-        column("at", "at"),
-    ],
-    ..sheet::PLAIN
-};
-
-const UNREACHED: Sheet = Sheet {
-    columns: &[column("backend", "solver")],
-    across: sheet::across(&[column("start", "{}"), TARGET], &[column("short", "")]),
-    ..sheet::PLAIN
-};
 
 /// Where an iterative solver wins, if anywhere, and what does not get there.
 pub(super) fn conclusions(records: &[Record], limit: usize) -> String {
@@ -84,8 +47,8 @@ pub(super) fn conclusions(records: &[Record], limit: usize) -> String {
     let wins: Vec<Value> = wins.collect();
     format!(
         "{}\nNot reached within {limit} iterations, of all cases\n{}",
-        WINS.of(&wins),
-        UNREACHED.of(&unreached(records))
+        STUDY.sheet("wins").of(&wins),
+        STUDY.sheet("unreached").of(&unreached(records))
     )
 }
 
@@ -160,7 +123,7 @@ mod tests {
     use super::*;
     use crate::cases::Cases;
     use crate::iterative::{Config, run};
-    use crate::study::{data, tables};
+    use crate::study::data;
     use std::time::Duration;
     use taut_model::Network;
     use taut_output::table::plain;
@@ -177,7 +140,7 @@ mod tests {
         };
         let results = run(&config, &Cases::default()).unwrap();
         let rows = data(&results.records).unwrap();
-        let text = tables(SHEETS, &rows) + &conclusions(&results.records, config.limit);
+        let text = STUDY.tables(&rows) + &conclusions(&results.records, config.limit);
         let text = plain(&text);
         let width = text.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{text}");

@@ -13,7 +13,6 @@ const DT: f64 = 1.0 / 60.0;
 /// Angle of the cable \[rad].
 const ANGLE: f64 = 0.3;
 
-/// The joints between the segments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Joint {
@@ -29,7 +28,6 @@ impl Joint {
     /// All of them, by their rows.
     pub const ALL: [Self; 3] = [Self::Spherical, Self::Untwisted, Self::Cosserat];
 
-    /// Rows of a joint.
     pub fn rows(self) -> usize {
         match self {
             Self::Spherical => 3,
@@ -62,7 +60,6 @@ pub type System = (SymBlockMatrix, Vec<f64>);
 pub struct Case {
     pub joint: Joint,
     pub segments: usize,
-    /// Load over segment mass.
     pub mass_ratio: f64,
     state: State,
     schur: System,
@@ -70,7 +67,6 @@ pub struct Case {
 }
 
 impl Case {
-    /// The case of a cable with so many segments under a load of `mass_ratio` of them.
     pub fn new(joint: Joint, segments: usize, mass_ratio: f64) -> Result<Self, StepError> {
         let scene = joint.hoist(segments, mass_ratio).build()?;
         let options = reference_choice().plain_options(DT);

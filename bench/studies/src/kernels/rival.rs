@@ -33,7 +33,6 @@ const NO_LAPACK: SolveError = SolveError::NotCompiled {
     feature: "lapack",
 };
 
-/// How a solver is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
     /// On S or on the KKT matrix.
@@ -83,7 +82,6 @@ impl Rival {
             .collect()
     }
 
-    /// Name without iterations and tolerance.
     pub fn family(&self) -> String {
         match self {
             Self::Solver(choice, of) => choice.family() + of.suffix(),

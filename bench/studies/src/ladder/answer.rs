@@ -2,7 +2,7 @@
 //! another family with its factor, and the iteration that comes furthest. In a sentence: which
 //! solver to use.
 
-use super::{LEVELS, Record};
+use super::{LEVELS, Record, STUDY};
 use crate::study::question::*;
 
 /// A row and what its step costs within a level \[ns].
@@ -16,7 +16,6 @@ fn shown(placed: Option<Placed<'_>>) -> Option<(String, String)> {
     placed.map(|(r, ns)| (name(r), nanoseconds(ns)))
 }
 
-/// Rows of the same scene.
 fn scenes(records: &[Record]) -> impl Iterator<Item = &[Record]> {
     records.chunk_by(|a, b| a.scene_key() == b.scene_key())
 }
@@ -77,47 +76,14 @@ pub struct Answer {
     pub sheet: &'static Sheet,
     /// A row for each scene and set of levels.
     pub rows: Value,
-    /// The sentence.
     pub advice: String,
 }
-
-/// The columns of the answer after those of the scene.
-const OUTCOME: [Column; 8] = [
-    column("within", "within"),
-    column("fastest", "fastest"),
-    column("step_ns", "step").shown(Show::Time),
-    column("next", "next"),
-    column("times", "times").shown(Show::Fixed(1)),
-    column("iteration", "best iteration"),
-    column("iteration_ns", "step").shown(Show::Time),
-    column("iteration_error", "error").shown(Show::Error(1)),
-];
-
-const fn columns(scene: [Column; 2]) -> [Column; 10] {
-    let [a, b] = scene;
-    let [c, d, e, f, g, h, i, j] = OUTCOME;
-    [a, b, c, d, e, f, g, h, i, j]
-}
-
-const HOIST: Sheet = Sheet {
-    columns: &columns([
-        column("segments", "segments"),
-        column("mass_ratio", "ratio").shown(Show::Ratio),
-    ]),
-    ..sheet::PLAIN
-};
-
-/// The answer on other scenes.
-const OWN: Sheet = Sheet {
-    columns: &columns([column("scene", "scene"), column("mass_ratio", "ratio")]),
-    ..sheet::PLAIN
-};
 
 impl Answer {
     pub fn of(records: &[Record]) -> Self {
         let is_own = records.first().is_some_and(|r| r.segments.is_none());
         Self {
-            sheet: if is_own { &OWN } else { &HOIST },
+            sheet: STUDY.sheet(if is_own { "answer-own" } else { "answer" }),
             rows: scenes(records).flat_map(rows).collect(),
             advice: advice(records),
         }

@@ -24,10 +24,8 @@ const CONTACT_SUBSTEPS: usize = 2;
 /// A scene other than the hoist, with its drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnScene {
-    /// Name in rows and plots.
     pub name: String,
     pub scene: Scene,
-    /// Drive over time.
     pub inputs: Inputs,
 }
 
@@ -60,7 +58,6 @@ pub(super) struct Case {
     velocity_error: Option<f64>,
     /// How long the step itself, solved directly, was tried \[s].
     stability_time: f64,
-    /// How it ended early.
     pub(super) failure: Option<Failure>,
 }
 
@@ -95,7 +92,6 @@ impl Subject {
         }
     }
 
-    /// Description in a line.
     pub(super) fn title(&self) -> String {
         match self {
             Self::Hoist(params) => {
@@ -229,7 +225,6 @@ impl Case {
         }
     }
 
-    /// Segments of a hoist.
     pub(super) fn segments(&self) -> Option<usize> {
         self.hoist.as_ref().map(|hoist| hoist.segments)
     }

@@ -13,7 +13,6 @@ use taut_model::{HoistParams, Network, NetworkParams, Scene};
 use taut_output::check::ExperimentError;
 use taut_solver::BlockPattern;
 
-/// Measurements beside the rows.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Extras {
@@ -23,7 +22,6 @@ pub struct Extras {
     pub patterns: Vec<Pattern>,
 }
 
-/// The times of the steps of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Trace {

@@ -76,7 +76,6 @@ pub struct Record {
     /// most 10⁻¹⁴.
     #[serde(default)]
     pub verified_to_rounding: Option<usize>,
-    /// Frames measured.
     pub frames: usize,
     /// Error levels at which this row is the fastest of its scene.
     pub fastest_at: Vec<Fastest>,
@@ -118,7 +117,6 @@ impl Record {
         (&self.scene, self.segments, self.mass_ratio.to_bits())
     }
 
-    /// Its scene as plots call it.
     pub fn scene_title(&self) -> String {
         let ratio = number(self.mass_ratio);
         match self.segments {

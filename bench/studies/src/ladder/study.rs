@@ -1,7 +1,7 @@
 //! The study of the main job: its options, what it says, its rows with what its page shows besides.
 
 use super::extras::measure;
-use super::table::{LEGEND, answer, rows};
+use super::table::{FUNCTIONS, answer, rows};
 use super::{Config, OwnScene, Results, SceneNote};
 use crate::cases::{Cases, Elsewhere};
 use crate::options::overrides;
@@ -15,27 +15,7 @@ use taut_model::{Grounded, HoistParams, Network, SceneSource};
 /// `taut bench`.
 pub(crate) const STUDY: Study = Study {
     name: "bench",
-    title: "speed against error of sparse solvers on hoisting cables",
-    about: "Every solver, every mass ratio: what a step costs and how wrong it is (the default command)",
-    details: "The answer goes to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables to target/taut/report.html, with its data in bench.report.json beside it.",
-    examples: &[
-        "--segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group",
-        "--scene integrator/examples/tower_crane.toml,gantry --set gravity=3.7",
-        "--scene ring,net --quick",
-    ],
-    mark: ("", "fastest_at"),
-    takes: &[
-        "scenes",
-        "controls",
-        "segments",
-        "ratios",
-        "backends",
-        "iterations",
-        "overrides",
-        "time",
-        "rows",
-        "quick",
-    ],
+    question: question!("bench", FUNCTIONS),
     options: Own::augment_args,
     reads: |matches| {
         let scenes = matches.get_many::<String>("scenes").into_iter().flatten();
@@ -50,7 +30,6 @@ pub(crate) const STUDY: Study = Study {
             reporter,
         )
     },
-    ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
@@ -194,7 +173,6 @@ fn hoist(
     }
 }
 
-/// Legend of the answer.
 const ANSWER: &str = "\
 Fastest: the least median time of a whole step with multipliers and elongation within the error, unrefined where that
 suffices; next: the same of another family of solvers, and how many times as long it takes; k×: iterations a step";
@@ -207,7 +185,6 @@ const ON_THE_GROUND: &str =
 const MORE: &str =
     "Every row: `taut bench --rows`, target/taut/bench.json; plots: target/taut/report.html";
 
-/// Description of the run.
 fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentError> {
     let rate = 1.0 / config.dt;
     let scene = if config.own.is_empty() {
@@ -264,7 +241,8 @@ fn told(options: &Own, config: &Config, results: &Results) -> Result<String, Exp
     let ground = if has_contacts { ON_THE_GROUND } else { "" };
     Ok(if options.rows {
         let rows = rows(results);
-        format!("{scene}\n{LEGEND}\n{MARK}\n{rows}\n{ANSWER}{ground}\n{answer}")
+        let legend = STUDY.question().legend;
+        format!("{scene}\n{legend}\n{MARK}\n{rows}\n{ANSWER}{ground}\n{answer}")
     } else {
         format!("{scene}\n{ANSWER}{ground}\n\n{answer}\n{MORE}\n")
     })

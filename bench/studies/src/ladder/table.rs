@@ -1,51 +1,25 @@
 //! The main job's rows and its answer as text.
 
-use super::{Answer, Record, Results, SceneNote};
+use super::{Answer, Record, Results, STUDY, SceneNote};
 use crate::study::question::*;
 
-/// The rows of the main job on the hoist.
-const HOIST: Sheet = Sheet {
-    shared: &[
-        column("segments", "{} segments"),
-        column("mass_ratio", "load/segment mass ratio {}").shown(Show::Ratio),
-        column("note", "{}"),
-    ],
-    columns: &[
-        column("backend", "solver"),
-        column("iterations", "iter").shown(Show::Row(iterations)),
-        sheet::time("step_ns", "step"),
-        column("solve_ns", "ns/joint")
-            .shown(Show::Row(per_joint))
-            .least(),
-        sheet::error("backward_error_componentwise", "backw."),
-        sheet::error("forward_error", "error"),
-        sheet::error("forward_error_unrefined", "error r0"),
-        sheet::error("velocity_error", "veloc."),
-        sheet::error("complementarity", "compl."),
-        sheet::error("elongation_error", "elong."),
-        sheet::error("load_error_m", "load").unit("m"),
-        column("simulated_s", "held").shown(Show::Row(held)),
-        column("fastest_at", "fastest 1e").shown(Show::Row(levels)),
-    ],
-    counts: |row| has_no_error(row) && has_ended(row) && number_of(row, "failure_time").is_none(),
-    ..sheet::PLAIN
-};
+/// Functions that the tables of the main job name.
+pub(super) const FUNCTIONS: Functions = &[
+    ("per_joint", Text(per_joint)),
+    ("held", Text(held)),
+    ("levels", Text(levels)),
+    ("counts", Holds(counts)),
+];
 
-/// Its rows on other scenes.
-const OWN: Sheet = Sheet {
-    shared: &[
-        column("scene", "{}"),
-        column("mass_ratio", "mass ratio {}"),
-        column("note", "{}"),
-    ],
-    ..HOIST
-};
+/// True for a row to compare: the solver did not fail, ended by itself, and held the motion.
+fn counts(row: &Row) -> bool {
+    has_no_error(row) && has_ended(row) && number_of(row, "failure_time").is_none()
+}
 
-/// The table of the rows.
 pub fn sheet_of(records: &[Record]) -> &'static Sheet {
     match records.first() {
-        Some(Record { segments: None, .. }) => &OWN,
-        _ => &HOIST,
+        Some(Record { segments: None, .. }) => STUDY.sheet("rows-own"),
+        _ => STUDY.sheet("rows"),
     }
 }
 
@@ -76,27 +50,6 @@ fn levels(row: &Row) -> String {
     exponents.join(" ")
 }
 
-/// How often the solvers' own claims of a solution were true.
-pub const CLAIMS: Sheet = Sheet {
-    columns: &[
-        column("backend", "solver"),
-        column("solves", "solves"),
-        column("claimed", "claimed"),
-        column("verified", "true"),
-        column("rounded", "rounding"),
-        column("false_ones", "false"),
-    ],
-    ..sheet::PLAIN
-};
-
-pub const LEGEND: &str = "\
-step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
-its own); backw.: componentwise backward error without that refinement, the worst row's; error: of the multipliers
-against extended precision (r0: without that refinement); veloc.: of the velocities after a step with contacts;
-compl.: violation of the contacts' conditions; elong.: of the hanging cable after ½ s; load m: distance from
-the reference motion; held: simulated time, or the time of the end; fastest 1e: of this scene, with error and elong.
-within 1e-3 and so on, refined or not; mass ratio of a scene other than the hoist: heaviest over lightest moving body";
-
 /// All rows of the main job, a table for each scene, then what the solvers claimed.
 pub(super) fn rows(results: &Results) -> String {
     let mut shown = data_of(&once(&results.records));
@@ -118,7 +71,6 @@ pub fn data_of(records: &[Record]) -> Vec<Value> {
     records.iter().map(row).collect()
 }
 
-/// Facts common to the rows of a scene.
 fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
     let same = |n: &&SceneNote| {
         let segments = row["segments"].as_u64() == n.segments.map(|n| n as u64);
@@ -208,6 +160,6 @@ fn claims(records: &[Record]) -> String {
     format!(
         "\nSolutions claimed by the solvers' own tests, and true by the extended-precision residual (frames);\n\
          rounding: only with a normwise backward error of 1e-14 allowed for\n{}",
-        CLAIMS.of(&claims)
+        STUDY.sheet("claims").of(&claims)
     )
 }

@@ -17,10 +17,8 @@ use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_solver::coulomb::ConeMethod;
 use taut_solver::{Backend, DenseOptions, Precision};
 
-/// The methods that are compared.
 const METHODS: [&str; 4] = ["newton", "pgs:sweeps=10", "pgs:sweeps=50", "pgs:sweeps=200"];
 
-/// Refinements of the reference.
 const REFINEMENTS: usize = 3;
 
 /// Contact methods for a solver: `None` alone in a scene without contacts. The first solver runs

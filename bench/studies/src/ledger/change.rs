@@ -14,17 +14,14 @@ pub enum Change {
     Segments(f64),
     /// Segments that merge and split by rule.
     Ruled,
-    /// No geometric stiffness.
     NoStiffness,
     NoGuard,
     NoRefinement,
-    /// Another scheme.
     Scheme(Scheme),
     /// So many times as many sub-steps.
     Substeps(f64),
     /// So many times as long a step.
     Step(usize),
-    /// Another solver.
     Solver(Choice),
 }
 

@@ -28,7 +28,6 @@ const AMPLITUDE: f64 = 1e-5;
 /// Steps that a motion takes to become the mode's own, and most steps that are fitted.
 const STEPS: [usize; 2] = [30, 3000];
 
-/// A mode in the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Row {
     /// ω \[rad/s].

@@ -53,7 +53,6 @@ pub const CHAIN_SEED: u64 = 7;
 /// Seed of the random velocities of rings and nets.
 pub const NETWORK_SEED: u64 = 1;
 
-/// Arrangement of bodies and joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Topology {
@@ -65,7 +64,6 @@ pub enum Topology {
     Net,
 }
 
-/// The state of a system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
@@ -81,7 +79,6 @@ pub enum State {
     Slack,
 }
 
-/// The compliance of the joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Compliance {
@@ -90,11 +87,9 @@ pub enum Compliance {
     Stiff,
 }
 
-/// One case of the set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
     pub topology: Topology,
-    /// Size N.
     pub size: usize,
     pub state: State,
     /// Mass of the load over that of a segment.
@@ -140,7 +135,6 @@ pub fn cases(quick: bool) -> Vec<Case> {
 }
 
 impl Case {
-    /// Name of its files.
     pub fn name(&self) -> String {
         let word = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
         format!(

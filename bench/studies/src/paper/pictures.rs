@@ -21,7 +21,6 @@ use taut_model::{Controls, GantryParams, Material, Scene};
 use taut_output::check::{ExperimentError, Outcome};
 use taut_recording::{Recorder, Recording, still};
 
-/// Segments of the specimens.
 const SEGMENTS: usize = 24;
 
 /// Parts of a circle that they are bent to, and turns that they are twisted by.

@@ -28,10 +28,8 @@ pub const BAR: f64 = 1e-9;
 /// The paper's materials: name, Young's modulus \[Pa].
 pub const MATERIALS: [(&str, f64); 3] = [("rubber", 2e7), ("nylon", 2e9), ("steel", 2e11)];
 
-/// The paper's numbers of segments.
 pub const SEGMENTS: [usize; 4] = [3, 6, 12, 24];
 
-/// The paper's Poisson ratio.
 const POISSON: f64 = 0.3;
 
 /// A joint law of the paper or of ours.

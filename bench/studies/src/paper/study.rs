@@ -2,6 +2,7 @@
 
 use super::{experiments, named};
 use crate::checks::{self, Catalogue, Experiment};
+use crate::question;
 use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
 use serde_json::json;
@@ -12,10 +13,7 @@ use taut_output::check::{self, ExperimentError, Outcome};
 /// `taut paper`.
 pub(crate) const STUDY: Study = Study {
     name: "paper",
-    title: "the paper's tables, figures and claims",
-    about: "The paper's tables, figures and claims: what it prints beside what comes out here",
-    examples: &["table1 fig11 --out target/figures"],
-    writes: "all checks",
+    question: question!("paper", &[]),
     options: Options::augment_args,
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
     ..study::PLAIN
@@ -34,10 +32,6 @@ struct Options {
     out: PathBuf,
 }
 
-const LEGEND: &str = "\
-pass, FAIL: our own bar on our error; limit: where something of ours ends; holds, holds only if, does not hold: what
-the paper says, in our measurement. Numbers at the end of a row: the notes below the table that it needs";
-
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
     // Before minutes of work, not after them.
     files::make_folder(&options.out)?;
@@ -46,7 +40,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
         chosen.extend(experiments());
     }
     let catalogue = Catalogue {
-        legend: LEGEND,
+        legend: STUDY.question().legend,
         reference: "paper, theory",
         experiments: chosen,
         quick: options.quick,

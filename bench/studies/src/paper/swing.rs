@@ -138,7 +138,6 @@ pub struct Run {
     pub energy: Vec<f64>,
     /// `energy` as predicted by the modes, for the paper's step.
     pub predicted: Vec<f64>,
-    /// How it was lost.
     pub failure: Option<Failure>,
 }
 
@@ -355,7 +354,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     })
 }
 
-/// All samples of a run.
 fn samples(run: &Run, dt: f64) -> Vec<Value> {
     let sample = |(i, energy): (usize, &f64)| {
         json!({

@@ -81,7 +81,6 @@ pub const NOISES: [f64; 2] = [0.0, 1e-6];
 /// End of the scan, in decades: far above every row's limit.
 const TOP: f64 = 24.0;
 
-/// How far a run came.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fate {
     /// Largest |φ_d|/d.

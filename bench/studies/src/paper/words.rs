@@ -59,7 +59,6 @@ static WORDS: LazyLock<Words> = LazyLock::new(|| {
     read.unwrap_or_else(|e| panic!("words.toml: {e}"))
 });
 
-/// Title of an experiment.
 pub(super) fn title(name: &str) -> &'static str {
     &WORDS.title[name]
 }

@@ -21,7 +21,6 @@ pub(super) struct Case {
     extent: f64,
 }
 
-/// A row's work.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Task {
     pub(super) choice: Choice,

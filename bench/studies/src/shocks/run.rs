@@ -17,7 +17,6 @@ const LOST: f64 = 10.0;
 /// the heaviest load.
 const LAST: (f64, f64) = (1.0, 5.0);
 
-/// Record of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Run {
     /// Why and when it ended early: a step failed or the load was lost.
@@ -44,7 +43,6 @@ pub(super) struct Run {
     pub(super) implicit_substeps: usize,
     /// Implicit sub-steps whose Newton passes did not converge.
     pub(super) unconverged_substeps: usize,
-    /// Steps taken.
     pub(super) steps: usize,
     /// Linear systems solved, of all steps.
     pub(super) solves: usize,

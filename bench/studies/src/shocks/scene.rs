@@ -6,7 +6,6 @@ use std::fmt;
 use taut_ground::random::Random;
 use taut_model::{Bodies, HoistParams, Scene, SceneError};
 
-/// Segments of every cable.
 pub(super) const SEGMENTS: usize = 24;
 
 /// The step that the shocks are timed by, and the length of the jerk \[s].
@@ -24,7 +23,6 @@ pub(super) const PLUCK: f64 = 0.02;
 
 const KICK_SEED: u64 = 1;
 
-/// Disturbance of a hanging cable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Shock {
     /// The middle third of the segments is given a velocity in a random direction in space, the same for all.

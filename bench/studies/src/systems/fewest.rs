@@ -22,7 +22,6 @@ impl<F: FnMut(usize) -> Result<f64, StepError>> Fewest<F> {
         }
     }
 
-    /// Error after so many iterations.
     pub fn error(&mut self, iterations: usize) -> Result<f64, StepError> {
         let place = self.known.partition_point(|(k, _)| *k < iterations);
         match self.known.get(place) {

@@ -7,7 +7,6 @@ use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::{BackwardError, SolveReport, backward_error, forward_error};
 
-/// Where an iteration starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Start {
@@ -89,7 +88,6 @@ impl State {
         &self.scene
     }
 
-    /// Number of multipliers.
     pub fn rows(&self) -> usize {
         self.exact.len()
     }

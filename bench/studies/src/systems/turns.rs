@@ -6,16 +6,13 @@ use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 use taut_integrator::{Phase, PhaseTimes, StepError};
 
-/// Time of a rival's turn.
 pub const VISIT: Duration = Duration::from_millis(1);
 
 /// Least duration of a sample: a thousand times that of reading the clock.
 const SAMPLE: Duration = Duration::from_micros(25);
 
-/// Fewest samples of a rival.
 pub const LEAST_SAMPLES: usize = 5;
 
-/// Most passes of a sample.
 const MOST_PASSES: usize = 10_000;
 
 /// What so many passes take: as a whole, its solve, and of that the refinement, where these are told apart.
@@ -35,7 +32,6 @@ pub struct Time {
 /// A rival with what was measured of it.
 struct Rival<'a> {
     work: Result<Work<'a>, StepError>,
-    /// Passes of a sample.
     passes: usize,
     /// A pass outlasts ten turns, so the state of the caches is irrelevant.
     slow: bool,

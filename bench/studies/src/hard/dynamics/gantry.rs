@@ -28,7 +28,6 @@ const WORST_BAR: f64 = 1.0;
 /// Largest relative error of the multipliers that passes.
 const SOLVER_BAR: f64 = 1e-8;
 
-/// One drive.
 #[derive(Default)]
 struct Run {
     /// Centres of hook and load after each sixtieth of a second \[m].

@@ -46,7 +46,6 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
     Ok(checks.into())
 }
 
-/// The scenes at their beginnings.
 pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let rule = Some(Resolution::default());
     Ok(vec![

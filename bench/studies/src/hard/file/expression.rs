@@ -8,8 +8,10 @@
 
 use super::CaseError;
 use super::oracles::ORACLES;
+use crate::energy::{Pendulum, pendulum};
 use crate::hard::dynamics::frequency;
 use crate::hard::worse;
+use crate::law;
 use std::collections::BTreeMap;
 
 /// A formula, as a tree of its functions.
@@ -99,6 +101,13 @@ const OF_SERIES: &[(&str, usize)] = &[
     ("frequency", 3),
     ("slower_frequency", 3),
     ("faster_frequency", 3),
+    // A pendulum's amplitude in an oscillation, by the interval of its samples, from when on it is fitted, and the frequency
+    // expected; and the root mean square of what else moves.
+    ("amplitude", 4),
+    ("other_motion", 4),
+    // How far modulus (relative) and phase (rad) of the largest root of what fits an oscillation are from those of a step's
+    // law, by its weights, Ω and θ.
+    ("law_error", 6),
 ];
 
 fn truth(holds: bool) -> f64 {
@@ -132,7 +141,6 @@ impl Values {
 }
 
 impl Formula {
-    /// Reads a formula.
     pub(super) fn read(text: &str) -> Result<Self, CaseError> {
         let mut reader = Reader { text, at: 0 };
         let formula = reader.level(0)?;
@@ -151,7 +159,6 @@ impl Formula {
         }
     }
 
-    /// Its series.
     pub(super) fn series(&self, values: &Values) -> Result<Vec<f64>, CaseError> {
         let (function, arguments) = match self {
             Self::Number(x) => return Ok(vec![*x]),
@@ -238,6 +245,19 @@ fn of_series(function: &str, all: &[Vec<f64>], at_start: bool) -> Vec<f64> {
                 all[0][from..=n].iter().sum::<f64>() / window as f64
             };
             (0..all[0].len()).map(mean).collect()
+        }
+        "amplitude" | "other_motion" => {
+            let [dt, from, rate] = [1, 2, 3].map(|k| all[k][0]);
+            let found = pendulum(&all[0], dt, from, rate);
+            let of = |found: Pendulum| match function {
+                "amplitude" => found.amplitude,
+                _ => found.rest,
+            };
+            vec![found.map_or(f64::NAN, of)]
+        }
+        "law_error" => {
+            let expected = law::weighed(&[1, 2, 3, 4, 5].map(|k| all[k][0]));
+            vec![law::distance(&all[0], &expected)]
         }
         "period" | "half_period" => {
             let found = frequency::passages(&all[0], function == "period", 1.0);

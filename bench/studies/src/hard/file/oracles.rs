@@ -2,16 +2,23 @@
 
 mod bar;
 mod beam;
+mod bow;
 mod catch;
+mod catenary;
 mod chain;
+mod column;
+mod elastica;
 mod fall;
 mod hoist;
+mod ring;
+mod wound;
 
 use super::expression::Function;
 use crate::hard::special;
 use crate::law;
 use crate::paper::specimens::twist;
 use std::f64::consts::FRAC_PI_2;
+use taut_ground::random::Random;
 use taut_integrator::Scheme;
 
 pub(super) const ORACLES: &[Function] = &[
@@ -62,4 +69,57 @@ pub(super) const ORACLES: &[Function] = &[
     }),
     // Frequency that a step gives a swing of small amplitude, from ω and Δt.
     ("stepped_swing", 2, |x| law::geometric_frequency(x[0], x[1])),
+    // Modulus and phase (rad) of the largest root of a step's law, by its weights, Ω and θ.
+    ("law_modulus", 5, |x| largest_root(x)[0]),
+    ("law_phase", 5, |x| largest_root(x)[1]),
+    // Horizontal force, tension at the ends and sag of a catenary, from EA; of its chain of N links, from EA and whether its
+    // masses are at the joints (1); and the place of the start (2i) and end (2i + 1) of link i.
+    ("catenary_pull", 1, |x| catenary::continuum(x[0])[0]),
+    ("catenary_tension", 1, |x| catenary::continuum(x[0])[1]),
+    ("catenary_sag", 1, |x| catenary::continuum(x[0])[2]),
+    ("links_pull", 3, |x| catenary::chain(x).1[0]),
+    ("links_tension", 3, |x| catenary::chain(x).1[1]),
+    ("links_sag", 3, |x| catenary::chain(x).1[2]),
+    ("links_x", 4, |x| catenary::chain(x).0[x[3] as usize].x),
+    ("links_z", 4, |x| catenary::chain(x).0[x[3] as usize].z),
+    // Tip of the elastica of length 1 from α; of a bow of 45° from the load across it, as soft across as along (1) or not (0) \[m].
+    ("elastica_x", 1, |x| elastica::elastica(x[0])[0]),
+    ("elastica_y", 1, |x| elastica::elastica(x[0])[1]),
+    ("elastica_slope", 1, |x| elastica::elastica(x[0])[2]),
+    ("bow_x", 2, |x| bow::tip(x[0], x[1]).x),
+    ("bow_y", 2, |x| bow::tip(x[0], x[1]).y),
+    ("bow_z", 2, |x| bow::tip(x[0], x[1]).z),
+    // Weight per length at which a clamped chain of N segments buckles, over EI/L³.
+    ("column_weight", 1, |x| column::own_weight(x[0] as usize)),
+    // Turns of a ring of N segments, GJ = 3 EI, at which it leaves its plane in so many waves.
+    ("ring_turns", 2, |x| {
+        ring::chain(x[0] as usize, x[1] as usize)
+    }),
+    // Masses that slip on a cylinder, from their number and the second load (kg): ratio of the legs' tensions, acceleration of the
+    // loads; and the load that they hold.
+    ("wound_ratio", 2, |x| {
+        wound::accelerated(x[0] as usize, x[1])[1]
+    }),
+    ("wound_sinking", 2, |x| {
+        wound::accelerated(x[0] as usize, x[1])[0]
+    }),
+    ("wound_limit", 1, |x| wound::limit(x[0] as usize)),
+    // Random numbers by seed and place in its sequence: in −1 … 1, and whole ones below another.
+    ("drawn", 2, |x| drawn(x).uniform()),
+    ("drawn_below", 3, |x| drawn(x).below(x[2] as usize) as f64),
 ];
+
+fn largest_root(x: &[f64]) -> [f64; 2] {
+    let weighed = x.first_chunk().map(law::weighed);
+    let root = weighed.and_then(|law| law::roots(&law).first().copied());
+    root.unwrap_or([f64::NAN; 2])
+}
+
+/// The generator of a seed after so many numbers.
+fn drawn(x: &[f64]) -> Random {
+    let mut random = Random::new(x[0] as u64);
+    for _ in 0..x[1] as usize {
+        random.bits();
+    }
+    random
+}

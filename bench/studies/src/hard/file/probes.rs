@@ -1,10 +1,15 @@
 //! Quantities of a whole scene that the files of cases see in each step, beside the columns of `taut run`.
 
-use crate::hard::contacts::borne;
+use crate::hard::statics::rod::{Rod, Shape};
 use crate::hard::worse;
+use crate::paper::specimens::{Reading, read};
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_ground::modes::natural;
 use taut_integrator::{StepReport, Stepper};
 use taut_model::{Constraint, Scene};
+
+/// A body, and where it has to be \[m].
+pub(super) type Placed = (usize, Vector3<f64>);
 
 /// A step as it is seen: the stepper, its report, and the scene at the beginning.
 pub(super) struct Seen<'a> {
@@ -13,6 +18,9 @@ pub(super) struct Seen<'a> {
     pub(super) report: Option<&'a StepReport>,
     pub(super) first: &'a Scene,
     pub(super) swing: Option<&'a Swing>,
+    pub(super) places: &'a [Placed],
+    /// The scene before it comes to rest.
+    pub(super) laid: &'a Scene,
     /// Angles of cables about the sheaves with friction, before the step \[rad].
     pub(super) wraps: &'a [f64],
 }
@@ -68,6 +76,23 @@ impl Seen<'_> {
         self.scene().angular_momentum(&Vector3::zeros())
     }
 
+    /// What the exact shape of a clamped chain is.
+    fn chain(&self, of: fn(&Shape) -> f64) -> f64 {
+        let exact = Rod::of(self.laid).exact(20);
+        exact.as_ref().map_or(f64::NAN, of)
+    }
+
+    /// Sum over the joints of a specimen, whose last body is its grip.
+    fn readings(&self, of: fn(&Reading) -> f64) -> f64 {
+        let scene = self.scene();
+        read(scene, scene.bodies.len() - 1).iter().map(of).sum()
+    }
+
+    /// The largest of what `of` measures of a body's place.
+    fn widest(&self, of: fn(&Vector3<f64>) -> f64) -> f64 {
+        self.scene().bodies.position.iter().map(of).fold(0.0, worse)
+    }
+
     /// The largest way of a body from its place at the beginning, as `of` measures it.
     fn farthest(&self, of: fn(Vector3<f64>) -> f64) -> f64 {
         let first = &self.first.bodies.position;
@@ -90,8 +115,54 @@ pub(super) const PROBES: &[Probe] = &[
         turns.map(|(q, q0)| q.angle_to(q0)).fold(0.0, worse)
     }),
     // Largest distance of a body from the x axis.
-    ("off_axis", "m", |s| {
-        crate::hard::statics::buckling::off_axis(s.scene())
+    ("off_axis", "m", |s| s.widest(|x| x.yz().norm())),
+    ("off_plane", "m", |s| s.widest(|x| x.z.abs())),
+    // The largest distance of a body from where it has to be, and the lowest point of a joint.
+    ("misplaced", "m", |s| {
+        let bodies = &s.scene().bodies.position;
+        let off = s
+            .places
+            .iter()
+            .map(|(body, place)| (bodies[*body] - place).norm());
+        off.fold(0.0, worse)
+    }),
+    ("lowest", "m", |s| {
+        let frames = s.scene().constraints.iter().flat_map(Constraint::frames);
+        let depths = frames.map(|frame| -frame.resolve(&s.scene().bodies, 0.0).point().z);
+        -depths.fold(0.0, worse)
+    }),
+    // Modes of the scene as it stands that grow, but for free motions; their ω² is above 10⁻² 1/s².
+    ("unstable", "", |s| {
+        let modes = natural(s.scene(), &[0, 1, 2, 3, 4, 5]);
+        let squares = modes.map_or_else(Vec::new, |modes| modes.squares);
+        squares.iter().filter(|square| **square < -1e-2).count() as f64
+    }),
+    // Tip of the exact chain that the scene is before it comes to rest, and slope there; slope of the last segment but the tip.
+    ("chain_x", "m", |s| s.chain(|shape| shape.tip().x)),
+    ("chain_y", "m", |s| s.chain(|shape| shape.tip().y)),
+    ("chain_z", "m", |s| s.chain(|shape| shape.tip().z)),
+    ("chain_slope", "rad", |s| {
+        s.chain(|shape| shape.tangent.y.atan2(shape.tangent.x))
+    }),
+    ("slope", "rad", |s| {
+        let turns = &s.scene().bodies.orientation;
+        let along = turns[turns.len() - 2] * Vector3::z();
+        along.y.atan2(along.x)
+    }),
+    // Of all joints of a specimen: gaps, bends and twists.
+    ("gaps", "m", |s| s.readings(|joint| joint.gap)),
+    ("bends", "rad", |s| s.readings(|joint| joint.bend)),
+    ("twists", "rad", |s| s.readings(|joint| joint.twist)),
+    ("load_mass", "kg", |s| {
+        let load = s.scene().load;
+        load.map_or(f64::NAN, |load| s.scene().bodies.mass[load])
+    }),
+    // Turn of the first body.
+    ("turn_x", "rad", |s| {
+        s.scene().bodies.orientation[0].scaled_axis().x
+    }),
+    ("turn_z", "rad", |s| {
+        s.scene().bodies.orientation[0].scaled_axis().z
     }),
     // Mean over all bodies.
     ("speed", "m/s", |s| {
@@ -100,6 +171,8 @@ pub(super) const PROBES: &[Probe] = &[
         (sum / all.len() as f64).sqrt()
     }),
     ("momentum_x", "kg m/s", |s| s.scene().momentum().x),
+    ("momentum_y", "kg m/s", |s| s.scene().momentum().y),
+    ("momentum_z", "kg m/s", |s| s.scene().momentum().z),
     // About the origin.
     ("angular_x", "kg m²/s", |s| s.angular_momentum().x),
     ("angular_y", "kg m²/s", |s| s.angular_momentum().y),
@@ -176,6 +249,18 @@ pub(super) const PROBES: &[Probe] = &[
         s.said(|r| r.unconverged_substeps as f64)
     }),
 ];
+
+/// The resultant of what the world's shapes exert \[N].
+fn borne(stepper: &Stepper) -> Vector3<f64> {
+    let forces = stepper
+        .contacts()
+        .filter_map(|contact| match contact.bodies {
+            [None, Some(_)] => Some(-contact.force),
+            [Some(_), None] => Some(contact.force),
+            _ => None,
+        });
+    forces.sum()
+}
 
 /// The joint in the middle of the first cable of segments \[m].
 fn middle(scene: &Scene) -> Vector3<f64> {

@@ -1,26 +1,29 @@
 //! Runs the cases of files.
 
-use super::probes::{PROBES, Probe, Seen, Swing};
-use super::text::{Names, defined};
-use super::{CaseError, CaseFile, CheckEntry, Distance, Fewer, Rows, Run, Solvers};
-use crate::hard::{solvers, together};
+use super::changes::change;
+use super::judge::check;
+use super::probes::{PROBES, Placed, Probe, Seen, Swing};
+use super::rest::at_rest;
+use super::text::{Names, defined, split};
+use super::{CaseError, CaseFile, Fewer, Halve, Load, Place, Rows, Run, See, Solvers};
+use crate::hard::{farthest, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use taut_ground::choice::Choice;
 use taut_ground::columns::{ColumnError, Columns};
 use taut_ground::modes::natural;
 use taut_ground::pace;
-use taut_ground::trajectory::{ENERGY_TOLERANCE, Sample, steps_in};
+use taut_ground::trajectory::{Sample, steps_in};
 use taut_integrator::{
     GeometricStiffness, StepError, StepOptions, StepReport, Stepper, static_equilibrium,
 };
 use taut_model::Scene;
 use taut_model::scene_file::SceneSource;
-use taut_output::check::{Check, ExperimentError, Measure, Outcome};
+use taut_output::check::{Check, ExperimentError, Outcome};
 use toml::{Table, Value};
 
-/// Runs a case and checks it.
 pub(in crate::hard) fn outcome(
     file: &CaseFile,
     quick: bool,
@@ -72,6 +75,10 @@ pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentE
                 match input {
                     Input::Control(control, value) => scene.set_control(control, value, 0.0),
                     Input::Velocity(body, velocity) => scene.bodies.velocity[body] = velocity,
+                    Input::Load(body, force, torque) => {
+                        scene.bodies.force[body] = force;
+                        scene.bodies.torque[body] = torque;
+                    }
                 }
             }
             scenes.push(scene);
@@ -80,7 +87,6 @@ pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentE
     Ok(scenes)
 }
 
-/// Rows of values that are run.
 fn rows(run: &Run, shared: &Names) -> Result<Vec<Table>, CaseError> {
     let quick = shared.is_quick();
     Ok(match &run.each {
@@ -162,6 +168,11 @@ fn checked(
         None => vec![None],
         Some(_) => {
             let mut all = solvers();
+            match run.solvers {
+                Some(Solvers::FirstUnguarded) => all.truncate(1),
+                Some(Solvers::EveryDirect) => all.retain(|choice| !choice.backend.is_iterative()),
+                _ => {}
+            }
             match run.quick_solvers.filter(|_| shared.is_quick()) {
                 Some(Fewer::Direct) => all.retain(|choice| !choice.backend.is_iterative()),
                 Some(Fewer::First) => all.truncate(1),
@@ -172,13 +183,20 @@ fn checked(
     };
     let mut found: Vec<(Option<String>, Vec<Names>)> = Vec::new();
     for choice in choices {
-        let runs = combinations.iter().map(|names| {
-            let mut names = names.clone();
-            names.define(&run.values)?;
-            seen(run, names, choice.as_ref(), most)
-        });
-        let runs: Result<_, ExperimentError> = runs.collect();
-        found.push((choice.map(|c| c.family()), runs?));
+        let runs = match &run.halve {
+            Some(halve) => halved(run, halve, &names, most)?,
+            None => {
+                let runs = combinations.par_iter().with_max_len(1).map(|names| {
+                    let mut names = names.clone();
+                    names.define(&run.values)?;
+                    seen(run, names, choice.as_ref(), most)
+                });
+                let mut runs = runs.collect::<Result<Vec<_>, ExperimentError>>()?;
+                compare(run, &mut runs);
+                runs
+            }
+        };
+        found.push((choice.map(|c| c.family()), runs));
     }
     let all: Vec<&Names> = found.iter().flat_map(|(_, runs)| runs).collect();
     let mut all = gathered(&all);
@@ -202,13 +220,66 @@ fn checked(
     Ok((checks, all))
 }
 
+/// The runs at both ends of a bracket, with the value in it that halvings find.
+fn halved(
+    run: &Run,
+    halve: &Halve,
+    names: &Names,
+    most: Option<usize>,
+) -> Result<Vec<Names>, ExperimentError> {
+    let at = |value: f64| {
+        let mut names = names.clone();
+        names.values.set(&halve.name, value);
+        names.define(&run.values)?;
+        seen(run, names, None, most)
+    };
+    let (mut low, mut high) = (names.number(&halve.from)?, names.number(&halve.to)?);
+    let mut ends = vec![at(low)?, at(high)?];
+    let first = ends[0].values.known.clone();
+    let up = |of: &Names| -> Result<bool, CaseError> {
+        let mut values = of.values.clone();
+        let of_first = first.iter();
+        let of_first = of_first.map(|(name, value)| (format!("low.{name}"), value.clone()));
+        values.known.extend(of_first);
+        Ok(super::expression::number(&halve.up, &values)? != 0.0)
+    };
+    if !up(&ends[0])? && up(&ends[1])? {
+        for _ in 0..names.number(&halve.times)? as usize {
+            let middle = low.midpoint(high);
+            if up(&at(middle)?)? {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+    }
+    for end in &mut ends {
+        end.values.set("found", low.midpoint(high));
+        end.values.set("width", 0.5 * (high - low));
+    }
+    Ok(ends)
+}
+
+/// Tells each run how far its path is from that of the last one, and from that of the next.
+fn compare(run: &Run, runs: &mut [Names]) {
+    if run.path.is_empty() {
+        return;
+    }
+    let paths: Vec<_> = runs.iter().map(|run| run.path.clone()).collect();
+    let last = paths.len() - 1;
+    for (k, run) in runs.iter_mut().enumerate() {
+        let apart = |other: usize| farthest(&paths[k], &paths[other]);
+        run.values.set("apart", apart(last));
+        run.values.set("to_next", apart(last.min(k + 1)));
+    }
+}
+
 fn holds(condition: Option<&str>, names: &Names) -> Result<bool, CaseError> {
     condition.map_or(Ok(true), |text| {
         Ok(super::expression::number(text, &names.values)? != 0.0)
     })
 }
 
-/// The scene of a run.
 fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
     let table = names.table(&run.scene)?;
     let mut scene = SceneSource::parse(&table.to_string(), &[])?.build()?;
@@ -224,6 +295,10 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
             for (k, v) in group.velocity.iter().flatten().enumerate() {
                 bodies.velocity[i][k] = names.number(v)?;
             }
+            if let Some(spin) = group.spin.map(Vector3::from) {
+                bodies.velocity[i] += spin.cross(&bodies.position[i]);
+                bodies.angular_velocity[i] = spin;
+            }
         }
     }
     Ok(scene)
@@ -234,6 +309,8 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
 enum Input {
     Control(usize, f64),
     Velocity(usize, Vector3<f64>),
+    /// Force and torque on a body.
+    Load(usize, Vector3<f64>, Vector3<f64>),
 }
 
 /// Inputs at a time (s).
@@ -243,23 +320,33 @@ fn inputs(
     scene: &Scene,
     time: f64,
 ) -> Result<Vec<Input>, ExperimentError> {
-    if run.drive.is_empty() {
+    if run.drive.is_empty() && run.load.is_empty() {
         return Ok(Vec::new());
     }
     names.values.set("time", time);
     names.values.set("dt", dt(run, names)?);
     let input = |(name, value): (&String, &Value)| {
         Ok(match value {
-            Value::Array(parts) => {
-                let parts: Result<Vec<f64>, _> = parts.iter().map(|v| names.number(v)).collect();
-                let mut velocity = Vector3::zeros();
-                velocity.iter_mut().zip(parts?).for_each(|(v, x)| *v = x);
-                Input::Velocity(scene.body(name)?, velocity)
-            }
+            Value::Array(parts) => Input::Velocity(scene.body(name)?, vector(parts, names)?),
             value => Input::Control(scene.control(name)?, names.number(value)?),
         })
     };
-    run.drive.iter().map(input).collect()
+    let load = |(name, load): (&String, &Load)| {
+        let body = scene.body(name)?;
+        let (force, torque) = (vector(&load.force, names)?, vector(&load.torque, names)?);
+        let lever = scene.bodies.orientation[body] * Vector3::from(load.at);
+        Ok(Input::Load(body, force, lever.cross(&force) + torque))
+    };
+    let driven = run.drive.iter().map(input);
+    driven.chain(run.load.iter().map(load)).collect()
+}
+
+fn vector(parts: &[Value], names: &Names) -> Result<Vector3<f64>, CaseError> {
+    let mut vector = Vector3::zeros();
+    for (x, part) in vector.iter_mut().zip(parts) {
+        *x = names.number(part)?;
+    }
+    Ok(vector)
 }
 
 fn drive(stepper: &mut Stepper, inputs: &[Input]) -> Result<(), StepError> {
@@ -269,6 +356,7 @@ fn drive(stepper: &mut Stepper, inputs: &[Input]) -> Result<(), StepError> {
             Input::Velocity(body, velocity) => {
                 stepper.set_velocity(body, velocity, Vector3::zeros())?;
             }
+            Input::Load(body, force, torque) => stepper.set_load(body, force, torque)?,
         }
     }
     Ok(())
@@ -316,17 +404,29 @@ fn options(
 ) -> Result<StepOptions, ExperimentError> {
     let dt = dt(run, names)?;
     let mut options = match (choice, run.solvers) {
-        (Some(choice), Some(Solvers::EveryUnguarded)) => choice.plain_options(dt),
+        (Some(choice), Some(Solvers::EveryUnguarded | Solvers::FirstUnguarded)) => {
+            choice.plain_options(dt)
+        }
         (Some(choice), _) => choice.options(dt),
+        (None, _) if run.step.paper => StepOptions {
+            dt,
+            ..StepOptions::paper()
+        },
         (None, _) => crate::hard::at(dt),
     };
+    if run.step.guard == Some(false) {
+        options.guard = None;
+    }
     if let Some(substeps) = &run.step.substeps {
         options.substeps = names.number(substeps)? as usize;
     }
-    options.energy_tolerance = run.step.balance.then_some(ENERGY_TOLERANCE);
+    options.energy_tolerance = run.step.balance.0;
     if let Some(scheme) = &run.step.scheme {
         options.scheme = names.text(scheme)?.parse()?;
         options.stiffness = GeometricStiffness::inertia(options.scheme.default_alpha());
+    }
+    if let Some(alpha) = &run.step.alpha {
+        options.stiffness = GeometricStiffness::inertia(names.number(alpha)?);
     }
     Ok(options)
 }
@@ -347,7 +447,12 @@ fn seen(
 ) -> Result<Names, ExperimentError> {
     let options = options(run, &names, choice)?;
     names.values.set("dt", options.dt);
-    let mut scene = built(run, &names)?;
+    let weights = options.scheme.weights();
+    names.values.set("scheme.next", weights.next);
+    names.values.set("scheme.now", weights.now);
+    names.values.set("scheme.before", weights.before);
+    let laid = built(run, &names)?;
+    let mut scene = at_rest(run, laid.clone(), choice)?;
     let swing = displaced(run, &mut scene, &mut names)?;
     let steps = match (&run.steps, &run.time) {
         (Some(steps), _) => names.number(steps)? as usize,
@@ -358,8 +463,10 @@ fn seen(
         }
     };
     let mut stepper = Stepper::new(scene, options)?;
-    let see: Result<Vec<_>, CaseError> = run.see.iter().map(|text| defined(text)).collect();
+    let texts = texts(run, &names)?;
+    let see: Result<Vec<_>, CaseError> = texts.iter().map(|text| defined(text)).collect();
     let see = see?;
+    let places = places(run, &names, stepper.scene())?;
     let mut wanted: Vec<String> = Vec::new();
     let mut own: Vec<&str> = vec!["failed"];
     for (name, formula) in &see {
@@ -377,7 +484,7 @@ fn seen(
     let failed = recorded(
         run,
         &mut stepper,
-        (&wanted, swing.as_ref()),
+        (&wanted, swing.as_ref(), &places, &laid),
         steps,
         &mut names,
     )?;
@@ -397,6 +504,42 @@ fn seen(
     // A series over the steps is of no use to the checks.
     names.values.known.retain(|_, series| series.len() == 1);
     Ok(names)
+}
+
+/// What a run sees, entries that stand several times written out.
+fn texts(run: &Run, names: &Names) -> Result<Vec<String>, CaseError> {
+    let mut texts = Vec::new();
+    for entry in &run.see {
+        match entry {
+            See::One(text) => texts.push(names.text(text)?),
+            See::Largest { repeat, see } => {
+                let (name, formula) = split(see)?;
+                let count = names.number(repeat)? as usize;
+                let of = |k: usize| formula.replace("{k}", &k.to_string());
+                let one = |k: usize| format!("{name}.{k} = {}", of(k));
+                texts.extend((0..count).map(one));
+                let all = (1..count).fold(format!("[{name}.0]"), |all, k| {
+                    format!("max({all}, [{name}.{k}])")
+                });
+                texts.push(format!("{name} = {all}"));
+            }
+        }
+    }
+    Ok(texts)
+}
+
+/// Bodies, and where they have to be.
+fn places(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<Placed>, ExperimentError> {
+    let filled = names.filled(&Value::Array(run.places.clone()))?;
+    let filled = filled.as_array().into_iter().flatten();
+    let place = |entry: &Value| {
+        let place: Place = entry
+            .clone()
+            .try_into()
+            .map_err(|e| CaseError::toml(&e, ""))?;
+        Ok((scene.body(&place.body)?, Vector3::from(place.place)))
+    };
+    filled.map(place).collect()
 }
 
 /// The quantity with that name.
@@ -467,13 +610,12 @@ fn look((sights, columns): &(Vec<Sight>, Columns), seen: &Seen<'_>) -> Vec<f64> 
 fn recorded(
     run: &Run,
     stepper: &mut Stepper,
-    (wanted, swing): (&[String], Option<&Swing>),
+    (wanted, swing, places, laid): (&[String], Option<&Swing>, &[Placed], &Scene),
     steps: usize,
     names: &mut Names,
 ) -> Result<Option<String>, ExperimentError> {
     let sights = sights(wanted, stepper)?;
     let mut known = names.clone();
-    let values = &mut names.values;
     let first = stepper.scene().clone();
     let look = |stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
         let seen = Seen {
@@ -481,6 +623,8 @@ fn recorded(
             report,
             first: &first,
             swing,
+            places,
+            laid,
             wraps,
         };
         look(&sights, &seen)
@@ -488,16 +632,20 @@ fn recorded(
     let start = look(stepper, None, &wraps(stepper.scene()));
     let mut series: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in wanted.iter().zip(start) {
-        values.starts.insert(name.clone(), vec![value]);
+        names.values.starts.insert(name.clone(), vec![value]);
         series.insert(name.clone(), Vec::with_capacity(steps));
     }
+    let path: Result<Vec<usize>, _> = run.path.iter().map(|name| first.body(name)).collect();
+    let path = path?;
+    let each = (1.0 / (60.0 * stepper.options().dt)).round() as usize;
     let (mut failed, mut driven) = (None, Vec::new());
-    for _ in 0..steps {
+    for n in 1..=steps {
         let now = inputs(run, &mut known, stepper.scene(), stepper.time())?;
         if now != driven {
             drive(stepper, &now)?;
             driven = now;
         }
+        change(run, stepper, n)?;
         let before = wraps(stepper.scene());
         match pace::step(stepper) {
             Ok(report) => {
@@ -507,6 +655,10 @@ fn recorded(
                         series.push(value);
                     }
                 }
+                if n % each.max(1) == 0 {
+                    let places = &stepper.scene().bodies.position;
+                    names.path.extend(path.iter().map(|body| places[*body]));
+                }
             }
             Err(e) if run.may_fail => {
                 failed = Some(e.to_string());
@@ -515,58 +667,6 @@ fn recorded(
             Err(e) => return Err(e.into()),
         }
     }
-    values.known.extend(series);
+    names.values.known.extend(series);
     Ok(failed)
-}
-
-/// A check as its entry says, of one run or of several.
-fn check(entry: &CheckEntry, names: &Names) -> Result<Check, CaseError> {
-    let number = |text: &str| super::expression::number(text, &names.values);
-    let words =
-        |text: &Option<String>| text.as_deref().map_or(Ok(String::new()), |t| names.text(t));
-    let bar = || {
-        let (key, place) = ("bar", "[[run.check]]");
-        let missing = CaseError::Missing { key, place };
-        names.number(entry.bar.as_ref().ok_or(missing)?)
-    };
-    let case = names.text(&entry.case)?;
-    let mut check = if let Some(condition) = &entry.holds {
-        let (reference, ours) = (names.text(&entry.reference)?, words(&entry.ours)?);
-        Check::stated(case, reference, ours, number(condition)? != 0.0)
-    } else if let Some(error) = &entry.error {
-        let (error, reference) = (number(error)?, names.text(&entry.reference)?);
-        match &entry.ours {
-            Some(ours) => Check::within(case, reference, names.text(ours)?, error, bar()?),
-            None => Check::off(case, reference, error, &entry.unit, bar()?),
-        }
-    } else {
-        let (key, place) = ("ours", "[[run.check]]");
-        let missing = CaseError::Missing { key, place };
-        let ours = number(entry.ours.as_ref().ok_or(missing)?)?;
-        let measure = match entry.measure {
-            Some(Distance::Absolute) => Measure::Absolute,
-            _ => Measure::Relative,
-        };
-        let both = [number(&entry.reference)?, ours];
-        Check::number(case, both, entry.unit.clone(), measure, bar()?)
-    };
-    if entry.claim {
-        check = check.published();
-    }
-    if let Some(by) = &entry.by {
-        check = check.by(names.text(by)?);
-    }
-    check = check.noting(words(&entry.note)?);
-    if let Some(limit) = &entry.limit {
-        check = check.limited(number(&limit.when)? != 0.0, names.text(&limit.cause)?);
-    }
-    let parts = &mut check.parts;
-    for (part, text) in [
-        (&mut parts.algebraic, &entry.algebraic),
-        (&mut parts.time, &entry.time),
-        (&mut parts.space, &entry.space),
-    ] {
-        *part = text.as_deref().map(number).transpose()?;
-    }
-    Ok(check)
 }

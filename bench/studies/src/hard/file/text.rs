@@ -2,6 +2,7 @@
 
 use super::CaseError;
 use super::expression::{Formula, Values, number};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
@@ -10,6 +11,8 @@ use toml::{Table, Value};
 pub(super) struct Names {
     pub(super) values: Values,
     pub(super) words: BTreeMap<String, String>,
+    /// Places of the bodies of a run's path \[m].
+    pub(super) path: Vec<Vector3<f64>>,
 }
 
 impl Names {
@@ -62,16 +65,17 @@ impl Names {
         }
     }
 
-    /// A text with `{FORMULA}`, `{FORMULA:.3}`, `{FORMULA:+e}` or `{WORD}` in it.
+    /// A text with `{FORMULA}`, `{FORMULA:.3}`, `{FORMULA:+e}`, `{WORD}` or `{CONDITION ? TEXT | TEXT}` in it.
     pub(super) fn text(&self, text: &str) -> Result<String, CaseError> {
         let mut out = String::new();
         let mut rest = text;
         while let Some((before, after)) = rest.split_once('{') {
-            let (inner, after) = after.split_once('}').ok_or_else(|| {
+            let end = closing(after).ok_or_else(|| {
                 let expected = "`}`";
                 let found = String::new();
                 CaseError::Formula { expected, found }.within(text)
             })?;
+            let (inner, after) = (&after[..end], &after[end + 1..]);
             out.push_str(before);
             out.push_str(&self.inserted(inner)?);
             rest = after;
@@ -81,6 +85,11 @@ impl Names {
     }
 
     fn inserted(&self, inner: &str) -> Result<String, CaseError> {
+        if let Some((condition, texts)) = inner.split_once('?') {
+            let (one, other) = texts.split_once('|').unwrap_or((texts, ""));
+            let holds = number(condition, &self.values)? != 0.0;
+            return self.text(if holds { one.trim() } else { other.trim() });
+        }
         let (formula, form) = inner.split_once(':').unwrap_or((inner, ""));
         if let Some(word) = self.words.get(formula) {
             return Ok(word.clone());
@@ -109,7 +118,7 @@ impl Names {
         filled.collect()
     }
 
-    fn filled(&self, value: &Value) -> Result<Value, CaseError> {
+    pub(super) fn filled(&self, value: &Value) -> Result<Value, CaseError> {
         Ok(match value {
             Value::String(text) if text.starts_with('=') => written(self.number(value)?),
             Value::String(text) => Value::String(self.text(text)?),
@@ -123,7 +132,9 @@ impl Names {
                             let mut names = self.clone();
                             for k in 0..self.number(count)? as usize {
                                 names.values.set("k", k as f64);
-                                filled.push(names.filled(item)?);
+                                let item = names.filled(item)?;
+                                let alone = item.get("value").cloned();
+                                filled.push(alone.unwrap_or(item));
                             }
                         }
                     }
@@ -133,6 +144,19 @@ impl Names {
             other => other.clone(),
         })
     }
+}
+
+/// Where the brace before a text closes.
+fn closing(text: &str) -> Option<usize> {
+    let mut depth = 1;
+    text.char_indices().find_map(|(at, c)| {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        (depth == 0).then_some(at)
+    })
 }
 
 /// A whole number is written as one: counts are whole.

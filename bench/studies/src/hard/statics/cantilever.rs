@@ -1,84 +1,32 @@
-//! H04, H14: a cantilever under a small load at its tip, of equal segments and of any.
+//! H14: a cantilever under a small load at its tip, of segments of any lengths h_i and stiffnesses EI_i.
 //!
 //! Joint j at the distance s_j from the tip has the moment F s_j, so that the tip goes by F Σ s_j² ε_j: exact for the
-//! chain as far as the load is small. With ε = h/EI the ratio to F L³/3EI is
-//!
-//! ```text
-//! joint of a whole length at the clamp        (N + 1)(2N + 1)/(2N²)
-//! joint of half a length at the clamp         1 + 1/(2N²)              as the specimens have
-//! joints in the middle of their lengths       1 − 1/(4N²)
-//! ```
-//!
-//! With segments of any lengths h_i and stiffnesses EI_i, a joint has the compliance of the halves that meet in it,
+//! chain as far as the load is small. A joint has the compliance of the halves that meet in it,
 //! ½ h_i/EI_i + ½ h_{i+1}/EI_{i+1}; the clamp that of half the first segment.
 
 use super::rod::{Compliance, Rod};
-use crate::hard::{alike, counted, each_solver, either};
-use crate::paper::specimens::{passes_from_rest, settle};
+use crate::hard::{alike, counted, either};
+use crate::paper::specimens::settle;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use taut_ground::choice::Choice;
 use taut_ground::random::Random;
-use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions};
 use taut_model::Scene;
 use taut_output::check::{Check, ExperimentError, Outcome};
 
-/// Bar of H04 against the exact chain.
-pub(super) const BAR: f64 = 1e-8;
-/// Bar of H14 against the exact chain.
-pub(super) const UNEVEN_BAR: f64 = 1e-6;
+/// Bar against the exact chain.
+const UNEVEN_BAR: f64 = 1e-6;
 
 /// Deflection over length: its square is what the linear answer leaves out.
 const SMALL: f64 = 1e-5;
 
 /// F Σ s_j² ε_j: how far the tip goes \[m].
-pub(super) fn deflection(rod: &Rod) -> f64 {
+fn deflection(rod: &Rod) -> f64 {
     let tip = rod.nodes[rod.segments()].x;
     let levers = rod.nodes.iter().zip(&rod.joints);
     rod.force.y
         * levers
             .map(|(p, c)| (tip - p.x).powi(2) * c.bend)
             .sum::<f64>()
-}
-
-/// A way to put joints on 1 m of cable of EI = 1 N m² under the small load: name, and the chain of N equal segments.
-type Layout = (&'static str, fn(usize) -> Rod);
-
-const WHOLE: Layout = ("whole joint at the clamp", |n| clamped(n, 1.0));
-const HALF: Layout = ("half a joint at the clamp", |n| clamped(n, 0.5));
-const MIDDLE: Layout = ("joints in the middle", |n| loaded(Rod::midpoints(n)));
-
-fn loaded(rod: Rod) -> Rod {
-    Rod {
-        force: Vector3::y() * (3.0 * SMALL),
-        ..rod
-    }
-}
-
-/// The chain whose joint at the clamp stands for that part of a segment.
-fn clamped(n: usize, part: f64) -> Rod {
-    let h = 1.0 / n as f64;
-    let mut joints = vec![Compliance::of(h, 1.0, 1.0); n];
-    joints[0] = Compliance::of(part * h, 1.0, 1.0);
-    loaded(Rod::straight(0.0, &vec![h; n], joints))
-}
-
-/// The scene brought to rest by `choice` alone: implicit steps of `dt` (s) from rest, each a Newton pass that leaves
-/// 1/(1 + ω²Δt²) of a mode ω, from the unstrained pose. Ten times the slowest mode's 1/ω is enough; longer ones turn
-/// the rounding of the forces into motion.
-pub(super) fn crept(scene: Scene, choice: &Choice, dt: f64) -> Result<Scene, StepError> {
-    // Passes, and what they divide the time step by.
-    const PASSES: [(usize, f64); 2] = [(10, 1.0), (20, 10.0)];
-    let mut scene = scene;
-    for (passes, divisor) in PASSES {
-        let options = StepOptions {
-            scheme: Scheme::LinearlyImplicit,
-            stiffness: GeometricStiffness::inertia(1.0),
-            ..choice.plain_options(dt / divisor)
-        };
-        scene = passes_from_rest(scene, options, passes)?;
-    }
-    Ok(scene)
 }
 
 /// How far the tip went \[m].
@@ -92,39 +40,6 @@ fn check(rod: &Rod, ours: f64, limit: f64, bar: f64) -> Check {
         .by("way of the tip over the beam's, relative to the exact chain's")
         .algebraic()
         .space_part((exact / limit - 1.0).abs())
-}
-
-/// H04.
-pub(super) fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let counts: &[usize] = if quick { &[6, 24] } else { &[6, 12, 24, 48] };
-    let mut checks = Vec::new();
-    for (k, &n) in counted(progress, counts.iter().enumerate()) {
-        for (name, rod) in [WHOLE, HALF, MIDDLE] {
-            let rod = rod(n);
-            let ours = tip(&settle(rod.scene()?)?);
-            let mut check = check(&rod, ours, SMALL, BAR);
-            check.case = format!("N = {n}, {name}");
-            checks.push(check);
-        }
-        if k == 0 {
-            let rod = HALF.1(n);
-            checks.extend(each_solver(
-                &format!("N = {n}, steps from rest"),
-                |choice| {
-                    let ours = tip(&crept(rod.scene()?, choice, 10.0)?);
-                    Ok(check(&rod, ours, SMALL, BAR))
-                },
-            )?);
-        }
-    }
-    for (name, rod) in [HALF, MIDDLE] {
-        let errors: Vec<(usize, f64)> = counts
-            .iter()
-            .map(|&n| (n, deflection(&rod(n)) / SMALL - 1.0))
-            .collect();
-        checks.extend(super::order(name, &errors));
-    }
-    Ok(checks.into())
 }
 
 /// EI from the clamp to [`SHARE`] of the length \[N m²].
@@ -210,33 +125,9 @@ fn bent_through(rod: &Rod) -> Result<Check, ExperimentError> {
         .algebraic())
 }
 
-pub(super) fn scenes_of_even() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![HALF.1(6).scene()?])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_layouts_have_their_ratios() {
-        // The tip's way over F L³/3EI.
-        type Ratio = fn(f64) -> f64;
-        let ratios: [(Layout, Ratio); 3] = [
-            (WHOLE, |n| (n + 1.0) * (2.0 * n + 1.0) / (2.0 * n * n)),
-            (HALF, |n| 1.0 + 1.0 / (2.0 * n * n)),
-            (MIDDLE, |n| 1.0 - 1.0 / (4.0 * n * n)),
-        ];
-        for ((name, rod), ratio) in ratios {
-            for n in [3, 24] {
-                let found = deflection(&rod(n)) / SMALL;
-                assert!(
-                    (found - ratio(n as f64)).abs() < 1e-13,
-                    "{name} {n}: {found}"
-                );
-            }
-        }
-    }
 
     #[test]
     fn random_segments_fill_the_cable() {

@@ -57,7 +57,7 @@ pub(super) fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
             // Slowest mode of the pull: ½π (EA/ρA)^½/L.
             let line_mass = specimen.segment_mass / specimen.segment_length;
             let slowest = FRAC_PI_2 * (specimen.stiffness.ea / line_mass).sqrt() / loaded.length;
-            let scene = super::cantilever::crept(loaded.build()?, choice, 10.0 / slowest)?;
+            let scene = crate::hard::file::rest::crept(loaded.build()?, choice, 10.0 / slowest)?;
             let gaps = read(&scene, n);
             let errors = gaps.iter().enumerate().map(|(j, r)| {
                 let exact = strain * specimen.joint_length(j);

@@ -16,7 +16,7 @@
 //! load raised in steps. None of it uses the model's own joints or Jacobians.
 
 use crate::hard::special::root;
-use crate::paper::specimens::{relax, settle};
+use crate::paper::specimens::settle;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 use taut_model::{
@@ -47,7 +47,7 @@ impl Compliance {
 
 /// The chain, unstrained.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Rod {
+pub(in crate::hard) struct Rod {
     /// Joints 0 to n − 1 and the tip \[m].
     pub(super) nodes: Vec<Vector3<f64>>,
     /// Direction of the cable at the clamp.
@@ -66,15 +66,15 @@ pub(super) struct Rod {
 
 /// The chain under its load.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shape {
+pub(in crate::hard) struct Shape {
     /// Ends of the segments: the start of the first, then the end of each \[m]. The last one is the tip.
     pub(super) ends: Vec<Vector3<f64>>,
     /// Direction of the last segment.
-    pub(super) tangent: Vector3<f64>,
+    pub(in crate::hard) tangent: Vector3<f64>,
 }
 
 impl Shape {
-    pub(super) fn tip(&self) -> Vector3<f64> {
+    pub(in crate::hard) fn tip(&self) -> Vector3<f64> {
         self.ends.last().copied().unwrap_or_default()
     }
 }
@@ -108,6 +108,35 @@ impl Rod {
         let mut lengths = vec![h; n];
         lengths[n - 1] = 0.5 * h;
         Self::straight(0.5 * h, &lengths, vec![Compliance::of(h, 1.0, 1.0); n])
+    }
+
+    /// The chain of a scene: segments from the clamp, then the tip's particle; the joints from the clamp, then the tip's.
+    pub(in crate::hard) fn of(scene: &Scene) -> Self {
+        let (bodies, n) = (&scene.bodies, scene.bodies.len() - 1);
+        let place = |joint: usize| {
+            let frame = scene.constraints[joint].frames()[0];
+            frame.resolve(bodies, 0.0).point()
+        };
+        let law = |joint: usize| {
+            let row = |k: usize| scene.constraints[joint].row(k).1.compliance;
+            Compliance {
+                stretch: row(0),
+                bend: row(3),
+                twist: row(5),
+            }
+        };
+        let mut nodes: Vec<Vector3<f64>> = (0..n).map(place).collect();
+        nodes.push(bodies.position[n]);
+        Self {
+            nodes,
+            clamp: scene.constraints[0].frames()[0].axes.column(0).into(),
+            joints: (0..n).map(law).collect(),
+            masses: bodies.mass[..n].to_vec(),
+            gravity: scene.gravity,
+            tip_mass: bodies.mass[n],
+            force: bodies.force[n],
+            damping: 0.0,
+        }
     }
 
     pub(super) fn segments(&self) -> usize {
@@ -202,19 +231,8 @@ impl Rod {
         Ok(self.read(&settle(self.scene()?)?))
     }
 
-    /// [`settled`](Self::settled) with the force at the tip raised in `steps` steps, by passes of
-    /// `dt` (s).
-    pub(super) fn settled_in_steps(&self, steps: usize, dt: f64) -> Result<Shape, ExperimentError> {
-        let mut scene = self.scene()?;
-        for k in 1..=steps {
-            scene.bodies.force[self.segments()] = self.force * (k as f64 / steps as f64);
-            scene = relax(scene, dt)?;
-        }
-        Ok(self.read(&settle(scene)?))
-    }
-
     /// The exact shape, with all loads raised in `steps` steps. `None` where Newton's method does not converge.
-    pub(super) fn exact(&self, steps: usize) -> Option<Shape> {
+    pub(in crate::hard) fn exact(&self, steps: usize) -> Option<Shape> {
         let mut moment = Vector3::zeros();
         for k in 1..=steps {
             let load = k as f64 / steps as f64;
@@ -285,7 +303,7 @@ fn joint_turn(
 
 /// The root of three equations near `start`, by Newton's method with differences. `None` if it does
 /// not converge.
-pub(super) fn shoot(
+pub(in crate::hard) fn shoot(
     start: Vector3<f64>,
     f: impl Fn(Vector3<f64>) -> Option<Vector3<f64>>,
 ) -> Option<Vector3<f64>> {

@@ -4,7 +4,6 @@ use nalgebra::{Matrix2, Vector2};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-/// Root of the mean square.
 pub fn rms(signal: &[f64]) -> f64 {
     let squares: f64 = signal.iter().map(|s| s * s).sum();
     (squares / signal.len() as f64).sqrt()

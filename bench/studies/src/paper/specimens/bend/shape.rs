@@ -16,7 +16,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use taut_model::{ResolvedSpecimen, Scene, SpecimenParams};
 
-/// The axis of the moment.
 pub(super) fn axis(params: &SpecimenParams) -> Vector3<f64> {
     let (sine, cosine) = params.moment_direction.sin_cos();
     Vector3::new(0.0, sine, cosine)

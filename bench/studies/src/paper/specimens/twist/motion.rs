@@ -32,7 +32,6 @@ const PUSH: f64 = 1e-2;
 /// Turn of the disturbance in a step \[rad]: the golden angle.
 const PUSH_TURN: f64 = 2.399_963_229_728_653;
 
-/// A step of the dynamic runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Step {

@@ -17,41 +17,28 @@ use crate::hard::special::root;
 use nalgebra::Vector3;
 
 /// Span S \[m].
-pub(super) const SPAN: f64 = 8.0;
+const SPAN: f64 = 8.0;
 /// Length L of the unstrained cable \[m].
-pub(super) const LENGTH: f64 = 10.0;
+const LENGTH: f64 = 10.0;
 /// Weight w a metre \[N/m].
-pub(super) const WEIGHT: f64 = 10.0;
-/// EA of the elastic cable \[N].
-pub(super) const EA: f64 = 1e4;
+const WEIGHT: f64 = 10.0;
 
-/// Forces and sag of a hanging cable.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Hanging {
-    /// Horizontal force \[N].
-    pub(super) horizontal: f64,
-    /// Tension at the ends \[N].
-    pub(super) end_tension: f64,
-    /// Depth of the lowest point \[m].
-    pub(super) sag: f64,
-}
-
-/// The catenary; `ea` (N) is infinite for a cable that does not stretch.
-pub(super) fn continuum(ea: f64) -> Hanging {
+/// Horizontal force \[N], tension at the ends \[N] and depth of the lowest point \[m]; `ea` (N) is infinite for a cable that
+/// does not stretch.
+pub(super) fn continuum(ea: f64) -> [f64; 3] {
     let v = 0.5 * WEIGHT * LENGTH;
     let span = |h: f64| h * LENGTH / ea + 2.0 * h / WEIGHT * (v / h).asinh() - SPAN;
     let h = root(span, 1e-3 * v, 1e3 * v);
     let (half, arc) = (0.5 * LENGTH, (1.0 + (v / h).powi(2)).sqrt());
-    Hanging {
-        horizontal: h,
-        end_tension: v.hypot(h),
-        sag: half / ea * (v - 0.5 * WEIGHT * half) + h / WEIGHT * (arc - 1.0),
-    }
+    let sag = half / ea * (v - 0.5 * WEIGHT * half) + h / WEIGHT * (arc - 1.0);
+    [h, v.hypot(h), sag]
 }
 
-/// The exact chain of `n` links: start and end of each \[m], apart by the gaps of the joints; and its measures. `masses_at_joints`: half a link's weight at each end of it, else rods; a support then carries half a
-/// link besides the tension at the end.
-pub(super) fn chain(n: usize, ea: f64, masses_at_joints: bool) -> (Vec<Vector3<f64>>, Hanging) {
+/// The exact chain of n links, from n, EA and 1 where half a link's weight is at each end of it, else 0: start and end of each
+/// \[m], apart by the gaps of the joints; and the measures of [`continuum`]. A support of rods carries half a link besides the
+/// tension at the end.
+pub(super) fn chain(x: &[f64]) -> (Vec<Vector3<f64>>, [f64; 3]) {
+    let (n, ea, masses_at_joints) = (x[0] as usize, x[1], x[2] != 0.0);
     let h = LENGTH / n as f64;
     let vertical = |i: f64| (0.5 * n as f64 - i) * WEIGHT * h;
     let middle = |i: usize| vertical(i as f64 + 0.5);
@@ -80,12 +67,7 @@ pub(super) fn chain(n: usize, ea: f64, masses_at_joints: bool) -> (Vec<Vector3<f
     } else {
         vertical(0.0)
     };
-    let hanging = Hanging {
-        horizontal: f,
-        end_tension: f.hypot(end),
-        sag: -lowest,
-    };
-    (nodes, hanging)
+    (nodes, [f, f.hypot(end), -lowest])
 }
 
 #[cfg(test)]
@@ -99,21 +81,21 @@ mod tests {
     #[test]
     fn the_curve_has_the_known_numbers() {
         let rigid = continuum(f64::INFINITY);
-        near(rigid.horizontal / WEIGHT, 3.382018790853, 1e-12);
-        near(rigid.sag, 2.654375091398, 1e-12);
-        near(rigid.end_tension / (WEIGHT * LENGTH), 0.603639388, 1e-9);
-        let angle = (rigid.horizontal / rigid.end_tension).acos().to_degrees();
+        near(rigid[0] / WEIGHT, 3.382018790853, 1e-12);
+        near(rigid[2], 2.654375091398, 1e-12);
+        near(rigid[1] / (WEIGHT * LENGTH), 0.603639388, 1e-9);
+        let angle = (rigid[0] / rigid[1]).acos().to_degrees();
         near(angle, 55.92543, 1e-7);
-        let elastic = continuum(EA);
-        near(elastic.horizontal, 33.3548086, 1e-9);
-        near(elastic.end_tension, 60.1044363, 1e-9);
-        near(elastic.sag, 2.6874627640, 1e-10);
+        let elastic = continuum(1e4);
+        near(elastic[0], 33.3548086, 1e-9);
+        near(elastic[1], 60.1044363, 1e-9);
+        near(elastic[2], 2.6874627640, 1e-10);
     }
 
     #[test]
     fn the_chain_has_the_known_numbers() {
         let curve = continuum(f64::INFINITY);
-        let of = |n| chain(n, f64::INFINITY, true).1;
+        let of = |n: i32| chain(&[f64::from(n), f64::INFINITY, 1.0]).1;
         for (n, printed) in [
             (4, -1.58e-2),
             (8, -4.15e-3),
@@ -121,9 +103,9 @@ mod tests {
             (32, -2.61e-4),
             (64, -6.52e-5),
         ] {
-            near(of(n).horizontal / curve.horizontal - 1.0, printed, 5e-3);
+            near(of(n)[0] / curve[0] - 1.0, printed, 5e-3);
         }
-        near(of(4).sag / curve.sag - 1.0, 3.55e-2, 5e-3);
-        near(of(64).sag / curve.sag - 1.0, 1.30e-4, 5e-3);
+        near(of(4)[2] / curve[2] - 1.0, 3.55e-2, 5e-3);
+        near(of(64)[2] / curve[2] - 1.0, 1.30e-4, 5e-3);
     }
 }
