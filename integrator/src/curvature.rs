@@ -10,19 +10,19 @@
 //! Δt² κ/2 that each step leaves, and a load at v on a rope with the damping time τ swings τ Δt κ/2 too far out: 54 mm for
 //! 100 kg on 2 m from 90°, 172 mm with ten times the damping time. Here the row counts as violated by τ/Δt times what φ grows
 //! by beyond its tangent if the bodies go on at the velocities of the step before: the rate is then right to second order in Δt.
-//! A lever arm r of a joint bends the way of its gap likewise, by ω × (ω × r) Δt²/2. Joints of cables of segments are left out:
-//! their levers are short, and segments that whip under loads of 10⁵ segments gained energy by it, since they do not go on at
-//! the velocities of the step before.
+//! The lever arm r of a body that a joint holds to the world bends the way of the gap likewise, by ω × (ω × r) Δt²/2. Joints
+//! between bodies are left out: light bodies that whip between loads of 10⁵ times their mass do not go on at the velocities of
+//! the step before, and gained energy by it.
 
 use crate::system_data::SystemData;
-use taut_model::{Constraint, Scene};
+use taut_model::{Constraint, Frame, Scene};
 
 /// Constraints whose dampers follow the curve.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Curvature {
     /// Rods and massless cables.
     lengths: Vec<usize>,
-    /// Joints without bends whose three rows of the gap are damped.
+    /// Joints to the world whose three rows of the gap are damped.
     joints: Vec<usize>,
 }
 
@@ -38,10 +38,7 @@ impl Curvature {
         };
         Self {
             lengths: of(|c| matches!(c, Constraint::MasslessCable(_) | Constraint::Distance(_))),
-            joints: of(|c| {
-                let bends = matches!(c, Constraint::Cosserat(_) | Constraint::Paper(_));
-                c.has_stretch_rows() && !bends
-            }),
+            joints: of(|c| c.has_stretch_rows() && c.frames().iter().any(is_of_world)),
         }
     }
 
@@ -82,4 +79,8 @@ impl Curvature {
             }
         }
     }
+}
+
+fn is_of_world(frame: &Frame) -> bool {
+    frame.body_index().is_none()
 }

@@ -142,8 +142,8 @@ fn beyond_tangent(
         if let Some(ahead) = constraint.length_ahead(&scene.bodies, t, dt) {
             beyond[first] = ahead - (rows.phi[first] + dt * (jv[first] + rows.phi_t[first]));
         }
-        let bends = matches!(constraint, Constraint::Cosserat(_) | Constraint::Paper(_));
-        let is_followed = constraint.has_stretch_rows() && !bends;
+        let is_held = constraint.frames().iter().any(|f| f.body_index().is_none());
+        let is_followed = constraint.has_stretch_rows() && is_held;
         let slots = rows.slot_range(c).filter(|_| is_followed);
         for s in slots {
             let omega = scene.bodies.angular_velocity[rows.slots[s].body];

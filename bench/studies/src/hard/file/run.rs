@@ -128,9 +128,13 @@ fn combined(
     Ok(all)
 }
 
+/// The names with a row's values; formulas among these know the numbers.
 fn with_row(shared: &Names, row: &Table) -> Result<Names, CaseError> {
     let mut names = shared.clone();
-    for (name, value) in row.iter().filter(|(name, _)| *name != "long") {
+    let is_formula = |value: &Value| value.as_str().is_some_and(|text| text.starts_with('='));
+    let values = row.iter().filter(|(name, _)| *name != "long");
+    let (formulas, numbers): (Vec<_>, Vec<_>) = values.partition(|(_, value)| is_formula(value));
+    for (name, value) in numbers.into_iter().chain(formulas) {
         names.add(name, value)?;
     }
     Ok(names)
