@@ -206,8 +206,8 @@ const SHIFT: f64 = 5e-3;
 /// Factor by which a halving changes less than the one before it: of order 1 with a quarter for what is of higher order.
 const ORDER: f64 = 1.68;
 
-/// Returns true if the halvings of a case say nothing of its order: a third one moves the end less, for a smooth motion as
-/// of order 0.9 from the first on, or a start that is moved by as much as a bounce is late leads elsewhere.
+/// Returns true if the halvings of a case say nothing of its order: a third one or, for a smooth motion, a fourth moves the
+/// end less, as of order 0.9, or a start that is moved by as much as a bounce is late leads elsewhere.
 fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
     let end = |finer, moved| end(&case.choices, coarsest(case) * finer, moved);
     let [fine, finest, shifted] = [end(4, 0.0), end(8, 0.0), end(4, SHIFT)];
@@ -216,7 +216,13 @@ fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
     };
     let third = (fine - finest).norm();
     let nearer = match order(case) {
-        Some(_) => first / third >= ORDER.powi(2) || second / third >= ORDER,
+        // Errors of first and of second order that cancel at one step do not at a quarter of it.
+        Some(_) => {
+            let fourth = || Some((finest - end(16, 0.0)?).norm());
+            first / third >= ORDER.powi(2)
+                || second / third >= ORDER
+                || fourth().is_some_and(|fourth| third / fourth >= ORDER)
+        }
         None => third <= 0.75 * second,
     };
     nearer || (shifted - fine).norm() > 10.0 * SHIFT
