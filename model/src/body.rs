@@ -265,6 +265,21 @@ impl Bodies {
         r * self.inertia[i] * r.transpose()
     }
 
+    /// ω + ½ `dt` ω̇ of body `i`, which turns freely, I ω̇ = I ω × ω: its mean angular velocity over `dt` (s) to second order
+    /// \[rad/s]. That of a driven body or a point mass is ω.
+    pub(crate) fn mean_spin(&self, i: usize, dt: f64) -> Vector3<f64> {
+        let omega = self.angular_velocity[i];
+        if !self.is_dynamic(i) {
+            return omega;
+        }
+        let inertia = self.inertia_world(i);
+        let torque = (inertia * omega).cross(&omega);
+        let change = inertia.try_inverse().map(|inverse| inverse * torque);
+        change
+            .filter(|change| change.iter().all(|x| x.is_finite()))
+            .map_or(omega, |change| omega + change * (0.5 * dt))
+    }
+
     /// Kinetic energy of body `i` \[J], ½ m v·v + ½ ω·Iω.
     ///
     /// # Panics

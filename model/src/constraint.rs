@@ -348,17 +348,20 @@ impl Constraint {
         self.evaluate(bodies, t, &mut Rows::new(phi, &mut [], &mut []));
     }
 
-    /// φ of a rod or massless cable at time `t` + `dt` (s) if its bodies go on at their velocities at `t` \[m]; `None` of other
-    /// kinds.
+    /// The rows of its length or gap at time `t` + `dt` (s) if its bodies go on freely from their velocities at `t` \[m]: one of a
+    /// rod or massless cable, three of a joint with rows of stretch, none of other kinds.
     #[must_use]
-    pub fn length_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> Option<f64> {
+    pub fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
+        let one = |phi: f64| ([phi, 0.0, 0.0], 1);
+        let between = |frames: &[Frame]| {
+            let [a, b] = [0, 1].map(|side| frames[side].resolve_ahead(bodies, t, dt));
+            gap(&a, &b)
+        };
         match self {
-            Self::MasslessCable(c) => Some(c.path_ahead(bodies, t, dt) - c.length_at(t + dt)),
-            Self::Distance(c) => {
-                let [a, b] = c.frames.map(|f| f.resolve_ahead(bodies, t, dt));
-                Some(gap(&a, &b).norm() - c.length)
-            }
-            _ => None,
+            Self::MasslessCable(c) => one(c.path_ahead(bodies, t, dt) - c.length_at(t + dt)),
+            Self::Distance(c) => one(between(&c.frames).norm() - c.length),
+            joint if joint.has_stretch_rows() => (between(joint.frames()).into(), 3),
+            _ => ([0.0; 3], 0),
         }
     }
 

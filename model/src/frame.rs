@@ -140,13 +140,13 @@ impl Frame {
         }
     }
 
-    /// [`resolve`](Self::resolve) at time `t` + `dt` (s) if its body goes on at its velocities at `t`.
+    /// [`resolve`](Self::resolve) at time `t` + `dt` (s) if its body goes on freely from its velocities at `t`.
     pub(crate) fn resolve_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> Resolved {
         let here = self.resolve(bodies, t + dt);
         let Side::Body(i) = self.side else {
             return here;
         };
-        let turn = Rotation3::from_scaled_axis(bodies.angular_velocity[i] * dt);
+        let turn = Rotation3::from_scaled_axis(bodies.mean_spin(i, dt) * dt);
         Resolved {
             centre: here.centre + bodies.velocity[i] * dt,
             lever: turn * here.lever,

@@ -139,19 +139,13 @@ fn beyond_tangent(
     let mut beyond = DVector::zeros(rows.rows());
     for (c, constraint) in scene.constraints.iter().enumerate() {
         let first = rows.row_range(c).start;
-        if let Some(ahead) = constraint.length_ahead(&scene.bodies, t, dt) {
-            beyond[first] = ahead - (rows.phi[first] + dt * (jv[first] + rows.phi_t[first]));
-        }
         let is_held = constraint.frames().iter().any(|f| f.body_index().is_none());
-        let is_followed = constraint.has_stretch_rows() && is_held;
-        let slots = rows.slot_range(c).filter(|_| is_followed);
-        for s in slots {
-            let omega = scene.bodies.angular_velocity[rows.slots[s].body];
-            let inwards = omega.cross(&omega.cross(&rows.lever(s)));
-            for (k, j) in rows.block(s).rows()[..3].iter().enumerate() {
-                let j = Vector3::new(j[0], j[1], j[2]);
-                beyond[first + k] += 0.5 * dt * dt * j.dot(&inwards);
-            }
+        if constraint.has_stretch_rows() && !is_held {
+            continue;
+        }
+        let (ahead, count) = constraint.gap_ahead(&scene.bodies, t, dt);
+        for (r, ahead) in (first..).zip(ahead).take(count) {
+            beyond[r] = ahead - (rows.phi[r] + dt * (jv[r] + rows.phi_t[r]));
         }
     }
     beyond
