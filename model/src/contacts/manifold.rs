@@ -1,7 +1,8 @@
 //! The points of contact of two shapes, from the direction in which they touch.
 //!
 //! Where that is the normal of a face, what lies on the face is cut off at its outline, and each corner that is left is a
-//! point of contact with its own height over the face: four of a box on a plate, two of a cylinder on its side. Elsewhere two
+//! point of contact with its own height over the face: four of a box on a plate, two of a cylinder on its side. A polygon
+//! stands for a rim; where the rim crosses the outline of the other shape its own points are taken. Elsewhere two
 //! edges touch, in one point, or in two where they are parallel. Two capsules touch as balls at their centre lines do: each of
 //! their points has its own normal.
 //!
@@ -15,6 +16,7 @@
 use nalgebra::Vector3;
 
 use super::axis::{axis, pass};
+use super::polygon::Polygon;
 use super::solid::{Core, Solid};
 
 /// Most points of a face: more say nothing new.
@@ -191,7 +193,15 @@ fn on_face(
     };
     let rounding = ROUNDING * (above.size() + below.size());
     let lying = above.lying_along(&-outward);
-    let mut kept = lying.within(&face, &outward, rounding);
+    let crossings = rim_crossings(above, &lying, below, &face, &outward);
+    let mut kept = if lying.len() == 2 && !crossings.is_empty() {
+        Polygon::default()
+    } else {
+        lying.within(&face, &outward, rounding)
+    };
+    for corner in crossings.iter() {
+        kept.push(*corner);
+    }
     kept = kept.spread(&outward, MOST);
     let inside = |p: &Vector3<f64>| {
         let flat = p - outward * (p - face[0]).dot(&outward);
@@ -222,6 +232,48 @@ fn on_face(
             });
         }
     }
+}
+
+/// Points of `lying` over which the rim of one shape crosses the straight outline of the other. The polygon that stands for a
+/// rim is cut up to 8 % of the radius inside it: what tips over a rim would sink in between, and be thrown out by the next
+/// corner that is found.
+fn rim_crossings(
+    above: &Solid,
+    lying: &Polygon,
+    below: &Solid,
+    face: &Polygon,
+    outward: &Vector3<f64>,
+) -> Polygon {
+    let is_round =
+        |solid: &Solid, polygon: &Polygon| solid.core == Core::Cylinder && polygon.len() > 2;
+    let mut found = Polygon::default();
+    let (outline, rim) = match (is_round(above, lying), is_round(below, face)) {
+        (true, false) => (face, above.rim(-above.axis(2).dot(outward).signum())),
+        (false, true) => (lying, below.rim(below.axis(2).dot(outward).signum())),
+        _ => return found,
+    };
+    // A segment has one side, not two.
+    let sides = if outline.len() > 2 {
+        outline.len()
+    } else {
+        outline.len() - 1
+    };
+    for i in 0..sides {
+        let [start, end] = [outline[i], outline[(i + 1) % outline.len()]];
+        let along = end - start;
+        let Some(sideways) = along.cross(outward).try_normalize(0.0) else {
+            continue;
+        };
+        let flat = outward.cross(&sideways);
+        for point in rim.across(&sideways, sideways.dot(&start)) {
+            let part = flat.dot(&(point - start)) / flat.dot(&along);
+            if (0.0..=1.0).contains(&part) {
+                let of_rim = std::ptr::eq(outline, face);
+                found.push(if of_rim { point } else { start + along * part });
+            }
+        }
+    }
+    found
 }
 
 /// Two edges, or an edge and a round side.

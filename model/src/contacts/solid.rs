@@ -323,6 +323,21 @@ impl Rim {
         self.middle + (x * angle.cos() + y * angle.sin()) * self.radius
     }
 
+    /// Its points in the plane u·p = `limit`: two, or none.
+    pub(super) fn across(
+        &self,
+        u: &Vector3<f64>,
+        limit: f64,
+    ) -> impl Iterator<Item = Vector3<f64>> {
+        let [x, y] = self.axes.map(|axis| axis.dot(u) * self.radius);
+        let part = (limit - u.dot(&self.middle)) / x.hypot(y);
+        let (base, side) = (y.atan2(x), part.acos());
+        // Not a number where they are apart, and where the plane is that of the rim.
+        let angles = [base - side, base + side].into_iter();
+        let rim = *self;
+        angles.filter(|t| t.is_finite()).map(move |t| rim.at(t))
+    }
+
     /// Its point that is nearest to `p`; any from its middle.
     pub(super) fn nearest(&self, p: &Vector3<f64>) -> Vector3<f64> {
         let [x, y] = self.axes;

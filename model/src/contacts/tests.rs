@@ -464,6 +464,37 @@ fn a_capsule_over_the_edge_of_a_face_keeps_its_line_while_it_rocks() {
     }
 }
 
+/// Polygons that stand for rims are inside them: a box would sink in, and be thrown out where the next corner is found.
+#[test]
+fn a_box_that_tips_over_a_rim_stands_on_the_rim_itself() {
+    const DEEP: f64 = 1e-4;
+    let half = v(0.3, 0.25, 0.2);
+    for (radius, out) in [(3.0, 0.0), (3.0, 0.2), (0.9, -0.05), (0.45, 0.1)] {
+        for (place, yaw, tilt) in [(0.0, 0.3, 2e-3), (0.7, 1.2, 0.02), (2.5, -0.4, 0.3)] {
+            let tips = about(v(-f64::sin(place), f64::cos(place), 0.0), tilt);
+            let turn = tips * about(v(0.0, 0.0, 1.0), yaw);
+            let centre = v(f64::cos(place), f64::sin(place), 0.0) * (radius + out);
+            let rim = (0..40_000).map(|k| {
+                let angle = f64::from(k) * std::f64::consts::TAU / 4e4;
+                turn.inverse() * (v(angle.cos(), angle.sin(), 0.0) * radius - centre)
+            });
+            let over = rim.filter(|p| p.x.abs() <= half.x && p.y.abs() <= half.y);
+            let deepest = over.map(|p| p.z + half.z).fold(f64::NEG_INFINITY, f64::max);
+            let centre = centre + turn * v(0.0, 0.0, deepest - DEEP);
+            let shapes = [
+                (cuboid(0.6, 0.5, 0.4), centre, turn),
+                at(cylinder(0.2, radius), 0.0, 0.0, -0.1),
+            ];
+            for shapes in [shapes, [shapes[1], shapes[0]]] {
+                let found = contacts(&scene(shapes, &turn, v(1.0, 2.0, 3.0)));
+                let least = found.iter().map(|c| c.gap).fold(f64::INFINITY, f64::min);
+                let off = (least + DEEP).abs();
+                assert!(off < 0.02 * DEEP, "{radius} {out} {place} {tilt}: {least}");
+            }
+        }
+    }
+}
+
 /// Else the point that carries it goes round with the tilt, which it drives.
 #[test]
 fn a_disc_that_hardly_tilts_stands_on_the_same_corners() {
