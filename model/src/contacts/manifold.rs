@@ -197,12 +197,13 @@ fn on_face(
     let mut kept = if lying.len() == 2 && !crossings.is_empty() {
         Polygon::default()
     } else {
-        lying.within(&face, &outward, rounding)
+        lying
+            .within(&face, &outward, rounding)
+            .spread(&outward, MOST)
     };
     for corner in crossings.iter() {
         kept.push(*corner);
     }
-    kept = kept.spread(&outward, MOST);
     let inside = |p: &Vector3<f64>| {
         let flat = p - outward * (p - face[0]).dot(&outward);
         (below.nearest(&flat) - flat).norm() <= 10.0 * rounding
