@@ -200,6 +200,7 @@ impl BodyVectors {
     ///
     /// # Panics
     /// When the sizes differ.
+    #[inline]
     pub fn copy_from(&mut self, other: &Self) {
         self.values.copy_from_slice(&other.values);
     }

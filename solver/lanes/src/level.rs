@@ -61,6 +61,7 @@ impl Level {
     /// The [`wanted`](Self::wanted) level, for measurements; the highest that there is where none is asked for, or one
     /// that cannot be had: a program that lets its users ask reports that error. Read once.
     #[must_use]
+    #[inline]
     pub fn best() -> Self {
         static BEST: OnceLock<Level> = OnceLock::new();
         *BEST.get_or_init(|| {

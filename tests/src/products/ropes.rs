@@ -106,22 +106,26 @@ pub(super) fn slack(case: &Case) -> Fault {
     })
 }
 
-/// Twice the length by which the path of a part at the end of step `n` exceeds that of its rates
-/// \[m]: points go round in a circle about the part's other end, as long as the part is now, or
-/// about the body's centre.
+/// Twice the length by which the path of a part at the end of step `n` exceeds that of its rates, those that the step
+/// remembers of the two before included \[m]: points go round in a circle about the part's other end, as long as the part is
+/// now, or about the body's centre.
 fn turning(case: &Case, n: usize, part: &Part) -> f64 {
-    let bodies = &case.run.steps[n].bodies;
     let rope = case.choices.rope.as_ref();
     let sheave = rope.is_some_and(|r| r.sheave.is_some());
     let sheave = sheave.then(|| scene::hub(&case.choices));
-    let squares = (0..bodies.len()).map(|i| {
-        let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
-        let span =
-            |hub: Vector3<f64>| f64::min(0.5 * part.length, (bodies.position[i] - hub).norm());
-        let arm = sheave.map_or(0.5 * part.length, span);
-        v.norm_squared() / arm + 0.25 * w.norm_squared()
-    });
-    squares.fold(0.0, f64::max) / (RATE * RATE)
+    let of = |m: &Moment| {
+        let bodies = &m.bodies;
+        let squares = (0..bodies.len()).map(|i| {
+            let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            let span =
+                |hub: Vector3<f64>| f64::min(0.5 * part.length, (bodies.position[i] - hub).norm());
+            let arm = sheave.map_or(0.5 * part.length, span);
+            v.norm_squared() / arm + 0.25 * w.norm_squared()
+        });
+        squares.fold(0.0, f64::max)
+    };
+    let near = case.run.steps[n.saturating_sub(2)..=n].iter().map(of);
+    near.fold(0.0, f64::max) / (RATE * RATE)
 }
 
 /// ε T = φ̄ + τ φ̇ of a taut part whose drum holds, to how far φ moved in the last steps.
