@@ -583,13 +583,14 @@ fn work_of_contacts(case: &Case) -> Fault {
     })
 }
 
-/// m Δv of each body against gravity, constraints and contacts: to the angle that ropes turn by in the step.
+/// m Δv of each body against gravity, constraints and contacts: to the angle that ropes turn by in the step. Sub-steps are
+/// steps here: means of forces over them have the directions of the last one.
 fn momentum(case: &Case) -> Fault {
     let c = &case.choices;
     if c.load.mass > 1e12 {
         return None;
     }
-    let (run, rate) = (&case.run, RATE);
+    let (run, rate) = (case.fine()?, case.rate());
     let gravity = case.scene.gravity;
     let held = case
         .scene
