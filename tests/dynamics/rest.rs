@@ -5,7 +5,7 @@ use taut_integrator::{
 };
 use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
 use taut_solver::Backend;
-use taut_studies::hard::statics::rest::slings;
+use taut_studies::hard::coded::rest::slings;
 use taut_tests::{Worst, compiled_direct, compiled_iterative};
 
 const DT: f64 = 1.0 / 60.0;

@@ -28,6 +28,29 @@ pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> 
     poses::hoist(&params, pose).expect("sound parameters")
 }
 
+/// A hoist with ball joints of that compliance (m/N), unstrained, turned aside, in motion: that of H51.
+///
+/// # Panics
+/// Where the parameters are refused.
+#[must_use]
+pub fn ball_jointed(compliance: f64) -> Scene {
+    let params = HoistParams {
+        segments: 6,
+        mass_ratio: 20.0,
+        joint: JointKind::Spherical,
+        initial_angle: 0.5,
+        seed: 5,
+        ..HoistParams::default()
+    };
+    let mut scene = params.build().expect("sound parameters");
+    for constraint in &mut scene.constraints {
+        if let Constraint::Spherical(joint) = constraint {
+            joint.stretch = RowLaw::new(compliance, 0.0);
+        }
+    }
+    scene
+}
+
 /// The joints of cables, which hold all directions or all but the turns.
 pub const JOINTS: [&str; 4] = ["spherical", "paper", "cosserat", "lock"];
 

@@ -32,7 +32,7 @@ pub(super) fn at_rest(
 /// The scene brought to rest by `choice` alone: implicit steps of `dt` (s) from rest, each a Newton pass that leaves
 /// 1/(1 + ω²Δt²) of a mode ω, from the unstrained pose. Ten times the slowest mode's 1/ω is enough; longer ones turn
 /// the rounding of the forces into motion.
-pub(in crate::hard) fn crept(scene: Scene, choice: &Choice, dt: f64) -> Result<Scene, StepError> {
+fn crept(scene: Scene, choice: &Choice, dt: f64) -> Result<Scene, StepError> {
     // Passes, and what they divide the time step by.
     const PASSES: [(usize, f64); 2] = [(10, 1.0), (20, 10.0)];
     let mut scene = scene;

@@ -1,75 +1,21 @@
-//! H01, H02, H03: a cable pulled, bent to a circle and twisted by loads at its end. Every joint carries the same
-//! load, so that the discrete answer is exact and the continuum's: gaps F l_j/EA, angles M l_j/EI and T l_j/GJ
+//! H02, H03: a cable bent to a circle and twisted by loads at its end. Every joint carries the same
+//! load, so that the discrete answer is exact and the continuum's: angles M l_j/EI and T l_j/GJ
 //! ([`crate::paper::specimens`]).
 
-use crate::hard::each_solver;
 use crate::options::pick;
-use crate::paper::specimens::{
-    Joint, MATERIALS, SEGMENTS, bend, largest, params, pull, read, twist, worst,
-};
+use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, bend, largest, twist, worst};
 use indicatif::ProgressBar;
 use serde_json::Value;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 use taut_model::{Scene, Specimen, SpecimenParams};
 use taut_output::check::{Check, ExperimentError, Outcome};
 
-/// Relative bar of the elongation.
-pub(super) const PULL_BAR: f64 = 1e-10;
 /// Bar of the tip of the circle, over L.
-pub(super) const BEND_BAR: f64 = 1e-9;
+const BEND_BAR: f64 = 1e-9;
 /// Relative bar of the twist.
-pub(super) const TWIST_BAR: f64 = 1e-9;
+const TWIST_BAR: f64 = 1e-9;
 /// Turns of the twisted cable.
-pub(super) const TURNS: f64 = 40.0;
-
-/// H01.
-pub(super) fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let rows = pull::run(quick, progress)?;
-    let mut checks = Vec::new();
-    for (material, _) in MATERIALS {
-        let own = || rows.iter().filter(|r| r["material"] == material);
-        let errors = ["elongation_error", "gap_error"].map(|key| worst(own(), key));
-        let farthest = worst(own(), "strain");
-        let check = Check::within(
-            format!("{material}, N = 3 … 24"),
-            "ΔL/L = F/EA",
-            format!("to a strain of {farthest:.2}"),
-            largest(errors.into_iter()),
-            PULL_BAR,
-        );
-        checks.push(
-            check
-                .by("largest relative error of the whole and of a joint")
-                .algebraic(),
-        );
-    }
-    let (n, strain) = (6, 0.1);
-    checks.extend(each_solver(
-        &format!("steel, N = {n}, steps from rest"),
-        |choice| {
-            let free = params(Specimen::Pull, MATERIALS[2], n, Joint::Cosserat);
-            let force = strain * free.resolve()?.stiffness.ea;
-            let loaded = SpecimenParams {
-                force: Some(force),
-                ..free
-            };
-            let specimen = loaded.resolve()?;
-            // Slowest mode of the pull: ½π (EA/ρA)^½/L.
-            let line_mass = specimen.segment_mass / specimen.segment_length;
-            let slowest = FRAC_PI_2 * (specimen.stiffness.ea / line_mass).sqrt() / loaded.length;
-            let scene = crate::hard::file::rest::crept(loaded.build()?, choice, 10.0 / slowest)?;
-            let gaps = read(&scene, n);
-            let errors = gaps.iter().enumerate().map(|(j, r)| {
-                let exact = strain * specimen.joint_length(j);
-                (r.gap / exact - 1.0).abs()
-            });
-            let error = largest(errors);
-            let check = Check::off("", "gap F l/EA", error, "", PULL_BAR);
-            Ok(check.by("largest relative error of a joint").algebraic())
-        },
-    )?);
-    Ok(checks.into())
-}
+const TURNS: f64 = 40.0;
 
 /// H02.
 pub(super) fn rolled(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
