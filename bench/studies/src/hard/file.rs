@@ -22,8 +22,10 @@
 //! | | with a `turning` of their own |
 //! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
-//! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its forces raised in so many steps, by
-//! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes |
+//! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its loads raised in so many steps, by
+//! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes; `{ solved = true }`: by its
+//! | | own static equilibrium; `{ follow, pass }`: its loads are raised in so many steps, and the run is what comes to rest in |
+//! | | each, by such passes if there are any |
 //! | `stretch` | compliance of all ball joints, m/N |
 //! | `shuffle` | seed of another order of bodies and constraints, in which the scene is run; 0 leaves them their own |
 //! | `places` | where bodies have to be, `{ body, place }` each: the farthest from it is seen as `misplaced` |
@@ -39,11 +41,11 @@
 //! | | solve; `first-unguarded`: by the first alone |
 //! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
 //! | `may-fail` | `true`: a step that fails ends the run, `"limits"`: so does a joint beyond the scene's limits of gaps; `failed` is 1,
-//! | | and `singular` where the matrix was and its constraint is named; `ended` says why, `end` is when |
+//! | | and `singular` where the matrix was and its constraint is named; `ended` says why, `ended_at` is when |
 //! | `see` | `"NAME = FORMULA"` each, in order, with texts in braces as elsewhere, of columns of `taut run`, of [`probes`] and of what is above: one number each |
 //! | | An entry `{ repeat = N, see = "…" }` stands N times, with `{k}` = 0, 1, …: the largest of them is seen |
-//! | `path` | bodies whose ways are compared, 60 places a second: `apart`, the largest distance from those of the last run of
-//! | | the row, `to_next`, from those of the run after it |
+//! | `path` | bodies whose ways are compared, 60 places a second, or where they begin in a run without steps: `apart`, the largest
+//! | | distance from those of the last run of the row, `to_next`, of the run after it, `from_first`, of the first solver |
 //! | `halve` | a bracket: runs with its `name` at `from` and at `to`, between which `times` halvings find the value from which on
 //! | | `up` holds, `found` ± `width`; `low.NAME` is what the first run has seen |
 //! | `finds` | as above, of all the runs of a row together |
@@ -76,6 +78,7 @@ mod probes;
 mod rest;
 mod rod;
 mod run;
+mod sights;
 mod text;
 
 use serde::Deserialize;
@@ -96,6 +99,8 @@ macro_rules! files {
 
 pub(super) const FILES: &[&str] = files![
     "H01",
+    "H02",
+    "H03",
     "H04",
     "H05",
     "H06",
@@ -109,6 +114,7 @@ pub(super) const FILES: &[&str] = files![
     "H13",
     "H14",
     "H15",
+    "H16",
     "H20",
     "H21",
     "H22",
@@ -201,7 +207,7 @@ struct Run {
     #[serde(default)]
     change: Vec<Change>,
     #[serde(default)]
-    path: Vec<String>,
+    path: Vec<Value>,
     #[serde(default)]
     may_fail: MayFail,
     #[serde(default)]
@@ -287,8 +293,22 @@ impl From<Value> for MayFail {
 #[serde(untagged)]
 enum Rest {
     Settled(bool),
-    Raised { steps: usize, pass: f64 },
-    Crept { creep: f64 },
+    Raised {
+        steps: usize,
+        pass: f64,
+    },
+    Followed {
+        follow: Value,
+        pass: Option<Value>,
+    },
+    Crept {
+        creep: f64,
+    },
+    #[serde(rename_all = "kebab-case")]
+    Solved {
+        #[serde(rename = "solved")]
+        _solved: bool,
+    },
 }
 
 /// A change of the scene before a step.

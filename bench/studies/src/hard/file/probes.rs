@@ -120,6 +120,13 @@ impl Seen<'_> {
         self.scene().bodies.position.iter().map(of).fold(0.0, worse)
     }
 
+    /// The largest turn of a body from what it was in a scene.
+    fn turned(&self, from: &Scene) -> f64 {
+        let turns = self.scene().bodies.orientation.iter();
+        let turns = turns.zip(&from.bodies.orientation);
+        turns.map(|(q, q0)| q.angle_to(q0)).fold(0.0, worse)
+    }
+
     /// The largest way of a body from its place at the beginning, as `of` measures it.
     fn farthest(&self, of: fn(Vector3<f64>) -> f64) -> f64 {
         let first = &self.first.bodies.position;
@@ -135,12 +142,9 @@ pub(super) const PROBES: &[Probe] = &[
     // Largest way of a body from its beginning, and its level part.
     ("farthest", "m", |s| s.farthest(|way| way.norm())),
     ("drift", "m", |s| s.farthest(|way| way.xy().norm())),
-    // Largest turn of a body from its beginning.
-    ("turned", "rad", |s| {
-        let first = &s.first.bodies.orientation;
-        let turns = s.scene().bodies.orientation.iter().zip(first);
-        turns.map(|(q, q0)| q.angle_to(q0)).fold(0.0, worse)
-    }),
+    // Largest turn of a body from its beginning, and from where it was before the scene came to rest.
+    ("turned", "rad", |s| s.turned(s.first)),
+    ("turned_to_rest", "rad", |s| s.turned(s.laid)),
     // Largest distance of a body from the x axis.
     ("off_axis", "m", |s| s.widest(|x| x.yz().norm())),
     ("off_plane", "m", |s| s.widest(|x| x.z.abs())),
@@ -179,11 +183,12 @@ pub(super) const PROBES: &[Probe] = &[
         let along = turns[turns.len() - 2] * Vector3::z();
         along.y.atan2(along.x)
     }),
-    // Of all joints of a specimen: gaps, bends and twists; how far a gap is from its share.
+    // Of all joints of a specimen: gaps, bends and twists; how far a gap or twist is from its share.
     ("gaps", "m", |s| s.readings(|j| j.gap).iter().sum()),
     ("bends", "rad", |s| s.readings(|j| j.bend).iter().sum()),
     ("twists", "rad", |s| s.readings(|j| j.twist).iter().sum()),
     ("gap_shares", "", |s| s.off_shares(|j| j.gap)),
+    ("twist_shares", "", |s| s.off_shares(|j| j.twist)),
     ("load_mass", "kg", |s| {
         let load = s.scene().load;
         load.map_or(f64::NAN, |load| s.scene().bodies.mass[load])

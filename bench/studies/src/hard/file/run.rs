@@ -3,10 +3,11 @@
 use super::changes::{change, shuffled};
 use super::drive::{self, Input, inputs};
 use super::judge::check;
-use super::probes::{PROBES, Placed, Probe, Seen, Swing};
-use super::rest::at_rest;
+use super::probes::{Placed, Seen, Swing};
+use super::rest::{at_rest, under_part};
+use super::sights::{Sights, wraps};
 use super::text::{Names, defined, split};
-use super::{CaseError, CaseFile, Fewer, Halve, MayFail, Place, Rows, Run, See, Solvers};
+use super::{CaseError, CaseFile, Fewer, Halve, MayFail, Place, Rest, Rows, Run, See, Solvers};
 use crate::hard::{alike, farthest, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -14,10 +15,9 @@ use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use taut_ground::choice::Choice;
-use taut_ground::columns::{ColumnError, Columns};
 use taut_ground::modes::natural;
 use taut_ground::pace;
-use taut_ground::trajectory::{Limits, Sample, Simulation, steps_in};
+use taut_ground::trajectory::{Limits, Simulation, steps_in};
 use taut_integrator::{
     GeometricStiffness, StepError, StepOptions, StepReport, Stepper, static_equilibrium,
 };
@@ -208,6 +208,13 @@ fn checked(
             }
         };
         found.push((choice.map(|c| c.family()), runs));
+    }
+    let of_first = found.first().map_or(&[][..], |(_, runs)| runs).iter();
+    let of_first: Vec<_> = of_first.map(|run| run.path.clone()).collect();
+    for (_, runs) in &mut found {
+        for (run, first) in runs.iter_mut().zip(&of_first) {
+            run.values.set("from_first", farthest(&run.path, first));
+        }
     }
     let all: Vec<&Names> = found.iter().flat_map(|(_, runs)| runs).collect();
     let mut all = gathered(&all);
@@ -407,13 +414,6 @@ fn options(
     Ok(options)
 }
 
-/// A quantity that is seen in each step.
-enum Sight {
-    Probe(Probe),
-    /// One of the columns.
-    Column(usize),
-}
-
 /// Steps through a run; its names with those of what is seen, one number each.
 fn seen(
     run: &Run,
@@ -430,7 +430,11 @@ fn seen(
     let laid = built(run, &names)?;
     let mut scene = shuffled(run, &names, at_rest(run, laid.clone(), choice)?)?;
     let swing = displaced(run, &mut scene, &mut names)?;
-    let steps = match (&run.steps, &run.time) {
+    let follow = match &run.rest {
+        Some(Rest::Followed { follow, .. }) => Some(follow),
+        _ => None,
+    };
+    let steps = match (follow.or(run.steps.as_ref()), &run.time) {
         (Some(steps), _) => names.number(steps)? as usize,
         (None, Some(time)) => steps_in(names.number(time)?, options.dt),
         (None, None) => {
@@ -444,7 +448,7 @@ fn seen(
     let see = see?;
     let places = places(run, &names, stepper.scene())?;
     let mut wanted: Vec<String> = Vec::new();
-    let mut own: Vec<&str> = vec!["failed", "singular", "end"];
+    let mut own: Vec<&str> = vec!["failed", "singular", "ended_at"];
     for (name, formula) in &see {
         let mut inside = Vec::new();
         formula.names(&mut inside);
@@ -513,70 +517,6 @@ fn places(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<Placed>, Experi
     filled.map(place).collect()
 }
 
-/// The quantity with that name.
-fn sights(wanted: &[String], stepper: &Stepper) -> Result<(Vec<Sight>, Columns), CaseError> {
-    let probe = |name: &str| PROBES.iter().find(|(known, ..)| *known == name);
-    let mut columns = Vec::new();
-    let mut all = Vec::new();
-    for name in wanted {
-        match probe(name) {
-            Some(probe) => all.push(Sight::Probe(*probe)),
-            None => {
-                all.push(Sight::Column(columns.len()));
-                columns.push(name.clone());
-            }
-        }
-    }
-    let found = Columns::find(&columns, stepper).map_err(|e| {
-        let probes = PROBES.iter().map(|(name, ..)| *name);
-        match &e {
-            ColumnError::UnknownColumn { name, known } => {
-                let known = known.iter().map(String::as_str);
-                CaseError::unknown("probe", name, known.chain(probes))
-            }
-            ColumnError::UnknownName {
-                name,
-                bodies,
-                constraints,
-                ..
-            } => {
-                let known = bodies.iter().chain(constraints).map(String::as_str);
-                CaseError::unknown("body, joint or cable", name, known)
-            }
-            ColumnError::UnknownQuantity {
-                quantity, known, ..
-            } => CaseError::unknown("quantity", quantity, known.iter().copied()),
-            other => CaseError::Toml {
-                line: 0,
-                message: other.to_string(),
-            },
-        }
-    })?;
-    Ok((all, found))
-}
-
-/// Angles of the cables about the sheaves with friction \[rad].
-fn wraps(scene: &Scene) -> Vec<f64> {
-    (0..scene.capstans.len()).map(|i| scene.wrap(i)).collect()
-}
-
-/// What is seen of a step, or at the beginning.
-fn look((sights, columns): &(Vec<Sight>, Columns), seen: &Seen<'_>) -> Vec<f64> {
-    let stepper = seen.stepper;
-    let report = seen.report.filter(|_| !columns.headings().is_empty());
-    let of_columns: Vec<_> = match report {
-        None => columns.at_start(stepper).collect(),
-        Some(report) => columns
-            .values(stepper, &Sample::after(stepper, report))
-            .collect(),
-    };
-    let values = sights.iter().map(|sight| match sight {
-        Sight::Probe((.., of)) => of(seen),
-        Sight::Column(k) => of_columns[*k].unwrap_or(f64::NAN),
-    });
-    values.collect()
-}
-
 /// Steps, and records what is wanted of each; and when and why it ended early, where it may.
 fn recorded(
     run: &Run,
@@ -585,11 +525,11 @@ fn recorded(
     steps: usize,
     names: &mut Names,
 ) -> Result<(), ExperimentError> {
-    let sights = sights(wanted, stepper)?;
+    let mut sights = Sights::find(wanted, stepper)?;
     let mut known = names.clone();
     let first = stepper.scene().clone();
     let shape = OnceCell::new();
-    let look = |stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
+    let look = |sights: &Sights, stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
         let seen = Seen {
             stepper,
             report,
@@ -600,16 +540,29 @@ fn recorded(
             shape: &shape,
             wraps,
         };
-        look(&sights, &seen)
+        sights.look(&seen)
     };
-    let start = look(stepper, None, &wraps(stepper.scene()));
+    let start = look(&sights, stepper, None, &wraps(stepper.scene()));
     let mut series: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in wanted.iter().zip(start) {
         names.values.starts.insert(name.clone(), vec![value]);
         series.insert(name.clone(), Vec::with_capacity(steps));
     }
-    let path: Result<Vec<usize>, _> = run.path.iter().map(|name| first.body(name)).collect();
-    let path = path?;
+    let path = names.filled(&Value::Array(run.path.clone()))?;
+    let path = path
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str);
+    let path = path
+        .map(|name| first.body(name))
+        .collect::<Result<Vec<_>, _>>()?;
+    if steps == 0 {
+        names.path = path
+            .iter()
+            .map(|body| first.bodies.position[*body])
+            .collect();
+    }
     let each = (1.0 / (60.0 * stepper.options().dt)).round() as usize;
     let mut watched = Simulation::new(steps, Limits::Scene(first.gap_limits()));
     let mut driven = Vec::new();
@@ -621,16 +574,24 @@ fn recorded(
         }
         change(run, stepper, n)?;
         let before = wraps(stepper.scene());
-        let report = match run.may_fail {
-            MayFail::Nothing => Some(pace::step(stepper)?),
-            MayFail::Step => {
+        let report = match (&run.rest, run.may_fail) {
+            (Some(Rest::Followed { pass, .. }), _) => {
+                let pass = pass.as_ref().map(|pass| names.number(pass)).transpose()?;
+                let part = n as f64 / steps as f64;
+                let scene = under_part(stepper.scene().clone(), laid, part, pass)?;
+                *stepper = Stepper::new(scene, stepper.options().clone())?;
+                sights = Sights::find(wanted, stepper)?;
+                None
+            }
+            (_, MayFail::Nothing) => Some(pace::step(stepper)?),
+            (_, MayFail::Step) => {
                 let made = pace::step(stepper);
                 made.map_err(|e| watched.fail(stepper.time(), e)).ok()
             }
-            MayFail::Limits => watched.step(stepper).map(|sample| sample.report),
+            (_, MayFail::Limits) => watched.step(stepper).map(|sample| sample.report),
         };
-        if let Some(report) = report {
-            let seen = look(stepper, Some(&report), &before);
+        if report.is_some() || watched.failure.is_none() {
+            let seen = look(&sights, stepper, report.as_ref(), &before);
             for (name, value) in wanted.iter().zip(seen) {
                 if let Some(series) = series.get_mut(name) {
                     series.push(value);
@@ -659,7 +620,7 @@ fn recorded(
     ] {
         names.values.set(name, f64::from(u8::from(holds)));
     }
-    names.values.set("end", stepper.time());
+    names.values.set("ended_at", stepper.time());
     let ended = watched.failure.map_or_else(String::new, |f| f.reason);
     names.words.insert("ended".to_owned(), ended);
     names.values.known.extend(series);
