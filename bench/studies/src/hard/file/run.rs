@@ -548,15 +548,7 @@ fn recorded(
         names.values.starts.insert(name.clone(), vec![value]);
         series.insert(name.clone(), Vec::with_capacity(steps));
     }
-    let path = names.filled(&Value::Array(run.path.clone()))?;
-    let path = path
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str);
-    let path = path
-        .map(|name| first.body(name))
-        .collect::<Result<Vec<_>, _>>()?;
+    let path = path(run, names, &first)?;
     if steps == 0 {
         names.path = path
             .iter()
@@ -606,6 +598,22 @@ fn recorded(
             break;
         }
     }
+    names.values.set("ended_at", stepper.time());
+    tell_end(watched, names);
+    names.values.known.extend(series);
+    Ok(())
+}
+
+/// The bodies whose ways are compared.
+fn path(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<usize>, ExperimentError> {
+    let path = names.filled(&Value::Array(run.path.clone()))?;
+    let path = path.as_array().into_iter().flatten();
+    let bodies = path.filter_map(Value::as_str).map(|name| scene.body(name));
+    Ok(bodies.collect::<Result<_, _>>()?)
+}
+
+/// Names the end of a run that ended early.
+fn tell_end(watched: Simulation, names: &mut Names) {
     let singular = matches!(
         &watched.error,
         Some(StepError::Solve {
@@ -614,15 +622,10 @@ fn recorded(
             ..
         })
     );
-    for (name, holds) in [
-        ("failed", watched.failure.is_some()),
-        ("singular", singular),
-    ] {
+    let failed = watched.failure.is_some();
+    for (name, holds) in [("failed", failed), ("singular", singular)] {
         names.values.set(name, f64::from(u8::from(holds)));
     }
-    names.values.set("ended_at", stepper.time());
     let ended = watched.failure.map_or_else(String::new, |f| f.reason);
     names.words.insert("ended".to_owned(), ended);
-    names.values.known.extend(series);
-    Ok(())
 }
