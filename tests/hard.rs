@@ -11,9 +11,7 @@ use indicatif::ProgressBar;
 use std::collections::BTreeMap;
 use taut_integrator::{StepOptions, Stepper};
 use taut_output::check::{Check, Verdict};
-use taut_studies::hard::{
-    Case, Coded, Measured, dynamics, from_files, numerics as algebra, statics,
-};
+use taut_studies::hard::{self, Case, Measured, coded, from_files};
 
 /// Verdicts by case and row, of the golden file.
 fn verdicts() -> BTreeMap<(&'static str, &'static str), &'static str> {
@@ -51,8 +49,8 @@ fn all_are_as_before(cases: impl Iterator<Item = Case>) {
     }
 }
 
-fn coded(cases: &[Coded]) -> impl Iterator<Item = Case> {
-    cases.iter().copied().map(Case::Coded)
+fn programs() -> impl Iterator<Item = Case> {
+    coded::CASES.iter().copied().map(Case::Coded)
 }
 
 #[test]
@@ -61,27 +59,16 @@ fn cases_of_files_are_as_before() {
 }
 
 #[test]
-fn statics_are_as_before() {
-    all_are_as_before(coded(statics::CASES));
+fn programs_are_as_before() {
+    all_are_as_before(programs());
 }
 
-#[test]
-fn dynamics_are_as_before() {
-    all_are_as_before(coded(dynamics::CASES));
-}
-
-#[test]
-fn numerics_are_as_before() {
-    all_are_as_before(coded(algebra::CASES));
-}
-
-/// Every case in motion, and every one of a file, has a scene at its beginning that can be stepped.
+/// Every case has a scene at its beginning that can be stepped, but for those that step none.
 #[test]
 fn the_scenes_at_their_beginnings_can_be_stepped() {
     // None of these is audited.
-    let none = ["H15", "H55", "scale"];
-    let files = from_files().filter(|case| !none.contains(&case.name()));
-    for case in coded(dynamics::CASES).chain(files) {
+    let none = ["H15", "H16", "H55", "scale"];
+    for case in hard::cases().filter(|case| !none.contains(&case.name())) {
         let scenes = case.scenes().expect("scenes");
         assert!(!scenes.is_empty(), "{}", case.name());
         for scene in scenes {

@@ -7,9 +7,9 @@ use taut_integrator::{Form, Stepper};
 use taut_model::{HoistParams, Scene};
 use taut_solver::agreement::{FALSE, claims_study};
 use taut_solver::{Backend, DenseOptions, SolveReport, Status, reference_solution};
-use taut_studies::hard::{self, numerics::rigid_limit};
+use taut_studies::hard;
 use taut_tests::claims::{Finding, Solve, Verified, audit, verify, whole};
-use taut_tests::scenes::{copies, overstretched};
+use taut_tests::scenes::{ball_jointed, copies, overstretched};
 
 /// Scenes without compliance and with dependent rows, which have no solution or several: all may refuse them.
 const DEPENDENT: [&str; 2] = ["copies, rigid", "overstretched, rigid"];
@@ -90,7 +90,7 @@ fn no_backend_claims_what_is_false_of_ten_thousand_adverse_systems() {
 /// A solver with one iteration claims nothing, and is not good: the audit tells claims from mere answers.
 #[test]
 fn an_unfinished_solve_is_an_honest_failure() {
-    let found = audit(&rigid_limit::scene(1e-9).expect("a scene"), &[2]).expect("sound");
+    let found = audit(&ball_jointed(1e-9), &[2]).expect("sound");
     let is_short = |backend: &str, variant: &str| backend == "cg:none" && variant == "1 iterations";
     let short = found.iter().filter(|s| is_short(&s.backend, &s.variant));
     assert!(

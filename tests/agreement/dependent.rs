@@ -4,8 +4,8 @@ use taut_ground::trajectory::steps_in;
 use taut_integrator::{StepError, Stepper};
 use taut_output::check::UNCONVERGED;
 use taut_solver::{SolveReport, forward_error, norm_inf};
-use taut_studies::hard::{numerics::rigid_limit, solvers};
-use taut_tests::scenes::{BALL, DRAWN, copies, overstretched};
+use taut_studies::hard::solvers;
+use taut_tests::scenes::{BALL, DRAWN, ball_jointed, copies, overstretched};
 use taut_tests::{Worst, paper};
 
 const DT: f64 = 1.0 / 60.0;
@@ -131,7 +131,7 @@ fn an_overstretched_rigid_cable_is_refused_by_every_solver() {
 fn joints_ever_stiffer_come_to_rigid_ones() {
     for choice in solvers() {
         let solve = |compliance: f64| {
-            let scene = rigid_limit::scene(compliance).expect("a scene");
+            let scene = ball_jointed(compliance);
             let mut stepper = Stepper::new(scene, paper(&choice, DT)).expect("sound");
             let said = stepper.solve().unwrap_or_else(|e| panic!("{choice}: {e}"));
             (stepper.multipliers().to_vec(), said.solve, stepper)

@@ -19,7 +19,7 @@ fn sweep(step: StepOptions, ratios: &[f64], refinements: &[usize]) -> Vec<Record
         choices: compiled_direct(),
         refinements: refinements.to_vec(),
         step,
-        ..Config::default()
+        ..Config::new(false)
     };
     run(&config, &Cases::default()).expect("sound scenes")
 }
@@ -59,7 +59,7 @@ fn one_refinement_keeps_the_bar_up_to_a_mass_ratio_of_1e9() {
 /// one refinement squares it. LU with pivoting on the KKT matrix is free of it.
 #[test]
 fn elimination_loses_the_mass_ratio_and_a_refinement_squares_the_loss() {
-    let (step, max_strain) = (StepOptions::paper(), Config::default().max_strain);
+    let (step, max_strain) = (StepOptions::paper(), Config::new(false).max_strain);
     let yields = 10.0 * max_strain / (9.81 * step.dt * step.dt);
     let mut eliminated = 0;
     for rows in sweep(step, &[1e9, 1e12], &[0, 1]).chunks_exact(2) {

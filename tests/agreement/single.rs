@@ -24,7 +24,7 @@ fn equilibration(a: &SymBlockMatrix) -> Vec<f64> {
 
 /// Errors of the solution of the KKT system by LU in single precision, without and with one refinement in double.
 fn errors(ratio: f64, pose: Pose) -> [f64; 2] {
-    let params = linear::Config::default().params(24, ratio);
+    let params = linear::Config::new(false).params(24, ratio);
     let scene = hoist(&params.expect("sound"), pose).expect("a scene");
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
     stepper.reference_multipliers().expect("solvable");

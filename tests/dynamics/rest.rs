@@ -5,7 +5,7 @@ use taut_integrator::{
 };
 use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
 use taut_solver::Backend;
-use taut_studies::hard::statics::rest::slings;
+use taut_tests::scenes::slings;
 use taut_tests::{Worst, compiled_direct, compiled_iterative};
 
 const DT: f64 = 1.0 / 60.0;
@@ -229,7 +229,7 @@ fn what_a_cable_too_soft_does_not_hold_is_named() {
 fn a_load_on_slings_comes_to_rest_from_beside() {
     let mut worst = Worst::default();
     for angle in [0.0, 0.6, 1.3] {
-        let mut scene = slings(8, angle).expect("sound");
+        let mut scene = slings(8, angle);
         let load = scene.load.expect("a load");
         scene.bodies.position[load] += Vector3::new(0.3, 0.1, 0.0);
         for Choice { backend, .. } in compiled_direct() {

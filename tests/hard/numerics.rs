@@ -1,6 +1,6 @@
 //! The long swing of H49 that no row shows.
 
-use taut_studies::hard::numerics::long_run;
+use taut_studies::hard::coded::long_run;
 
 use indicatif::ProgressBar;
 

@@ -4,7 +4,7 @@ use indicatif::ProgressBar;
 use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use taut_output::check::{Check, Verdict};
-use taut_studies::paper::specimens::{BAR, SEGMENTS, bend, order, pull, twist};
+use taut_studies::paper::specimens::{SEGMENTS, bend, order, pull, twist};
 
 fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or(f64::NAN)
@@ -22,9 +22,6 @@ fn pull_is_exact_to_half_the_length_for_every_n() {
     let rows = pull::run(true, &ProgressBar::hidden()).expect("runs");
     assert_eq!(rows.len(), 3 * SEGMENTS.len() * 2 * 2);
     for row in &rows {
-        for key in ["gap_error", "elongation_error", "centres_error"] {
-            assert!(number(row, key) <= BAR, "{row:?}");
-        }
         assert_eq!(row["sideways_m"], 0.0, "{row:?}");
     }
     assert_no_failure(&pull::outcome(&rows).expect("reports").checks);
@@ -34,11 +31,6 @@ fn pull_is_exact_to_half_the_length_for_every_n() {
 fn twist_follows_37_turns_and_holds_them_under_tension() {
     let results = twist::run(true, &ProgressBar::hidden()).expect("runs");
     let [rows, held, _] = &results;
-    for row in rows {
-        for key in ["angle_error", "total_error"] {
-            assert!(number(row, key) <= BAR, "{row:?}");
-        }
-    }
     let farthest = rows.iter().map(|r| number(r, "twist")).fold(0.0, f64::max);
     assert!((farthest - twist::FARTHEST).abs() < 1e-6);
     let held = |step: &str| {
@@ -77,11 +69,6 @@ fn the_chain_buckles_at_greenhills_torque() {
 #[test]
 fn bending_closes_the_circle_with_second_order() {
     let rows = bend::run(&SEGMENTS, bend::LOADS[1], &ProgressBar::hidden()).expect("runs");
-    for row in &rows {
-        for key in ["angle_error", "tip_error"] {
-            assert!(number(row, key) <= BAR, "{row:?}");
-        }
-    }
     assert!(rows.iter().any(|r| number(r, "direction_rad") > 0.0));
     assert_no_failure(&bend::outcome(&rows).expect("reports").checks);
     let radius = bend::deviations(&rows, 0.25 * TAU, "radius_deviation");

@@ -28,6 +28,60 @@ pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> 
     poses::hoist(&params, pose).expect("sound parameters")
 }
 
+/// A hoist with ball joints of that compliance (m/N), unstrained, turned aside, in motion: that of H51.
+///
+/// # Panics
+/// Where the parameters are refused.
+#[must_use]
+pub fn ball_jointed(compliance: f64) -> Scene {
+    let params = HoistParams {
+        segments: 6,
+        mass_ratio: 20.0,
+        joint: JointKind::Spherical,
+        initial_angle: 0.5,
+        seed: 5,
+        ..HoistParams::default()
+    };
+    let mut scene = params.build().expect("sound parameters");
+    for constraint in &mut scene.constraints {
+        if let Constraint::Spherical(joint) = constraint {
+            joint.stretch = RowLaw::new(compliance, 0.0);
+        }
+    }
+    scene
+}
+
+/// A hook of 100 kg on 10 m of cable of `n` segments, and a load of 5 t on two slings from one point of it to points a
+/// metre from the load's axis, in the direction `angle` (rad) about the vertical: those of H16.
+///
+/// # Panics
+/// Where the parameters are refused.
+#[must_use]
+pub fn slings(n: usize, angle: f64) -> Scene {
+    let hoist = HoistParams {
+        segments: n,
+        load_mass: Some(100.0),
+        segment_mass: Some(40.0 / n as f64),
+        ..HoistParams::default()
+    };
+    let mut scene = hoist.build().expect("sound parameters");
+    let hook = scene.bodies.len() - 1;
+    let point = Vector3::new(0.0, 0.0, -0.2);
+    let size = Vector3::new(2.0, 1.0, 1.0);
+    let below = scene.bodies.position[hook] + point - Vector3::z() * 1.5;
+    let load = scene.add_body("crate", Body::cuboid(size, 5000.0).at(below));
+    let outwards = Vector3::new(angle.cos(), angle.sin(), 0.0);
+    let length = 2.0_f64.sqrt();
+    for (name, side) in [("sling-1", 1.0), ("sling-2", -1.0)] {
+        let end = outwards * side + Vector3::z() * 0.5;
+        let ends = vec![Frame::body(hook, point), Frame::body(load, end)];
+        let cable = MasslessCable::new(ends, length, RowLaw::new(length / 1e7, 0.0));
+        scene.add_constraint(name, Constraint::MasslessCable(cable), 2);
+    }
+    scene.load = Some(load);
+    scene
+}
+
 /// The joints of cables, which hold all directions or all but the turns.
 pub const JOINTS: [&str; 4] = ["spherical", "paper", "cosserat", "lock"];
 

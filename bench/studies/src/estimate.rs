@@ -55,7 +55,10 @@ fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
     let all = config.ratios.iter().flat_map(|ratio| scenes(ratio));
     let all: Vec<Case> = all.collect();
     let estimates = cases.parallel("estimates", &all, |case| rows(case, &config))?;
-    let timed = TIMED.map(|(scene, text)| Case(scene, text.to_owned()));
+    let timed = STUDY.question().pairs("timed");
+    let timed: Vec<Case> = timed
+        .map(|(scene, text)| Case(scene, text.to_owned()))
+        .collect();
     let costs = cases.in_turn("costs", &timed, |case| costs(case, &config))?;
     let estimates = estimates.all()?.concat();
     let (verdict, missed) = verdict(&estimates, &config);
@@ -76,50 +79,6 @@ fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
     })
 }
 
-/// Swings and jerks of hoists, driven gantries, branches and loops that shake, sheaves and contacts; `{}` stands for the
-/// ratio.
-const SCENES: [(&str, &str); 20] = [
-    ("hoist", "mass_ratio={} segments=6 initial_angle=0.1"),
-    ("hoist", "mass_ratio={} segments=6 initial_angle=1"),
-    (
-        "hoist",
-        "mass_ratio={} segments=6 equilibrium=true move_x=1",
-    ),
-    ("hoist", "mass_ratio={} segments=24 initial_angle=0.1"),
-    ("hoist", "mass_ratio={} segments=24 initial_angle=1"),
-    (
-        "hoist",
-        "mass_ratio={} segments=24 equilibrium=true move_x=1",
-    ),
-    (
-        "hoist",
-        "mass_ratio={} segments=12 equilibrium=true circle_radius=0.5",
-    ),
-    (
-        "hoist",
-        "mass_ratio={} segments=12 initial_angle=0.3 seed=1 seed_rate=0.3",
-    ),
-    ("gantry", "mass_ratio={} "),
-    ("ring", "mass_ratio={} seed=1 seed_rate=0.2"),
-    ("junction", "mass_ratio={} seed=1 seed_rate=0.2"),
-    ("cranes", "mass_ratio={} seed=1 seed_rate=0.2"),
-    ("ladder", "mass_ratio={} seed=1 seed_rate=0.2"),
-    ("net", "mass_ratio={} seed=1 seed_rate=0.2"),
-    ("stack", "mass_ratio={} "),
-    ("floor", "mass_ratio={} "),
-    ("pile", "mass_ratio={} "),
-    ("tackle", "load_mass={}"),
-    ("capstan", "load_mass={}"),
-    ("elevator", "load_mass={}"),
-];
-
-/// Scenes for the comparison of times.
-const TIMED: [(&str, &str); 3] = [
-    ("hoist", "segments=24 equilibrium=true move_x=1"),
-    ("hoist", "segments=100 equilibrium=true move_x=1"),
-    ("gantry", ""),
-];
-
 /// Table of inputs of the gantries.
 const DRIVE: &str = "time,trolley_speed,hoist_speed\n0,0,0\n1,0.5,0.1\n4,0.5,0.1\n5,0,0\n";
 
@@ -139,12 +98,13 @@ impl Case {
     }
 }
 
-/// The scenes with a ratio, but for those without a reference: the equilibrium of a ring is not found at 10⁵, and a pile's
+/// The scenes of the question with a ratio, but for those without a reference: the equilibrium of a ring is not found at 10⁵, and a pile's
 /// fine steps take hours.
 fn scenes(ratio: &str) -> impl Iterator<Item = Case> {
     let known = |case: &Case| !["ring", "pile"].contains(&case.0) || !case.1.contains("1e5");
+    let scenes = STUDY.question().pairs("scenes");
     let of = |(scene, text): (_, &str)| Case(scene, text.replace("{}", ratio));
-    SCENES.map(of).into_iter().filter(known)
+    scenes.map(of).filter(known)
 }
 
 /// A run, as far as it is compared.

@@ -1,16 +1,13 @@
 //! Hard cases: scenes with known answers, or with a known absence of one, that solvers and steps are known to fail on.
 //!
-//! A case is a file ([`file`]), or a row of its family's table ([`statics`], [`dynamics`], [`numerics`]): its
-//! name, what it is, the function that measures it, in a module of its own, and the scenes on which every solver's claims are
-//! audited. It ends in an
+//! A case is a file ([`file`]), or a row of the table of those that are programs ([`coded`]): its name, what it is, the function
+//! that measures it, in a module of its own, and the scenes on which every solver's claims are audited. It ends in an
 //! [`Outcome`] as the paper's experiments do: rows of checks with reference, ours, error, bar and verdict, and the parts
 //! of the error that come from the solver, the time step and the segments where the exact discrete answer is known.
 
-pub mod dynamics;
+pub mod coded;
 mod file;
-pub mod numerics;
 mod special;
-pub mod statics;
 mod study;
 
 pub use file::{CaseError, CaseFile};
@@ -84,11 +81,10 @@ impl Measured for Case {
     }
 }
 
-/// All cases: statics, dynamics, numerics, those of files.
+/// All cases: the programs, those of files.
 pub fn cases() -> impl Iterator<Item = Case> {
-    let coded = [statics::CASES, dynamics::CASES, numerics::CASES];
-    let coded = coded.into_iter().flatten().copied().map(Case::Coded);
-    coded.chain(from_files())
+    let programs = coded::CASES.iter().copied().map(Case::Coded);
+    programs.chain(from_files())
 }
 
 /// The cases of the files that come with the program.
@@ -98,11 +94,6 @@ pub fn from_files() -> impl Iterator<Item = Case> {
         file::FILES.iter().map(read).collect()
     });
     FILES.iter().map(Case::File)
-}
-
-/// The scenes of a case that has none to be stepped.
-pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(Vec::new())
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -173,16 +164,6 @@ pub(crate) fn grid(
 /// Picks the value of a quick or of a whole run.
 pub(crate) fn either<T>(quick: bool, short: T, whole: T) -> T {
     if quick { short } else { whole }
-}
-
-/// The items one by one, each of which is a step of `progress`.
-pub(crate) fn counted<T: ExactSizeIterator>(
-    progress: &ProgressBar,
-    items: impl IntoIterator<IntoIter = T>,
-) -> impl Iterator<Item = T::Item> {
-    let items = items.into_iter();
-    progress.set_length(items.len() as u64);
-    items.inspect(|_| progress.inc(1))
 }
 
 /// Time step of most cases \[s].
@@ -283,7 +264,7 @@ mod tests {
     fn a_case_without_checks_has_failed() {
         let case = Case::Coded(Coded {
             run: |_, _| Ok(Outcome::default()),
-            ..numerics::CASES[0]
+            ..coded::CASES[0]
         });
         let outcome = case.outcome(true, &ProgressBar::hidden()).unwrap();
         let verdicts: Vec<Verdict> = outcome.checks.iter().map(|c| c.verdict).collect();

@@ -6,6 +6,7 @@
 //! | `mark` | a list of its rows, and a column that no other study has, by which rows without a name are known; the list without a name is the data itself |
 //! | `takes` | its options by name, in the order of the help |
 //! | `legend` | what stands above its tables |
+//! | any other | pairs of texts that the study's own code asks for |
 //!
 //! | `[[sheet]]` | meaning |
 //! |---|---|
@@ -36,6 +37,7 @@ pub struct Question {
     /// The tables of its rows.
     pub sheets: Vec<Sheet>,
     named: Vec<(&'static str, Sheet)>,
+    top: &'static Table,
     pub plots: Vec<Plan>,
 }
 
@@ -89,8 +91,18 @@ impl Question {
                 .iter()
                 .map(|(t, s)| (text_of(t, "name"), *s))
                 .collect(),
+            top,
             plots: tables(top, "plot").map(plan).collect(),
         }
+    }
+
+    /// Pairs of texts by the name of their list.
+    pub fn pairs(&self, name: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let all = self.top.get(name).and_then(Value::as_array);
+        all.into_iter().flatten().filter_map(|pair| {
+            let text = |k| pair.get(k).and_then(Value::as_str);
+            text(0).zip(text(1))
+        })
     }
 
     #[must_use]

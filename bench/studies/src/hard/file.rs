@@ -8,6 +8,7 @@
 //! | `name`, `title` | as `taut hard` lists it |
 //! | `source` | where the reference comes from, and its derivation |
 //! | `let` | values that all runs share, `"NAME = FORMULA"` each, in order; `pi` and `quick` (1 or 0) are there |
+//! | `scene` | that of the runs that have none of their own |
 //!
 //! | `[[run]]` | meaning |
 //! |---|---|
@@ -17,14 +18,19 @@
 //! | `quick` | shorter lists for the quick run |
 //! | `let` | as above, from the values of the row, too |
 //! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, …, or its `value` |
-//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity`, with a `spin` about the origin |
+//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity`, with a `spin` about the origin,
+//! | | with a `turning` of their own |
 //! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
-//! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its forces raised in so many steps, by
-//! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes |
+//! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its loads raised in so many steps, by
+//! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes; `{ solved = true }`: by its
+//! | | own static equilibrium; `{ follow, pass }`: its loads are raised in so many steps, and the run is what comes to rest in |
+//! | | each, by such passes if there are any |
+//! | `stretch` | compliance of all ball joints, m/N |
+//! | `shuffle` | seed of another order of bodies and constraints, in which the scene is run; 0 leaves them their own |
 //! | `places` | where bodies have to be, `{ body, place }` each: the farthest from it is seen as `misplaced` |
 //! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `paper = true`: the paper's; `alpha`: weight of the geometric
-//! | | stiffness; `guard = false`; `balance = true` keeps one of energy |
+//! | | stiffness; `guard = false`; `balance = true` keeps one of energy; `backend`: without refinement |
 //! | `steps` or `time` | how long |
 //! | `drive` | values of controls, and velocities of driven bodies, by name: formulas of the `time` at which a step begins |
 //! | `load` | `force`, `torque` and the point `at` which the force acts, in the body's frame, by bodies' names: formulas of the
@@ -34,11 +40,12 @@
 //! | `solvers` | `every`: by every solver; `every-direct`: by all that do not iterate; `every-unguarded`: each step is one
 //! | | solve; `first-unguarded`: by the first alone |
 //! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
-//! | `may-fail` | `true`: a step that fails ends the run, and `failed` is 1 |
+//! | `may-fail` | `true`: a step that fails ends the run, `"limits"`: so does a joint beyond the scene's limits of gaps; `failed` is 1,
+//! | | and `singular` where the matrix was and its constraint is named; `ended` says why, `ended_at` is when |
 //! | `see` | `"NAME = FORMULA"` each, in order, with texts in braces as elsewhere, of columns of `taut run`, of [`probes`] and of what is above: one number each |
 //! | | An entry `{ repeat = N, see = "…" }` stands N times, with `{k}` = 0, 1, …: the largest of them is seen |
-//! | `path` | bodies whose ways are compared, 60 places a second: `apart`, the largest distance from those of the last run of
-//! | | the row, `to_next`, from those of the run after it |
+//! | `path` | bodies whose ways are compared, 60 places a second, or where they begin in a run without steps: `apart`, the largest
+//! | | distance from those of the last run of the row, `to_next`, of the run after it, `from_first`, of the first solver |
 //! | `halve` | a bracket: runs with its `name` at `from` and at `to`, between which `times` halvings find the value from which on
 //! | | `up` holds, `found` ± `width`; `low.NAME` is what the first run has seen |
 //! | `finds` | as above, of all the runs of a row together |
@@ -57,16 +64,21 @@
 //! | `limit` | `{ when = …, cause = "…" }`: a failure that is a known limit |
 //! | `algebraic`, `time`, `space` | parts of the error |
 //! | `by-solver` | `true`: each solver by itself, those that pass alike in one row |
+//! | `by-run` | two texts, what a run is called and several of them: so each run |
 //! | `claim` | `true`: it `holds` or does not, as a statement of others |
 //! | `if` | the check is made where this holds |
 
 mod changes;
+mod drive;
 mod expression;
+pub(super) mod frequency;
 mod judge;
 mod oracles;
 mod probes;
-pub(super) mod rest;
+mod rest;
+mod rod;
 mod run;
+mod sights;
 mod text;
 
 use serde::Deserialize;
@@ -86,6 +98,9 @@ macro_rules! files {
 }
 
 pub(super) const FILES: &[&str] = files![
+    "H01",
+    "H02",
+    "H03",
     "H04",
     "H05",
     "H06",
@@ -96,7 +111,10 @@ pub(super) const FILES: &[&str] = files![
     "H10",
     "H11",
     "H12",
+    "H13",
+    "H14",
     "H15",
+    "H16",
     "H20",
     "H21",
     "H22",
@@ -119,11 +137,14 @@ pub(super) const FILES: &[&str] = files![
     "H39",
     "H40",
     "H41",
+    "H42",
     "H43",
     "H44",
     "H45",
+    "H51",
     "H55",
     "H56",
+    "H58",
     "H59",
     "H61",
     "H62",
@@ -148,6 +169,8 @@ pub struct CaseFile {
     _source: String,
     #[serde(default, rename = "let")]
     values: Vec<String>,
+    #[serde(default)]
+    scene: Table,
     run: Vec<Run>,
 }
 
@@ -162,6 +185,7 @@ struct Run {
     quick: BTreeMap<String, Value>,
     #[serde(default, rename = "let")]
     values: Vec<String>,
+    #[serde(default)]
     scene: Table,
     #[serde(default)]
     step: Step,
@@ -175,15 +199,17 @@ struct Run {
     #[serde(default)]
     load: BTreeMap<String, Load>,
     rest: Option<Rest>,
+    stretch: Option<Value>,
+    shuffle: Option<Value>,
     #[serde(default)]
     places: Vec<Value>,
     halve: Option<Halve>,
     #[serde(default)]
     change: Vec<Change>,
     #[serde(default)]
-    path: Vec<String>,
+    path: Vec<Value>,
     #[serde(default)]
-    may_fail: bool,
+    may_fail: MayFail,
     #[serde(default)]
     bodies: Vec<Bodies>,
     #[serde(default)]
@@ -220,6 +246,7 @@ struct Bodies {
     heavier: Option<Value>,
     velocity: Option<[Value; 3]>,
     spin: Option<[f64; 3]>,
+    turning: Option<[f64; 3]>,
 }
 
 /// A natural oscillation that a run starts in.
@@ -240,13 +267,48 @@ struct Load {
     at: [f64; 3],
 }
 
+/// What may end a run early.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(from = "Value")]
+enum MayFail {
+    #[default]
+    Nothing,
+    Step,
+    /// A step, or a joint beyond the scene's limits of gaps.
+    Limits,
+}
+
+impl From<Value> for MayFail {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Boolean(false) => Self::Nothing,
+            Value::String(_) => Self::Limits,
+            _ => Self::Step,
+        }
+    }
+}
+
 /// How a scene comes to rest.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
 enum Rest {
     Settled(bool),
-    Raised { steps: usize, pass: f64 },
-    Crept { creep: f64 },
+    Raised {
+        steps: usize,
+        pass: f64,
+    },
+    Followed {
+        follow: Value,
+        pass: Option<Value>,
+    },
+    Crept {
+        creep: f64,
+    },
+    #[serde(rename_all = "kebab-case")]
+    Solved {
+        #[serde(rename = "solved")]
+        _solved: bool,
+    },
 }
 
 /// A change of the scene before a step.
@@ -305,11 +367,11 @@ struct Step {
     substeps: Option<Value>,
     scheme: Option<String>,
     alpha: Option<Value>,
-    guard: Option<bool>,
-    #[serde(default)]
-    paper: bool,
+    guard: Option<Value>,
+    paper: Option<Value>,
     #[serde(default)]
     balance: Balance,
+    backend: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -358,6 +420,7 @@ struct CheckEntry {
     space: Option<String>,
     #[serde(default)]
     by_solver: bool,
+    by_run: Option<[String; 2]>,
     #[serde(rename = "if")]
     only: Option<String>,
     #[serde(default)]
@@ -377,7 +440,10 @@ impl CaseFile {
     /// # Errors
     /// [`CaseError`], in one line.
     pub fn parse(text: &str) -> Result<Self, CaseError> {
-        toml::from_str(text).map_err(|e| CaseError::toml(&e, text))
+        let mut file: Self = toml::from_str(text).map_err(|e| CaseError::toml(&e, text))?;
+        let without = file.run.iter_mut().filter(|run| run.scene.is_empty());
+        without.for_each(|run| run.scene.clone_from(&file.scene));
+        Ok(file)
     }
 
     /// A line for each check: what is guaranteed, and with which number.

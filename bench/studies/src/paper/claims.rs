@@ -250,11 +250,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     checks.extend(table2::enough(&swept, 3, 3.0));
     checks.extend(table2::enough(&swept, 20, 5.0));
     checks.extend(cost(&times));
-    let csv = words::lines(&records)?;
-    Ok(words::outcome(
-        checks,
-        tables(&records),
-        csv,
-        vec![charts(&records)],
-    ))
+    let (text, charts) = (tables(&records), vec![charts(&records)]);
+    words::outcome(checks, text, &records, charts)
 }

@@ -22,9 +22,6 @@ use taut_model::{
 };
 use taut_solver::Backend;
 
-/// Bar on relative errors against the exact discrete answer.
-pub const BAR: f64 = 1e-9;
-
 /// The paper's materials: name, Young's modulus \[Pa].
 pub const MATERIALS: [(&str, f64); 3] = [("rubber", 2e7), ("nylon", 2e9), ("steel", 2e11)];
 

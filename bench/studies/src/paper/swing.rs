@@ -376,6 +376,5 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let samples: Vec<_> = runs.map(|run| samples(run, config.dt)).collect();
     let charts = report::charts(&results, &config);
     let (checks, text) = (checks(&results, &config), text_tables(&results, &config));
-    let csv = words::lines(&samples.concat())?;
-    Ok(words::outcome(checks, text, csv, charts))
+    words::outcome(checks, text, &samples.concat(), charts)
 }

@@ -310,12 +310,6 @@ fn charts(records: &[Value]) -> Chart {
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let records = run(&rows(quick), &NOISES, quick, progress)?;
-    let csv = words::lines(&records)?;
-    let charts = vec![charts(&records)];
-    Ok(words::outcome(
-        checks(&records),
-        tables(&records),
-        csv,
-        charts,
-    ))
+    let (checks, text) = (checks(&records), tables(&records));
+    words::outcome(checks, text, &records, vec![charts(&records)])
 }

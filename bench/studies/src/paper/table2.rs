@@ -269,11 +269,5 @@ pub fn run(
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let records = run(&cases(quick), quick, progress)?;
     let (checks, text) = (checks(&records, quick), text_tables(&records, quick));
-    let charts = report::charts(&records);
-    Ok(words::outcome(
-        checks,
-        text,
-        words::lines(&records)?,
-        charts,
-    ))
+    words::outcome(checks, text, &records, report::charts(&records))
 }

@@ -288,8 +288,7 @@ fn charts(records: &[Value]) -> Vec<Chart> {
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let records = run(quick, progress)?;
     let (checks, text) = (checks(&records), text_tables(&records));
-    let csv = words::lines(&records)?;
-    Ok(words::outcome(checks, text, csv, charts(&records)))
+    words::outcome(checks, text, &records, charts(&records))
 }
 
 #[cfg(test)]

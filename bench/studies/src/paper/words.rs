@@ -231,19 +231,20 @@ pub(super) fn series<'a>(
     names.into_iter().map(one).collect()
 }
 
+/// What an experiment ends in, with its rows as CSV.
 pub(super) fn outcome(
     checks: Vec<Check>,
     text: String,
-    csv: String,
+    rows: &[Value],
     charts: Vec<Chart>,
-) -> Outcome {
-    Outcome {
+) -> Result<Outcome, ExperimentError> {
+    Ok(Outcome {
         checks,
         text,
-        csv,
+        csv: lines(rows)?,
         charts,
         ..Outcome::default()
-    }
+    })
 }
 
 /// Rows as CSV with a header.

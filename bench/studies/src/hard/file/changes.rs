@@ -1,9 +1,11 @@
-//! Changes of a scene while it is run.
+//! Changes of a scene before it is run, and while it is.
 
-use super::Run;
+use super::text::Names;
+use super::{CaseError, Run};
 use nalgebra::Vector3;
+use taut_ground::random::Random;
 use taut_integrator::Stepper;
-use taut_model::{Constraint, Distance, Frame, RowLaw, Scene};
+use taut_model::{Constraint, Distance, Frame, RowLaw, Scene, Side};
 use taut_output::check::ExperimentError;
 
 /// Name of what ties two bodies.
@@ -44,4 +46,37 @@ fn tie(scene: &Scene, a: &str, b: &str) -> Result<Constraint, ExperimentError> {
         law: RowLaw::RIGID,
         transverse: false,
     }))
+}
+
+/// The scene with its bodies and its constraints in the order that its run asks for.
+pub(super) fn shuffled(run: &Run, names: &Names, scene: Scene) -> Result<Scene, CaseError> {
+    let seed = run.shuffle.as_ref().map(|seed| names.number(seed));
+    let seed = seed.transpose()?.unwrap_or(0.0) as u64;
+    if seed == 0 {
+        return Ok(scene);
+    }
+    let mut random = Random::new(seed);
+    let bodies = random.permutation(scene.bodies.len());
+    let constraints = random.permutation(scene.constraints.len());
+    let mut place = vec![0; bodies.len()];
+    let mut new = Scene {
+        gravity: scene.gravity,
+        ..Scene::new(scene.name.clone())
+    };
+    for (now, &before) in bodies.iter().enumerate() {
+        place[before] = now;
+        new.add_body(scene.body_names[before].clone(), scene.bodies.get(before));
+    }
+    for &c in &constraints {
+        let mut constraint = scene.constraints[c].clone();
+        for frame in constraint.frames_mut() {
+            if let Side::Body(i) = &mut frame.side {
+                *i = place[*i];
+            }
+        }
+        let name = scene.constraint_names[c].clone();
+        new.add_constraint(name, constraint, scene.groups[c]);
+    }
+    new.load = scene.load.map(|i| place[i]);
+    Ok(new)
 }

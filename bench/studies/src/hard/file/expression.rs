@@ -7,9 +7,9 @@
 //! A name with other signs than letters, digits, `_` and `.` stands in brackets: `[bar-end.fz]`.
 
 use super::CaseError;
+use super::frequency;
 use super::oracles::ORACLES;
 use crate::energy::{Pendulum, pendulum};
-use crate::hard::dynamics::frequency;
 use crate::hard::worse;
 use crate::law;
 use std::collections::BTreeMap;

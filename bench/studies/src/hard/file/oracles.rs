@@ -11,6 +11,7 @@ mod elastica;
 mod fall;
 mod hoist;
 mod ring;
+mod uneven;
 mod wound;
 
 use super::expression::Function;
@@ -104,6 +105,10 @@ pub(super) const ORACLES: &[Function] = &[
         wound::accelerated(x[0] as usize, x[1])[0]
     }),
     ("wound_limit", 1, |x| wound::limit(x[0] as usize)),
+    // Where segment i of N of random lengths begins, from N, the seed, the share of the first half and i \[m].
+    ("uneven", 4, |x| {
+        uneven::begin(x[0] as usize, x[1] as u64, x[2], x[3] as usize)
+    }),
     // Random numbers by seed and place in its sequence: in −1 … 1, and whole ones below another.
     ("drawn", 2, |x| drawn(x).uniform()),
     ("drawn_below", 3, |x| drawn(x).below(x[2] as usize) as f64),

@@ -1,9 +1,10 @@
 //! Quantities of a whole scene that the files of cases see in each step, beside the columns of `taut run`.
 
-use crate::hard::statics::rod::{Rod, Shape};
+use super::rod::{Rod, Shape};
 use crate::hard::worse;
 use crate::paper::specimens::{Reading, read};
 use nalgebra::{UnitQuaternion, Vector3};
+use std::cell::OnceCell;
 use taut_ground::modes::natural;
 use taut_integrator::{StepReport, Stepper};
 use taut_model::{Constraint, Scene};
@@ -21,6 +22,8 @@ pub(super) struct Seen<'a> {
     pub(super) places: &'a [Placed],
     /// The scene before it comes to rest.
     pub(super) laid: &'a Scene,
+    /// The exact shape of the clamped chain that it is then, once something asks for it.
+    pub(super) shape: &'a OnceCell<Option<Shape>>,
     /// Angles of cables about the sheaves with friction, before the step \[rad].
     pub(super) wraps: &'a [f64],
 }
@@ -76,21 +79,52 @@ impl Seen<'_> {
         self.scene().angular_momentum(&Vector3::zeros())
     }
 
-    /// What the exact shape of a clamped chain is.
-    fn chain(&self, of: fn(&Shape) -> f64) -> f64 {
-        let exact = Rod::of(self.laid).exact(20);
+    /// A figure of the exact shape of a clamped chain.
+    fn chain(&self, of: impl Fn(&Shape) -> f64) -> f64 {
+        let exact = self.shape.get_or_init(|| Rod::of(self.laid).exact(20));
         exact.as_ref().map_or(f64::NAN, of)
     }
 
-    /// Sum over the joints of a specimen, whose last body is its grip.
-    fn readings(&self, of: fn(&Reading) -> f64) -> f64 {
+    /// Largest distance of an end of a segment of a clamped chain from its place in the exact shape.
+    fn off_chain(&self) -> f64 {
+        let ends = Rod::of(self.laid).ends(self.scene(), &self.laid.body_names);
+        let Some(ends) = ends else { return f64::NAN };
+        self.chain(|exact| {
+            let pairs = ends.iter().zip(&exact.ends);
+            pairs.fold(0.0, |all, (a, b)| worse(all, (a - b).norm()))
+        })
+    }
+
+    /// What the joints of a specimen read, whose last body is its grip.
+    fn readings(&self, of: fn(&Reading) -> f64) -> Vec<f64> {
         let scene = self.scene();
-        read(scene, scene.bodies.len() - 1).iter().map(of).sum()
+        read(scene, scene.bodies.len() - 1).iter().map(of).collect()
+    }
+
+    /// Their largest error beside equal shares of their sum, relative; those at the ends have half a share.
+    fn off_shares(&self, of: fn(&Reading) -> f64) -> f64 {
+        let found = self.readings(of);
+        let (last, share) = (
+            found.len() - 1,
+            found.iter().sum::<f64>() / (found.len() - 1) as f64,
+        );
+        let half = |j: usize| if j == 0 || j == last { 0.5 } else { 1.0 };
+        let errors = found.iter().enumerate();
+        errors.fold(0.0, |all, (j, x)| {
+            worse(all, (x / (half(j) * share) - 1.0).abs())
+        })
     }
 
     /// The largest of what `of` measures of a body's place.
     fn widest(&self, of: fn(&Vector3<f64>) -> f64) -> f64 {
         self.scene().bodies.position.iter().map(of).fold(0.0, worse)
+    }
+
+    /// The largest turn of a body from what it was in a scene.
+    fn turned(&self, from: &Scene) -> f64 {
+        let turns = self.scene().bodies.orientation.iter();
+        let turns = turns.zip(&from.bodies.orientation);
+        turns.map(|(q, q0)| q.angle_to(q0)).fold(0.0, worse)
     }
 
     /// The largest way of a body from its place at the beginning, as `of` measures it.
@@ -108,12 +142,9 @@ pub(super) const PROBES: &[Probe] = &[
     // Largest way of a body from its beginning, and its level part.
     ("farthest", "m", |s| s.farthest(|way| way.norm())),
     ("drift", "m", |s| s.farthest(|way| way.xy().norm())),
-    // Largest turn of a body from its beginning.
-    ("turned", "rad", |s| {
-        let first = &s.first.bodies.orientation;
-        let turns = s.scene().bodies.orientation.iter().zip(first);
-        turns.map(|(q, q0)| q.angle_to(q0)).fold(0.0, worse)
-    }),
+    // Largest turn of a body from its beginning, and from where it was before the scene came to rest.
+    ("turned", "rad", |s| s.turned(s.first)),
+    ("turned_to_rest", "rad", |s| s.turned(s.laid)),
     // Largest distance of a body from the x axis.
     ("off_axis", "m", |s| s.widest(|x| x.yz().norm())),
     ("off_plane", "m", |s| s.widest(|x| x.z.abs())),
@@ -137,22 +168,27 @@ pub(super) const PROBES: &[Probe] = &[
         let squares = modes.map_or_else(Vec::new, |modes| modes.squares);
         squares.iter().filter(|square| **square < -1e-2).count() as f64
     }),
-    // Tip of the exact chain that the scene is before it comes to rest, and slope there; slope of the last segment but the tip.
+    // Tip of the exact chain that the scene is before it comes to rest, and slope there; largest distance of a segment's end
+    // from it; way of the tip under a small load; slope of the last segment but the tip.
     ("chain_x", "m", |s| s.chain(|shape| shape.tip().x)),
     ("chain_y", "m", |s| s.chain(|shape| shape.tip().y)),
     ("chain_z", "m", |s| s.chain(|shape| shape.tip().z)),
     ("chain_slope", "rad", |s| {
         s.chain(|shape| shape.tangent.y.atan2(shape.tangent.x))
     }),
+    ("off_chain", "m", |s| s.off_chain()),
+    ("chain_levers", "m", |s| Rod::of(s.laid).by_levers()),
     ("slope", "rad", |s| {
         let turns = &s.scene().bodies.orientation;
         let along = turns[turns.len() - 2] * Vector3::z();
         along.y.atan2(along.x)
     }),
-    // Of all joints of a specimen: gaps, bends and twists.
-    ("gaps", "m", |s| s.readings(|joint| joint.gap)),
-    ("bends", "rad", |s| s.readings(|joint| joint.bend)),
-    ("twists", "rad", |s| s.readings(|joint| joint.twist)),
+    // Of all joints of a specimen: gaps, bends and twists; how far a gap or twist is from its share.
+    ("gaps", "m", |s| s.readings(|j| j.gap).iter().sum()),
+    ("bends", "rad", |s| s.readings(|j| j.bend).iter().sum()),
+    ("twists", "rad", |s| s.readings(|j| j.twist).iter().sum()),
+    ("gap_shares", "", |s| s.off_shares(|j| j.gap)),
+    ("twist_shares", "", |s| s.off_shares(|j| j.twist)),
     ("load_mass", "kg", |s| {
         let load = s.scene().load;
         load.map_or(f64::NAN, |load| s.scene().bodies.mass[load])

@@ -1,27 +1,30 @@
 //! Runs the cases of files.
 
-use super::changes::change;
+use super::changes::{change, shuffled};
+use super::drive::{self, Input, inputs};
 use super::judge::check;
-use super::probes::{PROBES, Placed, Probe, Seen, Swing};
-use super::rest::at_rest;
+use super::probes::{Placed, Seen, Swing};
+use super::rest::{at_rest, under_part};
+use super::sights::{Sights, wraps};
 use super::text::{Names, defined, split};
-use super::{CaseError, CaseFile, Fewer, Halve, Load, Place, Rows, Run, See, Solvers};
-use crate::hard::{farthest, solvers, together};
+use super::{CaseError, CaseFile, Fewer, Halve, MayFail, Place, Rest, Rows, Run, See, Solvers};
+use crate::hard::{alike, farthest, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use taut_ground::choice::Choice;
-use taut_ground::columns::{ColumnError, Columns};
 use taut_ground::modes::natural;
 use taut_ground::pace;
-use taut_ground::trajectory::{Sample, steps_in};
+use taut_ground::trajectory::{Limits, Simulation, steps_in};
 use taut_integrator::{
     GeometricStiffness, StepError, StepOptions, StepReport, Stepper, static_equilibrium,
 };
-use taut_model::Scene;
 use taut_model::scene_file::SceneSource;
+use taut_model::{Constraint, RowLaw, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome};
+use taut_solver::{Backend, SolveError};
 use toml::{Table, Value};
 
 pub(in crate::hard) fn outcome(
@@ -69,7 +72,7 @@ pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentE
         for row in &run.audit {
             let mut names = with_row(&shared, row)?;
             names.define(&run.values)?;
-            let mut scene = built(run, &names)?;
+            let mut scene = shuffled(run, &names, built(run, &names)?)?;
             displaced(run, &mut scene, &mut names)?;
             for input in inputs(run, &mut names, &scene, 0.0)? {
                 match input {
@@ -89,6 +92,10 @@ pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentE
 
 fn rows(run: &Run, shared: &Names) -> Result<Vec<Table>, CaseError> {
     let quick = shared.is_quick();
+    let backend = run.step.backend.as_deref().map(str::parse::<Backend>);
+    if matches!(backend, Some(Ok(backend)) if !backend.is_compiled()) {
+        return Ok(Vec::new());
+    }
     Ok(match &run.each {
         Rows::Combined(lists) => combined(run, lists, shared)?,
         Rows::Listed(rows) => {
@@ -202,6 +209,13 @@ fn checked(
         };
         found.push((choice.map(|c| c.family()), runs));
     }
+    let of_first = found.first().map_or(&[][..], |(_, runs)| runs).iter();
+    let of_first: Vec<_> = of_first.map(|run| run.path.clone()).collect();
+    for (_, runs) in &mut found {
+        for (run, first) in runs.iter_mut().zip(&of_first) {
+            run.values.set("from_first", farthest(&run.path, first));
+        }
+    }
     let all: Vec<&Names> = found.iter().flat_map(|(_, runs)| runs).collect();
     let mut all = gathered(&all);
     all.define(&run.finds)?;
@@ -217,6 +231,11 @@ fn checked(
             });
             let by_solver: Result<Vec<_>, CaseError> = by_solver.collect();
             checks.extend(together(&all.text(&entry.case)?, by_solver?));
+        } else if let Some([called, several]) = &entry.by_run {
+            let runs = found.iter().flat_map(|(_, runs)| runs);
+            let by_run = runs.map(|own| Ok((own.text(called)?, check(entry, own)?)));
+            let by_run: Result<Vec<_>, CaseError> = by_run.collect();
+            checks.extend(alike(&all.text(&entry.case)?, several, by_run?));
         } else {
             checks.push(check(entry, &all)?);
         }
@@ -287,6 +306,14 @@ fn holds(condition: Option<&str>, names: &Names) -> Result<bool, CaseError> {
 fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
     let table = names.table(&run.scene)?;
     let mut scene = SceneSource::parse(&table.to_string(), &[])?.build()?;
+    if let Some(stretch) = &run.stretch {
+        let law = RowLaw::new(names.number(stretch)?, 0.0);
+        for constraint in &mut scene.constraints {
+            if let Constraint::Spherical(joint) = constraint {
+                joint.stretch = law;
+            }
+        }
+    }
     for group in &run.bodies {
         let segments = scene.cable(&group.cable)?.bodies.clone();
         let bodies = &mut scene.bodies;
@@ -303,67 +330,12 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
                 bodies.velocity[i] += spin.cross(&bodies.position[i]);
                 bodies.angular_velocity[i] = spin;
             }
+            if let Some(turning) = group.turning {
+                bodies.angular_velocity[i] = turning.into();
+            }
         }
     }
     Ok(scene)
-}
-
-/// What drives a scene: the value of a control, or the velocity (m/s) of a driven body.
-#[derive(PartialEq)]
-enum Input {
-    Control(usize, f64),
-    Velocity(usize, Vector3<f64>),
-    /// Force and torque on a body.
-    Load(usize, Vector3<f64>, Vector3<f64>),
-}
-
-/// Inputs at a time (s).
-fn inputs(
-    run: &Run,
-    names: &mut Names,
-    scene: &Scene,
-    time: f64,
-) -> Result<Vec<Input>, ExperimentError> {
-    if run.drive.is_empty() && run.load.is_empty() {
-        return Ok(Vec::new());
-    }
-    names.values.set("time", time);
-    names.values.set("dt", dt(run, names)?);
-    let input = |(name, value): (&String, &Value)| {
-        Ok(match value {
-            Value::Array(parts) => Input::Velocity(scene.body(name)?, vector(parts, names)?),
-            value => Input::Control(scene.control(name)?, names.number(value)?),
-        })
-    };
-    let load = |(name, load): (&String, &Load)| {
-        let body = scene.body(name)?;
-        let (force, torque) = (vector(&load.force, names)?, vector(&load.torque, names)?);
-        let lever = scene.bodies.orientation[body] * Vector3::from(load.at);
-        Ok(Input::Load(body, force, lever.cross(&force) + torque))
-    };
-    let driven = run.drive.iter().map(input);
-    driven.chain(run.load.iter().map(load)).collect()
-}
-
-fn vector(parts: &[Value], names: &Names) -> Result<Vector3<f64>, CaseError> {
-    let mut vector = Vector3::zeros();
-    for (x, part) in vector.iter_mut().zip(parts) {
-        *x = names.number(part)?;
-    }
-    Ok(vector)
-}
-
-fn drive(stepper: &mut Stepper, inputs: &[Input]) -> Result<(), StepError> {
-    for input in inputs {
-        match *input {
-            Input::Control(control, value) => stepper.set_control(control, value)?,
-            Input::Velocity(body, velocity) => {
-                stepper.set_velocity(body, velocity, Vector3::zeros())?;
-            }
-            Input::Load(body, force, torque) => stepper.set_load(body, force, torque)?,
-        }
-    }
-    Ok(())
 }
 
 /// Moves a scene into the natural oscillation that its run starts in, about the equilibrium if it asks for one, whose
@@ -396,7 +368,7 @@ fn displaced(
 }
 
 /// Time step of a run \[s].
-fn dt(run: &Run, names: &Names) -> Result<f64, CaseError> {
+pub(super) fn dt(run: &Run, names: &Names) -> Result<f64, CaseError> {
     let dt = run.step.dt.as_ref();
     dt.map_or(Ok(1.0 / 60.0), |dt| names.number(dt))
 }
@@ -407,22 +379,29 @@ fn options(
     choice: Option<&Choice>,
 ) -> Result<StepOptions, ExperimentError> {
     let dt = dt(run, names)?;
+    let paper = run.step.paper.as_ref().map(|paper| names.number(paper));
     let mut options = match (choice, run.solvers) {
         (Some(choice), Some(Solvers::EveryUnguarded | Solvers::FirstUnguarded)) => {
             choice.plain_options(dt)
         }
         (Some(choice), _) => choice.options(dt),
-        (None, _) if run.step.paper => StepOptions {
+        (None, _) if paper.transpose()?.unwrap_or(0.0) != 0.0 => StepOptions {
             dt,
             ..StepOptions::paper()
         },
         (None, _) => crate::hard::at(dt),
     };
-    if run.step.guard == Some(false) {
+    if let Some(guard) = &run.step.guard
+        && names.number(guard)? == 0.0
+    {
         options.guard = None;
     }
     if let Some(substeps) = &run.step.substeps {
         options.substeps = names.number(substeps)? as usize;
+    }
+    if let Some(backend) = &run.step.backend {
+        options.backend = backend.parse()?;
+        options.refinements = 0;
     }
     options.energy_tolerance = run.step.balance.0;
     if let Some(scheme) = &run.step.scheme {
@@ -433,13 +412,6 @@ fn options(
         options.stiffness = GeometricStiffness::inertia(names.number(alpha)?);
     }
     Ok(options)
-}
-
-/// A quantity that is seen in each step.
-enum Sight {
-    Probe(Probe),
-    /// One of the columns.
-    Column(usize),
 }
 
 /// Steps through a run; its names with those of what is seen, one number each.
@@ -456,9 +428,13 @@ fn seen(
     names.values.set("scheme.now", weights.now);
     names.values.set("scheme.before", weights.before);
     let laid = built(run, &names)?;
-    let mut scene = at_rest(run, laid.clone(), choice)?;
+    let mut scene = shuffled(run, &names, at_rest(run, laid.clone(), choice)?)?;
     let swing = displaced(run, &mut scene, &mut names)?;
-    let steps = match (&run.steps, &run.time) {
+    let follow = match &run.rest {
+        Some(Rest::Followed { follow, .. }) => Some(follow),
+        _ => None,
+    };
+    let steps = match (follow.or(run.steps.as_ref()), &run.time) {
         (Some(steps), _) => names.number(steps)? as usize,
         (None, Some(time)) => steps_in(names.number(time)?, options.dt),
         (None, None) => {
@@ -472,7 +448,7 @@ fn seen(
     let see = see?;
     let places = places(run, &names, stepper.scene())?;
     let mut wanted: Vec<String> = Vec::new();
-    let mut own: Vec<&str> = vec!["failed"];
+    let mut own: Vec<&str> = vec!["failed", "singular", "ended_at"];
     for (name, formula) in &see {
         let mut inside = Vec::new();
         formula.names(&mut inside);
@@ -485,18 +461,13 @@ fn seen(
         own.push(name);
     }
     let steps = most.unwrap_or(steps);
-    let failed = recorded(
+    recorded(
         run,
         &mut stepper,
         (&wanted, swing.as_ref(), &places, &laid),
         steps,
         &mut names,
     )?;
-    names
-        .values
-        .set("failed", f64::from(u8::from(failed.is_some())));
-    let ended = failed.unwrap_or_default();
-    names.words.insert("ended".to_owned(), ended);
     for (name, formula) in &see {
         let series = formula.series(&names.values).map_err(|e| e.within(name))?;
         if series.len() != 1 {
@@ -546,82 +517,19 @@ fn places(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<Placed>, Experi
     filled.map(place).collect()
 }
 
-/// The quantity with that name.
-fn sights(wanted: &[String], stepper: &Stepper) -> Result<(Vec<Sight>, Columns), CaseError> {
-    let probe = |name: &str| PROBES.iter().find(|(known, ..)| *known == name);
-    let mut columns = Vec::new();
-    let mut all = Vec::new();
-    for name in wanted {
-        match probe(name) {
-            Some(probe) => all.push(Sight::Probe(*probe)),
-            None => {
-                all.push(Sight::Column(columns.len()));
-                columns.push(name.clone());
-            }
-        }
-    }
-    let found = Columns::find(&columns, stepper).map_err(|e| {
-        let probes = PROBES.iter().map(|(name, ..)| *name);
-        match &e {
-            ColumnError::UnknownColumn { name, known } => {
-                let known = known.iter().map(String::as_str);
-                CaseError::unknown("probe", name, known.chain(probes))
-            }
-            ColumnError::UnknownName {
-                name,
-                bodies,
-                constraints,
-                ..
-            } => {
-                let known = bodies.iter().chain(constraints).map(String::as_str);
-                CaseError::unknown("body, joint or cable", name, known)
-            }
-            ColumnError::UnknownQuantity {
-                quantity, known, ..
-            } => CaseError::unknown("quantity", quantity, known.iter().copied()),
-            other => CaseError::Toml {
-                line: 0,
-                message: other.to_string(),
-            },
-        }
-    })?;
-    Ok((all, found))
-}
-
-/// Angles of the cables about the sheaves with friction \[rad].
-fn wraps(scene: &Scene) -> Vec<f64> {
-    (0..scene.capstans.len()).map(|i| scene.wrap(i)).collect()
-}
-
-/// What is seen of a step, or at the beginning.
-fn look((sights, columns): &(Vec<Sight>, Columns), seen: &Seen<'_>) -> Vec<f64> {
-    let stepper = seen.stepper;
-    let report = seen.report.filter(|_| !columns.headings().is_empty());
-    let of_columns: Vec<_> = match report {
-        None => columns.at_start(stepper).collect(),
-        Some(report) => columns
-            .values(stepper, &Sample::after(stepper, report))
-            .collect(),
-    };
-    let values = sights.iter().map(|sight| match sight {
-        Sight::Probe((.., of)) => of(seen),
-        Sight::Column(k) => of_columns[*k].unwrap_or(f64::NAN),
-    });
-    values.collect()
-}
-
-/// Steps, and records what is wanted of each; in words why it ended early, where it may.
+/// Steps, and records what is wanted of each; and when and why it ended early, where it may.
 fn recorded(
     run: &Run,
     stepper: &mut Stepper,
     (wanted, swing, places, laid): (&[String], Option<&Swing>, &[Placed], &Scene),
     steps: usize,
     names: &mut Names,
-) -> Result<Option<String>, ExperimentError> {
-    let sights = sights(wanted, stepper)?;
+) -> Result<(), ExperimentError> {
+    let mut sights = Sights::find(wanted, stepper)?;
     let mut known = names.clone();
     let first = stepper.scene().clone();
-    let look = |stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
+    let shape = OnceCell::new();
+    let look = |sights: &Sights, stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
         let seen = Seen {
             stepper,
             report,
@@ -629,48 +537,95 @@ fn recorded(
             swing,
             places,
             laid,
+            shape: &shape,
             wraps,
         };
-        look(&sights, &seen)
+        sights.look(&seen)
     };
-    let start = look(stepper, None, &wraps(stepper.scene()));
+    let start = look(&sights, stepper, None, &wraps(stepper.scene()));
     let mut series: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in wanted.iter().zip(start) {
         names.values.starts.insert(name.clone(), vec![value]);
         series.insert(name.clone(), Vec::with_capacity(steps));
     }
-    let path: Result<Vec<usize>, _> = run.path.iter().map(|name| first.body(name)).collect();
-    let path = path?;
+    let path = path(run, names, &first)?;
+    if steps == 0 {
+        names.path = path
+            .iter()
+            .map(|body| first.bodies.position[*body])
+            .collect();
+    }
     let each = (1.0 / (60.0 * stepper.options().dt)).round() as usize;
-    let (mut failed, mut driven) = (None, Vec::new());
+    let mut watched = Simulation::new(steps, Limits::Scene(first.gap_limits()));
+    let mut driven = Vec::new();
     for n in 1..=steps {
         let now = inputs(run, &mut known, stepper.scene(), stepper.time())?;
         if now != driven {
-            drive(stepper, &now)?;
+            drive::set(stepper, &now)?;
             driven = now;
         }
         change(run, stepper, n)?;
         let before = wraps(stepper.scene());
-        match pace::step(stepper) {
-            Ok(report) => {
-                let seen = look(stepper, Some(&report), &before);
-                for (name, value) in wanted.iter().zip(seen) {
-                    if let Some(series) = series.get_mut(name) {
-                        series.push(value);
-                    }
-                }
-                if n % each.max(1) == 0 {
-                    let places = &stepper.scene().bodies.position;
-                    names.path.extend(path.iter().map(|body| places[*body]));
+        let report = match (&run.rest, run.may_fail) {
+            (Some(Rest::Followed { pass, .. }), _) => {
+                let pass = pass.as_ref().map(|pass| names.number(pass)).transpose()?;
+                let part = n as f64 / steps as f64;
+                let scene = under_part(stepper.scene().clone(), laid, part, pass)?;
+                *stepper = Stepper::new(scene, stepper.options().clone())?;
+                sights = Sights::find(wanted, stepper)?;
+                None
+            }
+            (_, MayFail::Nothing) => Some(pace::step(stepper)?),
+            (_, MayFail::Step) => {
+                let made = pace::step(stepper);
+                made.map_err(|e| watched.fail(stepper.time(), e)).ok()
+            }
+            (_, MayFail::Limits) => watched.step(stepper).map(|sample| sample.report),
+        };
+        if report.is_some() || watched.failure.is_none() {
+            let seen = look(&sights, stepper, report.as_ref(), &before);
+            for (name, value) in wanted.iter().zip(seen) {
+                if let Some(series) = series.get_mut(name) {
+                    series.push(value);
                 }
             }
-            Err(e) if run.may_fail => {
-                failed = Some(e.to_string());
-                break;
+            if n % each.max(1) == 0 {
+                let places = &stepper.scene().bodies.position;
+                names.path.extend(path.iter().map(|body| places[*body]));
             }
-            Err(e) => return Err(e.into()),
+        }
+        if watched.failure.is_some() {
+            break;
         }
     }
+    names.values.set("ended_at", stepper.time());
+    tell_end(watched, names);
     names.values.known.extend(series);
-    Ok(failed)
+    Ok(())
+}
+
+/// The bodies whose ways are compared.
+fn path(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<usize>, ExperimentError> {
+    let path = names.filled(&Value::Array(run.path.clone()))?;
+    let path = path.as_array().into_iter().flatten();
+    let bodies = path.filter_map(Value::as_str).map(|name| scene.body(name));
+    Ok(bodies.collect::<Result<_, _>>()?)
+}
+
+/// Names the end of a run that ended early.
+fn tell_end(watched: Simulation, names: &mut Names) {
+    let singular = matches!(
+        &watched.error,
+        Some(StepError::Solve {
+            source: SolveError::Singular { .. },
+            culprit: Some(_),
+            ..
+        })
+    );
+    let failed = watched.failure.is_some();
+    for (name, holds) in [("failed", failed), ("singular", singular)] {
+        names.values.set(name, f64::from(u8::from(holds)));
+    }
+    let ended = watched.failure.map_or_else(String::new, |f| f.reason);
+    names.words.insert("ended".to_owned(), ended);
 }

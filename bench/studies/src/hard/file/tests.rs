@@ -60,6 +60,25 @@ fn a_wrong_reference_fails() {
     assert_eq!(checks[0].verdict, Verdict::Fail);
 }
 
+/// Runs that pass alike share a row, another one stands by itself.
+#[test]
+fn each_run_is_judged_by_itself() {
+    let check = r#"by-run = ["{extra} N", "of them"], reference = "mass * 9.81 + extra", ours = "pull", bar = 1e-10"#;
+    let over = "steps = 3\nover = { extra = [0, 1e-12, 1] }";
+    let text = hung(SEE, check).replace("steps = 3", over);
+    let case = CaseFile::parse(&text).unwrap();
+    let checks = outcome(&case, true, &ProgressBar::hidden()).unwrap().checks;
+    let found: Vec<_> = checks
+        .iter()
+        .map(|c| (c.case.as_str(), c.verdict))
+        .collect();
+    let expected = [
+        ("2 kg: 2 of them", Verdict::Pass),
+        ("2 kg: 1 N", Verdict::Fail),
+    ];
+    assert_eq!(found, expected);
+}
+
 #[test]
 fn unknown_names_are_told_in_one_line_with_the_nearest() {
     let good = hung(SEE, CHECK);

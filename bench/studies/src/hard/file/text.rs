@@ -57,6 +57,7 @@ impl Names {
         match value {
             Value::Integer(n) => Ok(*n as f64),
             Value::Float(x) => Ok(*x),
+            Value::Boolean(holds) => Ok(f64::from(u8::from(*holds))),
             Value::String(text) => number(text.trim_start_matches('='), &self.values),
             other => Err(CaseError::Formula {
                 expected: "a number",

@@ -56,13 +56,7 @@ pub(in crate::paper) fn distribution(
         chart("distribution", &row, vec![bars])
     };
     let charts = vec![panel("stretch", "m"), panel("bend", "rad")];
-    let csv = words::lines(&samples)?;
-    Ok(words::outcome(
-        checks.to_vec(),
-        tables(&numbers),
-        csv,
-        charts,
-    ))
+    words::outcome(checks.to_vec(), tables(&numbers), &samples, charts)
 }
 
 /// Fig. 4.
@@ -103,8 +97,7 @@ pub(in crate::paper) fn return_maps(
         numbers.extend(found);
         progress.inc(1);
     }
-    let csv = words::lines(&points)?;
-    Ok(words::outcome(checks, tables(&numbers), csv, charts))
+    words::outcome(checks, tables(&numbers), &points, charts)
 }
 
 /// Fig. 5.
@@ -143,6 +136,5 @@ pub(in crate::paper) fn spectra(
         tell("spectra-stability", row).so(kept == count),
     ];
     let charts = vec![chart("spectra", &Value::Null, series)];
-    let csv = words::lines(&lines)?;
-    Ok(words::outcome(checks, tables(&numbers), csv, charts))
+    words::outcome(checks, tables(&numbers), &lines, charts)
 }

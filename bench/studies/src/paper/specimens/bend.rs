@@ -122,8 +122,7 @@ pub fn outcome(rows: &[Value]) -> Result<Outcome, ExperimentError> {
     let mut checks = against_theory(rows);
     checks.extend(published(rows));
     checks.push(stability_of_the_plane()?);
-    let csv = words::lines(rows)?;
-    Ok(words::outcome(checks, tables(rows), csv, charts(rows)))
+    words::outcome(checks, tables(rows), rows, charts(rows))
 }
 
 /// The specimens beside the exact polygon and the circle.

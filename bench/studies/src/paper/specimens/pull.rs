@@ -87,6 +87,5 @@ pub fn outcome(rows: &[Value]) -> Result<Outcome, ExperimentError> {
     let mut lines = vec![diagonal("theory", worst(rows, "strain_theory"))];
     lines.extend(series(rows, "N = {segments}", axes, Mark::Points));
     let text = format!("steel\n{}", table("pull", &steel));
-    let charts = vec![chart("pull", &Value::Null, lines)];
-    Ok(words::outcome(checks, text, words::lines(rows)?, charts))
+    words::outcome(checks, text, rows, vec![chart("pull", &Value::Null, lines)])
 }

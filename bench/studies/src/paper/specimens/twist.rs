@@ -2,7 +2,7 @@
 //!
 //! **At rest** the torque rises in steps in which no joint turns by more than half a turn; the exactly straight
 //! specimen keeps exact zeros across, and the discrete answer T l_j/GJ a joint is met to rounding by every material and
-//! every N ([`at_rest`]).
+//! every N ([`rest`]).
 //!
 //! **In motion** a twisted rod does not stay straight. Without tension it buckles at Greenhill's torque
 //! ([`buckling_torque`]): with GJ = Y I_a/(2(1 + ν)), J_t = I_a as the paper writes, that is 3.7 turns of any material
@@ -19,8 +19,8 @@ mod rest;
 pub use buckling::{buckling_torque, greenhill};
 pub use motion::{Motion, Step};
 pub use report::outcome;
+pub use rest::leaks;
 pub(in crate::paper) use rest::twisted;
-pub use rest::{at_rest, leaks};
 
 use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
 use crate::checks::each;
@@ -127,7 +127,7 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<[Vec<Value>; 3], Exper
         }
     }
     let rows = each(&tasks, progress, |&(material, n, joint)| {
-        at_rest(material, n, joint, FARTHEST)
+        rest::at_rest(material, n, joint)
     })?;
     progress.reset();
     let motions = if quick { few() } else { all() };

@@ -12,7 +12,7 @@
 //! Kutta's method of fourth order. The chain has straight segments between points of the bow and the same compliance
 //! EA of its joints in all directions: C = EA.
 
-use crate::hard::statics::rod::shoot;
+use crate::hard::file::rod::shoot;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_4;
 

@@ -20,10 +20,9 @@ pub fn outcome([rows, held, leaks]: &[Vec<Value>; 3]) -> Result<Outcome, Experim
         ("motion".into(), words::lines(held)?),
         ("leak".into(), words::lines(leaks)?),
     ];
-    let (text, csv) = (tables(rows, held, leaks), words::lines(rows)?);
     Ok(Outcome {
         more_csv,
-        ..words::outcome(checks, text, csv, charts)
+        ..words::outcome(checks, tables(rows, held, leaks), rows, charts)?
     })
 }
 

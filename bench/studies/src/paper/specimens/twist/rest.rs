@@ -1,7 +1,7 @@
 //! The specimen at rest under torques that rise, each joint beside T l_j/GJ; and what the twist row reads of bending, by
 //! definition of the angle.
 
-use super::specimen;
+use super::{FARTHEST, specimen};
 use crate::paper::specimens::{Joint, MATERIALS, largest, params, read, settle};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
@@ -12,23 +12,22 @@ use taut_output::check::ExperimentError;
 /// Largest turn of a joint in a load step \[rad], below half a turn.
 const LARGEST_TURN: f64 = 2.5;
 
-/// A specimen at rest under torques that rise in equal steps to the twist `farthest` (rad): the twist T L/GJ of theory and
+/// A specimen at rest under torques that rise in equal steps to [`FARTHEST`]: the twist T L/GJ of theory and
 /// the joints' sum; relative errors, the largest of a joint against T l_j/GJ and that of the whole.
-pub fn at_rest(
+pub(super) fn at_rest(
     material: (&str, f64),
     n: usize,
     joint: Joint,
-    farthest: f64,
 ) -> Result<Vec<Value>, ExperimentError> {
     let params = specimen(material, n, joint)?;
     let found = params.resolve()?;
     let mut scene = params.build()?;
-    let steps = (farthest / n as f64 / LARGEST_TURN).ceil().max(24.0) as usize;
+    let steps = (FARTHEST / n as f64 / LARGEST_TURN).ceil().max(24.0) as usize;
     let stiffness = found.stiffness.gj / params.length;
     let exact = |angle: f64, j: usize| angle * found.joint_length(j) / params.length;
     if joint == Joint::Alternative {
         // Its angle has no gradient where it is zero: it starts from half the first load's twist.
-        let half = 0.5 * farthest / steps as f64;
+        let half = 0.5 * FARTHEST / steps as f64;
         let mut turned = 0.0;
         for i in 0..=n {
             turned += exact(half, i);
@@ -37,7 +36,7 @@ pub fn at_rest(
     }
     let mut rows = Vec::new();
     for k in 1..=steps {
-        let angle = farthest * k as f64 / steps as f64;
+        let angle = FARTHEST * k as f64 / steps as f64;
         scene.bodies.torque[n].x = stiffness * angle;
         scene = settle(scene)?;
         let joints = read(&scene, n);

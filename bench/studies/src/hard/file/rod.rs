@@ -16,102 +16,55 @@
 //! load raised in steps. None of it uses the model's own joints or Jacobians.
 
 use crate::hard::special::root;
-use crate::paper::specimens::settle;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::f64::consts::PI;
-use taut_model::{
-    Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, SceneError, Spherical, axes_along,
-};
-use taut_output::check::ExperimentError;
+use taut_model::Scene;
 
 /// Compliances of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Compliance {
+struct Compliance {
     /// In all directions \[m/N].
-    pub(super) stretch: f64,
+    stretch: f64,
     /// \[rad/(N m)].
-    pub(super) bend: f64,
-    pub(super) twist: f64,
-}
-
-impl Compliance {
-    /// Compliance of `length` (m) of an inextensible cable with EI and GJ (N m²).
-    pub(super) fn of(length: f64, ei: f64, gj: f64) -> Self {
-        Self {
-            stretch: 0.0,
-            bend: length / ei,
-            twist: length / gj,
-        }
-    }
+    bend: f64,
+    twist: f64,
 }
 
 /// The chain, unstrained.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::hard) struct Rod {
+pub(super) struct Rod {
     /// Joints 0 to n − 1 and the tip \[m].
-    pub(super) nodes: Vec<Vector3<f64>>,
+    nodes: Vec<Vector3<f64>>,
     /// Direction of the cable at the clamp.
-    pub(super) clamp: Vector3<f64>,
-    pub(super) joints: Vec<Compliance>,
+    clamp: Vector3<f64>,
+    joints: Vec<Compliance>,
     /// Masses of the segments \[kg]; without gravity they have no part in the answer.
-    pub(super) masses: Vec<f64>,
-    pub(super) gravity: Vector3<f64>,
+    masses: Vec<f64>,
+    gravity: Vector3<f64>,
     /// Mass of the particle that the tip carries \[kg].
-    pub(super) tip_mass: f64,
+    tip_mass: f64,
     /// Force on that particle \[N].
-    pub(super) force: Vector3<f64>,
-    /// Damping time of the joints' rows \[s].
-    pub(super) damping: f64,
+    force: Vector3<f64>,
 }
 
 /// The chain under its load.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::hard) struct Shape {
+pub(super) struct Shape {
     /// Ends of the segments: the start of the first, then the end of each \[m]. The last one is the tip.
     pub(super) ends: Vec<Vector3<f64>>,
     /// Direction of the last segment.
-    pub(in crate::hard) tangent: Vector3<f64>,
+    pub(super) tangent: Vector3<f64>,
 }
 
 impl Shape {
-    pub(in crate::hard) fn tip(&self) -> Vector3<f64> {
+    pub(super) fn tip(&self) -> Vector3<f64> {
         self.ends.last().copied().unwrap_or_default()
     }
 }
 
 impl Rod {
-    /// A straight chain along x without weight, its first joint at `start` (m), with segments of the given lengths
-    /// (m).
-    pub(super) fn straight(start: f64, lengths: &[f64], joints: Vec<Compliance>) -> Self {
-        let mut nodes = vec![Vector3::x() * start];
-        let mut x = start;
-        for length in lengths {
-            x += length;
-            nodes.push(Vector3::x() * x);
-        }
-        Self {
-            nodes,
-            clamp: Vector3::x(),
-            joints,
-            masses: vec![1.0 / lengths.len() as f64; lengths.len()],
-            gravity: Vector3::zeros(),
-            tip_mass: 0.1,
-            force: Vector3::zeros(),
-            damping: 0.0,
-        }
-    }
-
-    /// A straight chain of `n` joints on a cable of length 1 m with EI = GJ = 1 N m², each the midpoint of the piece
-    /// of 1/n m that it stands for: half a piece is held by the clamp, half a piece is beyond the last joint.
-    pub(super) fn midpoints(n: usize) -> Self {
-        let h = 1.0 / n as f64;
-        let mut lengths = vec![h; n];
-        lengths[n - 1] = 0.5 * h;
-        Self::straight(0.5 * h, &lengths, vec![Compliance::of(h, 1.0, 1.0); n])
-    }
-
     /// The chain of a scene: segments from the clamp, then the tip's particle; the joints from the clamp, then the tip's.
-    pub(in crate::hard) fn of(scene: &Scene) -> Self {
+    pub(super) fn of(scene: &Scene) -> Self {
         let (bodies, n) = (&scene.bodies, scene.bodies.len() - 1);
         let place = |joint: usize| {
             let frame = scene.constraints[joint].frames()[0];
@@ -135,104 +88,46 @@ impl Rod {
             gravity: scene.gravity,
             tip_mass: bodies.mass[n],
             force: bodies.force[n],
-            damping: 0.0,
         }
-    }
-
-    pub(super) fn segments(&self) -> usize {
-        self.joints.len()
     }
 
     fn chord(&self, i: usize) -> Vector3<f64> {
         self.nodes[i + 1] - self.nodes[i]
     }
 
-    /// Axes of joint j at rest, u along the cable: the direction of the clamp, or the mean of the neighbours'.
-    fn axes(&self, j: usize) -> Matrix3<f64> {
-        let along = match j {
+    /// Axis u of joint j at rest, along the cable: the direction of the clamp, or the mean of the neighbours'.
+    fn axis(&self, j: usize) -> Vector3<f64> {
+        match j {
             0 => self.clamp,
-            _ => self.chord(j - 1).normalize() + self.chord(j).normalize(),
-        };
-        axes_along(&along).unwrap_or_else(Matrix3::identity)
-    }
-
-    /// The scene, unstrained and at rest. Bodies: the segments from the clamp, then the tip's particle. Constraints:
-    /// the joints from the clamp, then the tip's.
-    pub(super) fn scene(&self) -> Result<Scene, SceneError> {
-        let n = self.segments();
-        let mut scene = Scene::new("rod");
-        scene.gravity = self.gravity;
-        let law = |c: Compliance| {
-            let law = |compliance| Some(RowLaw::new(compliance, self.damping));
-            JointLaw {
-                stretch: law(c.stretch),
-                bend: law(c.bend),
-                twist: law(c.twist),
-            }
-        };
-        let mut turns = Vec::new();
-        for i in 0..n {
-            let chord = self.chord(i);
-            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &chord)
-                .unwrap_or_else(|| UnitQuaternion::from_scaled_axis(Vector3::x() * PI));
-            let length = chord.norm();
-            let rod = Body::rod(length, 0.1 * length, self.masses[i]);
-            let centre = self.nodes[i] + 0.5 * chord;
-            scene.add_body(format!("segment-{}", i + 1), rod.at(centre).turned(turn));
-            turns.push(turn);
-        }
-        let mut particle = Body::particle(self.tip_mass).at(self.nodes[n]);
-        particle.force = self.force;
-        let tip = scene.add_body("tip", particle);
-        scene.load = Some(tip);
-        let end = |i: usize, sign: f64| Vector3::z() * (sign * 0.5 * self.chord(i).norm());
-        for j in 0..n {
-            let axes = self.axes(j);
-            let at = |i: usize, sign: f64| {
-                let local = turns[i].inverse().to_rotation_matrix() * axes;
-                Frame::body(i, end(i, sign)).with_axes(local)
-            };
-            let a = match j {
-                0 => Frame::world(self.nodes[0]).with_axes(axes),
-                _ => at(j - 1, 1.0),
-            };
-            let joint = Cosserat::new([a, at(j, -1.0)], law(self.joints[j]));
-            scene.add_constraint(format!("joint-{j}"), Constraint::Cosserat(joint), 0);
-        }
-        let hold = Spherical {
-            frames: [
-                Frame::body(n - 1, end(n - 1, 1.0)),
-                Frame::body(tip, Vector3::zeros()),
-            ],
-            stretch: RowLaw::RIGID,
-        };
-        scene.add_constraint("tip", Constraint::Spherical(hold), 0);
-        scene.validate()?;
-        Ok(scene)
-    }
-
-    /// Ends of the segments as the scene's bodies stand \[m].
-    pub(super) fn read(&self, scene: &Scene) -> Shape {
-        let n = self.segments();
-        let half = |i: usize| {
-            let along = scene.bodies.orientation[i] * Vector3::z();
-            (along, along * (0.5 * self.chord(i).norm()))
-        };
-        let mut ends = vec![scene.bodies.position[0] - half(0).1];
-        ends.extend((0..n).map(|i| scene.bodies.position[i] + half(i).1));
-        Shape {
-            ends,
-            tangent: half(n - 1).0,
+            _ => (self.chord(j - 1).normalize() + self.chord(j).normalize()).normalize(),
         }
     }
 
-    /// The shape that the scene comes to rest in.
-    pub(super) fn settled(&self) -> Result<Shape, ExperimentError> {
-        Ok(self.read(&settle(self.scene()?)?))
+    /// Ends of the segments, which have these names, as a scene's bodies stand \[m].
+    pub(super) fn ends(&self, scene: &Scene, names: &[String]) -> Option<Vec<Vector3<f64>>> {
+        let mut ends = Vec::new();
+        for (i, name) in names[..self.joints.len()].iter().enumerate() {
+            let body = scene.body(name).ok()?;
+            let centre = scene.bodies.position[body];
+            let along = scene.bodies.orientation[body] * Vector3::z();
+            let half = along * (0.5 * self.chord(i).norm());
+            ends.extend((i == 0).then_some(centre - half));
+            ends.push(centre + half);
+        }
+        Some(ends)
+    }
+
+    /// F Σ s_j² ε_j with the distances s_j of the joints from the tip: how far a small load moves it along y, where the chain is
+    /// straight along x \[m].
+    pub(super) fn by_levers(&self) -> f64 {
+        let tip = self.nodes[self.joints.len()].x;
+        let levers = self.nodes.iter().zip(&self.joints);
+        let ways = levers.map(|(node, joint)| (tip - node.x).powi(2) * joint.bend);
+        self.force.y * ways.sum::<f64>()
     }
 
     /// The exact shape, with all loads raised in `steps` steps. `None` where Newton's method does not converge.
-    pub(in crate::hard) fn exact(&self, steps: usize) -> Option<Shape> {
+    pub(super) fn exact(&self, steps: usize) -> Option<Shape> {
         let mut moment = Vector3::zeros();
         for k in 1..=steps {
             let load = k as f64 / steps as f64;
@@ -243,16 +138,15 @@ impl Rod {
 
     /// The shape for a moment at the clamp, and the moment left at the tip, under the part `load` of the loads.
     fn follow(&self, mut moment: Vector3<f64>, load: f64) -> Option<(Shape, Vector3<f64>)> {
-        let n = self.segments();
         let weight = |mass: f64| self.gravity * (mass * load);
         let mut force = self.force * load + weight(self.tip_mass);
         force += weight(self.masses.iter().sum());
         let mut turned = Rotation3::identity();
         let mut end = self.nodes[0];
-        let mut ends = Vec::with_capacity(n + 1);
+        let mut ends = Vec::with_capacity(self.nodes.len());
         let mut tangent = self.clamp;
         for (j, joint) in self.joints.iter().enumerate() {
-            let u = (turned * self.axes(j)).column(0).into_owned();
+            let u = turned * self.axis(j);
             turned = joint_turn(&u, &moment, joint)? * turned;
             end += force * joint.stretch;
             if j == 0 {
@@ -303,7 +197,7 @@ fn joint_turn(
 
 /// The root of three equations near `start`, by Newton's method with differences. `None` if it does
 /// not converge.
-pub(in crate::hard) fn shoot(
+pub(super) fn shoot(
     start: Vector3<f64>,
     f: impl Fn(Vector3<f64>) -> Option<Vector3<f64>>,
 ) -> Option<Vector3<f64>> {
@@ -333,10 +227,15 @@ pub(in crate::hard) fn shoot(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use taut_model::{Body, Constraint, Cosserat, Frame, JointLaw, RowLaw};
 
     #[test]
     fn a_joint_turns_as_the_model_s_rows_say() {
-        let joint = Compliance::of(1.0, 2.0, 3.0);
+        let joint = Compliance {
+            stretch: 0.0,
+            bend: 0.5,
+            twist: 1.0 / 3.0,
+        };
         let (u, moment) = (Vector3::x(), Vector3::new(1.1, 0.7, -2.0));
         let turn = joint_turn(&u, &moment, &joint).expect("a turn");
         let mut scene = Scene::new("joint");
@@ -368,8 +267,22 @@ mod tests {
     #[test]
     fn a_small_load_bends_as_the_levers_say() {
         let n = 12;
-        let mut rod = Rod::midpoints(n);
-        rod.force = Vector3::new(0.0, 3e-6, 0.0);
+        let h = 1.0 / n as f64;
+        let place = |i: usize| Vector3::x() * ((i as f64 + 0.5) * h).min(1.0);
+        let joint = Compliance {
+            stretch: 0.0,
+            bend: h,
+            twist: h,
+        };
+        let rod = Rod {
+            nodes: (0..=n).map(place).collect(),
+            clamp: Vector3::x(),
+            joints: vec![joint; n],
+            masses: vec![h; n],
+            gravity: Vector3::zeros(),
+            tip_mass: 0.1,
+            force: Vector3::new(0.0, 3e-6, 0.0),
+        };
         let tip = rod.exact(1).expect("a shape").tip();
         let exact = 1e-6 * (1.0 - 1.0 / (4.0 * 144.0));
         assert!((tip.y / exact - 1.0).abs() < 1e-9, "{tip}");
