@@ -64,3 +64,15 @@ impl Curvature {
         }
     }
 }
+
+/// In the prepared system of a Newton pass of a sub-step `dt` long, which began with φ = `begun`: the rows hold φ of the last
+/// iterate, and `known` its rates along the tangent.
+pub(crate) fn follow_iterate(system_data: &mut SystemData, begun: &[f64], known: &[f64], dt: f64) {
+    for (r, (begun, known)) in begun.iter().zip(known).enumerate() {
+        let damping = system_data.path_damping(r);
+        if damping > 0.0 {
+            let beyond = (system_data.rows.phi[r] - begun) / dt - known;
+            system_data.add_violation(r, damping * beyond, dt);
+        }
+    }
+}

@@ -15,6 +15,7 @@
 //! has gained no energy. The method is of first order and damps every motion that it cannot resolve, which is what a shock
 //! leaves behind.
 
+use crate::curvature;
 use crate::gyroscopic;
 use crate::regularization::Known;
 use crate::stepper::{Stage, Stepper};
@@ -215,16 +216,18 @@ impl Stepper {
             self.effort.check(self.time)?;
             let first = pass == 0;
             let kind = if first { Pass::First } else { Pass::Next };
+            // Dampers follow their paths from the second pass on.
+            let stands = !(first && self.system_data.has_path_dampers());
             self.begin_search(first, dt);
             let disagreement = self.newton_pass(kind, dt, end)?;
-            if disagreement <= near {
+            if stands && disagreement <= near {
                 return Ok(true);
             }
             if disagreement.is_nan() || self.effort.is_spent() {
                 return Ok(false);
             }
             let promised = self.search(first, shortest, dt, end)?;
-            if promised <= AT_REST && disagreement <= guard.tolerance {
+            if stands && promised <= AT_REST && disagreement <= guard.tolerance {
                 return Ok(true);
             }
         }
@@ -297,6 +300,9 @@ impl Stepper {
         let known = std::mem::take(&mut self.system_data.known);
         let jv = &self.in_rows[0];
         self.system_data.regularize(dt, jv, Known::Rates(&known));
+        if pass == Pass::Next {
+            curvature::follow_iterate(&mut self.system_data, &self.search.begun, &known, dt);
+        }
         self.system_data.known = known;
         self.activation.leave_drift(&mut self.system_data, dt);
         self.activation.damp_from_taut(&mut self.system_data, dt);
