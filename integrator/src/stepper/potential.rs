@@ -1,15 +1,21 @@
 //! Incremental potential of an implicit Euler step, and the line search along its Newton steps.
 //!
-//! The guard's equations, M (v⁺ − v) = Δt f + Jᵀ μ and ε μ/Δt + g = 0 with g = φ(q⁺) + τ (J v⁺ + ∂φ/∂t), are those of a
-//! stationary
+//! The guard's equations, M (v⁺ − v) = Δt f + Jᵀ μ and ε μ/Δt + g = 0 with g = φ⁺ + τ (φ⁺ − φ₀)/Δt, are those of a stationary
 //!
 //! ```text
 //! Φ(v⁺) = ½ |v⁺ − v|²_M − Δt f·(v⁺ − v) + Σ Ψ(g) Δt/(Δt + τ)
 //! Ψ(g) = max over lo ≤ λ' ≤ hi of  −λ' g − ½ ε λ'² − ½ (e − ε)(λ' − λ)²        ∂Ψ/∂g = −λ'
 //! ```
 //!
-//! but for a rotation that is not about the axis of the last, which is of second order in their angles. With e = ε this is
-//! the elastic energy g²/(2ε), cut off where the force is. With more it is the augmented Lagrangian about the multipliers
+//! since ∂g/∂φ⁺ = (Δt + τ)/Δt and ∂φ⁺/∂v⁺ = Δt J, but for a rotation that is not about the axis of the last and the dampers of
+//! angles, which take J v⁺ + ∂φ/∂t: both are of second order in the angles. With e = ε the term of a row is the elastic energy,
+//! cut off where the force is, with what the damper takes:
+//!
+//! ```text
+//! g²/(2ε) Δt/(Δt + τ) = φ⁺²/(2ε) + τ (φ⁺ − φ₀)²/(2 ε Δt) − τ φ₀²/(2 ε (Δt + τ))
+//! ```
+//!
+//! With more e it is the augmented Lagrangian about the multipliers
 //! λ of the last solve: stationary in the same place, and finite for rigid rows. e is at least [`SOFTEST`] of
 //! Δt² J M̃⁻¹ Jᵀ, so that the bend of a stiff row's path does not stop the search. A row of speeds takes Δt (J v⁺ + ∂φ/∂t)
 //! for g.
