@@ -12,7 +12,8 @@
 //! by beyond its tangent if the bodies go on freely from the velocities of the step before: the rate is then right to second order in Δt.
 //! The lever arm r of a body that a joint holds to the world bends the way of the gap likewise, by (ω × (ω × r) + ω̇ × r) Δt²/2
 //! with ω̇ of its free rotation. Joints between bodies are left out: light bodies that whip between loads of 10⁵ times their
-//! mass do not go on at the velocities of the step before, and gained energy by it.
+//! mass do not go on at the velocities of the step before, and gained energy by it. The guard's implicit steps know the path of
+//! their last iterate, and follow it in all lengths ([`crate::stepper::guarded`]).
 
 use crate::system_data::SystemData;
 use taut_model::{Constraint, Scene};
@@ -61,6 +62,18 @@ impl Curvature {
                     system_data.add_violation(r, rows.damping[r] * beyond / dt, dt);
                 }
             }
+        }
+    }
+}
+
+/// In the prepared system of a Newton pass of a sub-step `dt` long, which began with φ = `begun`: the rows hold φ of the last
+/// iterate, and `known` its rates along the tangent.
+pub(crate) fn follow_iterate(system_data: &mut SystemData, begun: &[f64], known: &[f64], dt: f64) {
+    for (r, (begun, known)) in begun.iter().zip(known).enumerate() {
+        let damping = system_data.path_damping(r);
+        if damping > 0.0 {
+            let beyond = (system_data.rows.phi[r] - begun) / dt - known;
+            system_data.add_violation(r, damping * beyond, dt);
         }
     }
 }

@@ -142,6 +142,25 @@ impl SystemData {
         self.kinds[row] == Kind::Angle
     }
 
+    /// True if the row's force follows from its length.
+    pub(crate) fn is_length(&self, row: usize) -> bool {
+        self.kinds[row] == Kind::Length
+    }
+
+    /// Damping time of a length \[s]; 0 of other rows. An angle jumps by 2π where a joint folds, which is no rate.
+    pub(crate) fn path_damping(&self, row: usize) -> f64 {
+        if self.is_length(row) {
+            self.rows.damping[row]
+        } else {
+            0.0
+        }
+    }
+
+    /// True if a length is damped.
+    pub(crate) fn has_path_dampers(&self) -> bool {
+        (0..self.rows.rows()).any(|r| self.path_damping(r) > 0.0)
+    }
+
     /// Copies the velocities into `v`.
     pub(crate) fn load_velocities(&mut self, bodies: &Bodies) {
         self.v.load(&bodies.velocity, &bodies.angular_velocity);

@@ -1,15 +1,21 @@
 //! Incremental potential of an implicit Euler step, and the line search along its Newton steps.
 //!
-//! The guard's equations, M (v⁺ − v) = Δt f + Jᵀ μ and ε μ/Δt + g = 0 with g = φ(q⁺) + τ (J v⁺ + ∂φ/∂t), are those of a
-//! stationary
+//! The guard's equations, M (v⁺ − v) = Δt f + Jᵀ μ and ε μ/Δt + g = 0 with g = φ⁺ + τ (φ⁺ − φ₀)/Δt, are those of a stationary
 //!
 //! ```text
 //! Φ(v⁺) = ½ |v⁺ − v|²_M − Δt f·(v⁺ − v) + Σ Ψ(g) Δt/(Δt + τ)
 //! Ψ(g) = max over lo ≤ λ' ≤ hi of  −λ' g − ½ ε λ'² − ½ (e − ε)(λ' − λ)²        ∂Ψ/∂g = −λ'
 //! ```
 //!
-//! but for a rotation that is not about the axis of the last, which is of second order in their angles. With e = ε this is
-//! the elastic energy g²/(2ε), cut off where the force is. With more it is the augmented Lagrangian about the multipliers
+//! since ∂g/∂φ⁺ = (Δt + τ)/Δt and ∂φ⁺/∂v⁺ = Δt J, but for a rotation that is not about the axis of the last and the dampers of
+//! angles, which take J v⁺ + ∂φ/∂t: both are of second order in the angles. With e = ε the term of a row is the elastic energy,
+//! cut off where the force is, with what the damper takes:
+//!
+//! ```text
+//! g²/(2ε) Δt/(Δt + τ) = φ⁺²/(2ε) + τ (φ⁺ − φ₀)²/(2 ε Δt) − τ φ₀²/(2 ε (Δt + τ))
+//! ```
+//!
+//! With more e it is the augmented Lagrangian about the multipliers
 //! λ of the last solve: stationary in the same place, and finite for rigid rows. e is at least [`SOFTEST`] of
 //! Δt² J M̃⁻¹ Jᵀ, so that the bend of a stiff row's path does not stop the search. A row of speeds takes Δt (J v⁺ + ∂φ/∂t)
 //! for g.
@@ -49,6 +55,8 @@ const SHORTEST: f64 = 0.1;
 pub(crate) struct Search {
     /// e, one a row.
     soft: Vec<f64>,
+    /// φ₀, one a row.
+    pub(crate) begun: Vec<f64>,
     /// Start of a pass: its φ, g and Δv.
     phi: Vec<f64>,
     gaps: Vec<f64>,
@@ -68,6 +76,7 @@ impl Search {
         let (zeros, none) = (vec![0.0; rows], BodyVectors::new(bodies));
         Self {
             soft: zeros.clone(),
+            begun: zeros.clone(),
             phi: zeros.clone(),
             gaps: zeros.clone(),
             from: none.clone(),
@@ -91,7 +100,7 @@ impl Search {
         for c in 0..rows.constraints() {
             // The rows of a gap are along the axes of the world: their mean does not depend on these.
             let range = rows.row_range(c);
-            let is_length = |r: &usize| system_data.has_law(*r) && !system_data.is_angular(*r);
+            let is_length = |r: &usize| system_data.is_length(*r);
             let lengths = range.clone().take(3).take_while(is_length).count();
             let lengths = &mut self.soft[range.start..range.start + lengths];
             let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
@@ -129,6 +138,9 @@ impl Stepper {
             }
         }
         self.search.from.copy_from(&system_data.dv);
+        if first {
+            self.search.begun.copy_from_slice(&system_data.rows.phi);
+        }
         let [mut phi, mut gaps] = [&mut self.search.phi, &mut self.search.gaps].map(std::mem::take);
         phi.copy_from_slice(&self.system_data.rows.phi);
         self.gaps(&mut gaps, dt);
@@ -136,11 +148,9 @@ impl Stepper {
             // φ of the end, which the rows do not hold yet: `gaps` left the rates.
             for (r, rate) in self.in_rows[1].iter().enumerate() {
                 phi[r] += dt * rate;
-                gaps[r] += if self.system_data.is_speed(r) {
-                    0.0
-                } else {
-                    dt * rate
-                };
+                if !self.system_data.is_speed(r) {
+                    gaps[r] += (dt + self.system_data.path_damping(r)) * rate;
+                }
             }
         }
         if first {
@@ -229,10 +239,12 @@ impl Stepper {
         let rows = &system_data.rows;
         for (r, rate) in rates.iter_mut().enumerate() {
             *rate += rows.phi_t[r];
+            let along = system_data.path_damping(r);
             gaps[r] = if system_data.is_speed(r) {
                 dt * *rate
             } else {
-                rows.phi[r] + rows.damping[r] * *rate
+                let grown = rows.phi[r] - self.search.begun[r];
+                rows.phi[r] + along * grown / dt + (rows.damping[r] - along) * *rate
             };
         }
         self.activation.leave_gaps(rows, gaps, dt);

@@ -86,7 +86,7 @@ fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -
 /// twice what Φ loses where it is a parabola.
 #[test]
 fn the_slope_is_that_of_the_potential() {
-    for (damping, ea) in [(0.0, None), (0.05, None), (0.0, Some(1e4))] {
+    for (damping, ea) in [(0.0, None), (0.05, None), (5.0, None), (0.0, Some(1e4))] {
         let (mut stepper, dt) = after_a_pass(damping, ea);
         stepper.search.to.copy_from(&stepper.system_data.dv);
         let slope = stepper.slope(dt);
