@@ -24,7 +24,7 @@
 //! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
 //! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its loads raised in so many steps, by
 //! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes; `{ solved = true }`: by its
-//! | | own static equilibrium; `{ follow, pass }`: its loads are raised in so many steps, and the run is what comes to rest in |
+//! | | own static equilibrium; `{ follow, pass }`: its loads are raised in so many steps, and the run is what comes to rest in
 //! | | each, by such passes if there are any |
 //! | `stretch` | compliance of all ball joints, m/N |
 //! | `shuffle` | seed of another order of bodies and constraints, in which the scene is run; 0 leaves them their own |
