@@ -2,7 +2,7 @@
 //!
 //! **At rest** the torque rises in steps in which no joint turns by more than half a turn; the exactly straight
 //! specimen keeps exact zeros across, and the discrete answer T l_j/GJ a joint is met to rounding by every material and
-//! every N ([`rest`]).
+//! every N (`rest`).
 //!
 //! **In motion** a twisted rod does not stay straight. Without tension it buckles at Greenhill's torque
 //! ([`buckling_torque`]): with GJ = Y I_a/(2(1 + ν)), J_t = I_a as the paper writes, that is 3.7 turns of any material
