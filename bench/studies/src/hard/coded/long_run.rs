@@ -1,13 +1,14 @@
 //! H49: ten million steps of a swinging cable: two days of it.
 //!
-//! A few segments under a heavy load, the anchor moved aside at the beginning, nothing that damps but the step itself:
-//! the rows carry the load at φ̄, so that its swing of the phase Ω = ω Δt a step is damped as an elastic mode of that
-//! frequency is (`law`), by 1 − |z|² ≈ |γ| Ω⁴ of its energy. At the end of every decade of steps a window of some swings is looked at: the energy's band and its mean, and the
-//! cable's length, the sum of all joints' gaps; means are weighed by (1 − cos)³, so that it does not matter at which phase
-//! of the swing a window begins: of an oscillation with n periods in the window n⁻⁷ is left. A step that lets constraints drift shows it as a length that grows with the number of
-//! steps. A swing lengthens the cable in proportion to its energy E, by the mean of its tension, E/(2 L EA) of the length,
-//! and by what a step of finite length leaves of a rotation, about ½ E Δt²/(m L²); how much, a second cable that swings a
-//! little less tells. What a change of the length has beyond that of the energy is drift.
+//! A few segments under a heavy load, the anchor moved aside at the beginning, nothing that damps but the step itself: the
+//! rows carry the load at φ̄, so that its swing of the phase Ω = ω Δt a step is damped as an elastic mode of that frequency
+//! is (`law`), by 1 − |z|² ≈ |γ| Ω⁴ of its energy. At the end of every decade of steps a window of some swings is looked
+//! at: the energy's band and its mean, and the cable's length, the sum of all joints' gaps; means are weighed by (1 −
+//! cos)³, so that it does not matter at which phase of the swing a window begins: of an oscillation with n periods in the
+//! window n⁻⁷ is left. A step that lets constraints drift shows it as a length that grows with the number of steps. A swing
+//! lengthens the cable in proportion to its energy E, by the mean of its tension, E/(2 L EA) of the length, and by what a
+//! step of finite length leaves of a rotation, about ½ E Δt²/(m L²); how much, a second cable that swings a little less
+//! tells. What a change of the length has beyond that of the energy is drift.
 
 use crate::hard::file::frequency;
 use crate::hard::worse;
