@@ -66,8 +66,8 @@ fn programs_are_as_before() {
 /// Every case has a scene at its beginning that can be stepped, but for those that step none.
 #[test]
 fn the_scenes_at_their_beginnings_can_be_stepped() {
-    // None of these is audited.
-    let none = ["H15", "H16", "H55", "scale"];
+    // None of these is audited, but for H42, whose rigid mechanism every step may refuse by name.
+    let none = ["H15", "H16", "H42", "H55", "scale"];
     for case in hard::cases().filter(|case| !none.contains(&case.name())) {
         let scenes = case.scenes().expect("scenes");
         assert!(!scenes.is_empty(), "{}", case.name());
