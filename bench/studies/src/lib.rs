@@ -6,7 +6,7 @@
 //! use taut_studies::cases::Cases;
 //! use taut_studies::linear::{Config, run};
 //!
-//! let config = Config { segments: vec![3], ratios: vec![10.0], ..Config::default() };
+//! let config = Config { segments: vec![3], ratios: vec![10.0], ..Config::new(true) };
 //! let records = run(&config, &Cases::default())?;
 //! # assert!(!format!("{records:?}").is_empty());
 //! # Ok::<(), taut_output::check::ExperimentError>(())
