@@ -13,7 +13,7 @@
 //! The lever arm r of a body that a joint holds to the world bends the way of the gap likewise, by (ω × (ω × r) + ω̇ × r) Δt²/2
 //! with ω̇ of its free rotation. Joints between bodies are left out: light bodies that whip between loads of 10⁵ times their
 //! mass do not go on at the velocities of the step before, and gained energy by it. The guard's implicit steps know the path of
-//! their last iterate, and follow it in all lengths ([`crate::stepper::guarded`]).
+//! their last iterate, and follow it in all lengths.
 
 use crate::system_data::SystemData;
 use taut_model::{Constraint, Scene};
