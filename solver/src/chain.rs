@@ -158,8 +158,8 @@ impl Chain {
         self.backward::<false>(&[], &[], x);
     }
 
-    /// Solves for two right-hand sides with 0.61 of the instructions of two solves (AVX2; 0.66 with
-    /// SSE2, 1.2 in plain doubles; chains of 1 … 101 blocks).
+    /// Solves for two right-hand sides with 0.61 of the instructions of two solves (AVX2; 1.2 in
+    /// plain doubles; chains of 1 … 101 blocks).
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn solve_two(&mut self, b: [&[f64]; 2], x: [&mut [f64]; 2]) {
         with_size!(

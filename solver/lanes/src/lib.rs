@@ -46,7 +46,7 @@
 //! | `aligned` | [`Aligned`]: doubles of which one begins a cache line |
 //! | `halves` | [`Halves`] and [`Quad`]: vectors that split into two and four |
 //! | `twice` | two vectors as one of twice the lanes, where registers are shorter |
-//! | `x86` | SSE2, AVX2 and AVX-512 by intrinsics: the only unsafe code |
+//! | `x86` | AVX2 and AVX-512 by intrinsics: the only unsafe code |
 
 mod aligned;
 pub mod functions;
@@ -327,8 +327,6 @@ impl Isa for Portable {
 #[inline]
 pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level {
-        #[cfg(target_arch = "x86_64")]
-        Level::SSE2 => x86::sse2(kernel),
         #[cfg(target_arch = "x86_64")]
         Level::AVX2 => x86::avx2(level, kernel),
         #[cfg(target_arch = "x86_64")]

@@ -9,19 +9,6 @@ use crate::{Isa, Kernel, Lanes, Level, WideKernel};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The build's own instructions: two lanes, multiply-adds in two roundings.
-#[derive(Debug, Clone, Copy)]
-struct Sse2;
-
-impl Isa for Sse2 {
-    type X1 = f64;
-    type X2 = Two;
-    type X4 = Twice<Self::X2>;
-    type X8 = Twice<Self::X4>;
-    type Widest = Self::X2;
-    type Twice = Self::X4;
-}
-
 /// AVX2 and FMA.
 #[derive(Debug, Clone, Copy)]
 struct Avx2;
@@ -51,10 +38,6 @@ impl Isa for Avx512 {
     fn wide<K: WideKernel>(kernel: K) -> K::Output {
         kernel.run::<Self::X8, 8>()
     }
-}
-
-pub(crate) fn sse2<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<Sse2>()
 }
 
 pub(crate) fn avx2<K: Kernel>(level: Level, kernel: K) -> K::Output {
@@ -276,15 +259,6 @@ macro_rules! vector {
     )*};
 }
 
-vector!(
-    /// Two lanes of SSE2.
-    Two, __m128d, 2, set _mm_setr_pd(0 1), splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,
-    add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
-    below |a, b| _mm_movemask_pd(_mm_cmplt_pd(a, b)) == 0b11,
-    neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
-    shift |x, y| _mm_shuffle_pd::<1>(x, y), first |x| _mm_cvtsd_f64(x),
-    mul_add |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c), neg_mul_add |a, b, c| _mm_sub_pd(c, _mm_mul_pd(a, b))
-);
 vector!(
     /// Two lanes with fused multiply-adds.
     FusedTwo, __m128d, 2, set _mm_setr_pd(0 1), splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,

@@ -1,6 +1,6 @@
 //! Halves of vectors, joined, taken apart and filled from two places.
 
-use super::{FusedEight, FusedFour, FusedOne, FusedTwo, Two};
+use super::{FusedEight, FusedFour, FusedOne, FusedTwo};
 use crate::{Halves, Quad};
 use std::arch::x86_64::*;
 
@@ -40,35 +40,25 @@ fn first(x: __m128d) -> f64 {
     unsafe { _mm_cvtsd_f64(x) }
 }
 
-/// Halves of one double each.
-macro_rules! halves_of_one {
-    ($name:ident, $one:ty, |$x:ident| $wrap:expr, |$y:ident| $inner:expr, |$z:ident| $last:expr) => {
-        impl Halves for $name {
-            type Half = $one;
+impl Halves for FusedTwo {
+    type Half = FusedOne;
 
-            #[inline(always)]
-            fn join(lower: $one, upper: $one) -> Self {
-                let ($y, $z) = (lower, upper);
-                // SAFETY: SSE2 is in every x86-64 processor.
-                Self(unsafe { _mm_setr_pd($inner, $last) })
-            }
-            #[inline(always)]
-            fn lower(self) -> $one {
-                let $x = first(self.0);
-                $wrap
-            }
-            #[inline(always)]
-            fn upper(self) -> $one {
-                // SAFETY: SSE2 is in every x86-64 processor.
-                let $x = first(unsafe { _mm_unpackhi_pd(self.0, self.0) });
-                $wrap
-            }
-        }
-    };
+    #[inline(always)]
+    fn join(lower: FusedOne, upper: FusedOne) -> Self {
+        // SAFETY: SSE2 is in every x86-64 processor.
+        Self(unsafe { _mm_setr_pd(lower.0, upper.0) })
+    }
+    #[inline(always)]
+    fn lower(self) -> FusedOne {
+        FusedOne(first(self.0))
+    }
+    #[inline(always)]
+    fn upper(self) -> FusedOne {
+        // SAFETY: SSE2 is in every x86-64 processor.
+        FusedOne(first(unsafe { _mm_unpackhi_pd(self.0, self.0) }))
+    }
 }
 
-halves_of_one!(Two, f64, |x| x, |y| y, |z| z);
-halves_of_one!(FusedTwo, FusedOne, |x| FusedOne(x), |y| y.0, |z| z.0);
 halves!(
     FusedFour of FusedTwo,
     join |x, y| _mm256_setr_m128d(x, y),
