@@ -657,7 +657,8 @@ fn ride(case: &Case) -> Fault {
 /// The joint at the load tells a pull although the segment above is pushed, or a cable breaks in compression.
 fn pushed(case: &Case) -> Fault {
     let weight = case.choices.weight();
-    first(case, |n, m| {
+    let run = case.fine()?;
+    first_of(run, |n, m| {
         if let Some([told, within, _]) = m.column
             && within < -0.1 * weight
             && told > 0.1 * weight
@@ -668,7 +669,7 @@ fn pushed(case: &Case) -> Fault {
         }
         let broken = m.fired.iter().any(|name| name.contains("breaks"));
         // A blow may begin and end in the step that breaks it, of which what is left tells.
-        let [.., before] = case.run.steps[n.checked_sub(1)?].column?;
+        let [.., before] = run.steps[n.checked_sub(1)?].column?;
         let most = m.column.map_or(before, |[.., most]| before.max(most));
         (broken && most < 0.0).then(|| {
             let (names, forces) = (&m.fired, &m.fired_forces);
