@@ -64,9 +64,9 @@ impl Stepper {
             return self.find_tension();
         }
         // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
-        self.contacts.begins = true;
+        (self.contacts.begins, self.activation.begins) = (true, true);
         let done = self.start_bodies();
-        self.contacts.begins = false;
+        (self.contacts.begins, self.activation.begins) = (false, false);
         done
     }
 
