@@ -8,12 +8,14 @@
 mod segments;
 
 use crate::activation::Made;
+use crate::contact::Known;
 use crate::contact::rebound::slowest;
 use crate::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::stepper::{Stage, Stepper};
 use crate::{SavedRun, StepError};
 use nalgebra::Vector3;
 use segments::{Closed, Parted};
+use std::collections::HashMap;
 use taut_model::{
     Body, BodyVectors, Cable, CableParts, Collider, Constraint, Control, Event, Frame,
     MasslessCable, Scene,
@@ -465,6 +467,8 @@ pub(crate) struct Moved {
     constraints: Vec<Option<usize>>,
     /// Rows that are there with another path: of a cable that has left a sheave or lies on one.
     other_paths: Vec<usize>,
+    /// New numbers of the shapes that there were; none of those that have gone.
+    shapes: Vec<Option<usize>>,
 }
 
 impl Moved {
@@ -503,6 +507,7 @@ impl Moved {
             bounded,
             constraints: numbers,
             other_paths,
+            shapes: shapes(&old.scene, &edit.scene),
         }
     }
 
@@ -545,6 +550,21 @@ impl Moved {
         old.iter().filter_map(of).collect()
     }
 
+    /// The contacts of shapes that are still there.
+    pub(crate) fn contacts(&self, old: &[Known]) -> Vec<Known> {
+        let of = |contact: &Known| {
+            let [a, b] = contact.colliders;
+            let now = |shape: usize| self.shapes.get(shape).copied().flatten();
+            let (now_a, now_b) = (now(a)?, now(b)?);
+            // In another order its impulse would be that on the other shape.
+            ((a < b) == (now_a < now_b)).then_some(Known {
+                colliders: [now_a, now_b],
+                ..*contact
+            })
+        };
+        old.iter().filter_map(of).collect()
+    }
+
     /// The values of the bodies, in their new order; those of new bodies are zero.
     pub(crate) fn bodies(&self, old: &[[f64; 6]]) -> Vec<[f64; 6]> {
         taken(&self.bodies, old, [0.0; 6])
@@ -554,6 +574,14 @@ impl Moved {
     pub(crate) fn bounded<T: Copy>(&self, old: &[T], new: T) -> Vec<T> {
         taken(&self.bounded, old, new)
     }
+}
+
+/// Numbers that the shapes of a scene have in a changed one.
+fn shapes(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
+    let numbered = new.colliders.iter().enumerate();
+    let now: HashMap<&str, usize> = numbered.map(|(i, shape)| (&*shape.name, i)).collect();
+    let of = |shape: &Collider| now.get(&*shape.name).copied();
+    old.colliders.iter().map(of).collect()
 }
 
 fn taken<T: Copy>(numbers: &[Option<usize>], old: &[T], new: T) -> Vec<T> {

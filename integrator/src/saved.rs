@@ -181,7 +181,7 @@ impl SavedRun {
             made: to.made(&self.made),
             // A changed cable finds its pattern of slip anew.
             slips: Vec::new(),
-            contacts: Vec::new(),
+            contacts: to.contacts(&self.contacts),
             velocity: to.bodies(&self.velocity),
             velocity_change: to.bodies(&self.velocity_change),
             drive: to.rows(&self.drive),

@@ -206,7 +206,7 @@ const SHIFT: f64 = 5e-3;
 /// Factor by which a halving changes less than the one before it: of order 1 with a quarter for what is of higher order.
 const ORDER: f64 = 1.68;
 
-/// Returns true if the halvings of a case say nothing of its order: a third one or, for a smooth motion, a fourth moves the
+/// Returns true if the halvings of a case say nothing of its order: a third one or a fourth moves the
 /// end less, as of order 0.9, or a start that is moved by as much as a bounce is late leads elsewhere.
 fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
     let end = |finer, moved| end(&case.choices, coarsest(case) * finer, moved);
@@ -215,15 +215,15 @@ fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
         return false;
     };
     let third = (fine - finest).norm();
+    let fourth_gains = |factor: f64| {
+        let fourth = end(16, 0.0).map(|x| (finest - x).norm());
+        fourth.is_some_and(|fourth| third >= factor * fourth)
+    };
     let nearer = match order(case) {
         // Errors of first and of second order that cancel at one step do not at a quarter of it.
-        Some(_) => {
-            let fourth = || Some((finest - end(16, 0.0)?).norm());
-            first / third >= ORDER.powi(2)
-                || second / third >= ORDER
-                || fourth().is_some_and(|fourth| third / fourth >= ORDER)
-        }
-        None => third <= 0.75 * second,
+        Some(_) => first / third >= ORDER.powi(2) || second / third >= ORDER || fourth_gains(ORDER),
+        // A step knows a hit slower than gravity's speed in it as rest: the halvings begin where it is faster.
+        None => third <= 0.75 * second || fourth_gains(1.33),
     };
     nearer || (shifted - fine).norm() > 10.0 * SHIFT
 }

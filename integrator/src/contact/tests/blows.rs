@@ -127,6 +127,43 @@ fn a_rod_made_in_the_step_of_a_bounce_throws_nothing_up() {
     }
 }
 
+/// A ball that sinks into the ground under its weight, faster than gravity's speed in a step, is hung on a rod that stands across
+/// its way: the ground, whose force was forgotten in a changed scene, threw it out at 0.5 m/s, and the rod made 4 m/s of that.
+#[test]
+fn what_presses_on_the_ground_goes_on_as_a_rod_is_made() {
+    for (rate, mass) in [(240.0, 1e6), (960.0, 1e6), (3840.0, 1e5)] {
+        let mut scene = ground(0.0, rough(0.5));
+        let i = ball(&mut scene, Vector3::z() * RADIUS, mass, rough(0.5));
+        scene.bodies.velocity[i] = Vector3::new(0.5, 0.0, -0.03);
+        let mut stepper = Stepper::new(scene, options(rate)).expect("a sound scene");
+        while stepper.scene().bodies.velocity[i].z < -0.02 || stepper.time() < 5.0 / rate {
+            stepper.step().expect("a step");
+        }
+        let before = stepper.scene().bodies.velocity[i].norm();
+        let at = stepper.scene().bodies.position[i];
+        let rod = Distance {
+            frames: [
+                Frame::world(at + Vector3::new(0.1, 0.0, 1.0)),
+                Frame::body(i, Vector3::zeros()),
+            ],
+            length: 1.01_f64.sqrt(),
+            law: RowLaw::RIGID,
+            transverse: false,
+        };
+        let add = Constraint::Distance(rod);
+        let made = stepper.change(|edit| Ok(edit.add_constraint("rod", add, 0)));
+        made.expect("a sound rod");
+        for _ in 0..4 {
+            stepper.step().expect("a step");
+            let now = stepper.scene().bodies.velocity[i].norm();
+            assert!(
+                now < 1.05 * before,
+                "{rate}, {mass} kg: {now} after {before} m/s"
+            );
+        }
+    }
+}
+
 /// A ball on a rod of 2 m that falls against a wall below its end, from 0.5 rad.
 fn pendulum(mass: f64) -> Scene {
     let (mut scene, ends) = before_wall(mass, 0.0);
