@@ -243,6 +243,23 @@ impl Activation {
         self.begin[k]
     }
 
+    /// Force of the spring of bounded row `k` at the end of a sub-step of `dt` (s) in which it gave way at its lower limit, the pull
+    /// F: with F = (x + τ ẋ)/ε its stretch x has gone towards ε F \[N].
+    ///
+    /// ```text
+    /// x⁺ = (Δt ε F + τ x)/(Δt + τ)
+    /// ```
+    pub(crate) fn spring_of_limit(&self, rows: &Linearized, k: usize, dt: f64) -> f64 {
+        let bound = rows.bounds[k];
+        let (compliance, damping) = (rows.compliance[bound.row], rows.damping[bound.row]);
+        let pull = -bound.lower;
+        if damping == 0.0 || compliance == 0.0 {
+            return pull;
+        }
+        let begun = self.begin[k].max(0.0) / compliance;
+        (dt * pull + damping * begun) / (dt + damping)
+    }
+
     /// φ of the open side, 0 of a row that begins taut, or has no open side \[m].
     fn slack(&self, k: usize, bound: &RowBounds) -> f64 {
         let side = bound.side();

@@ -139,6 +139,11 @@ impl ActiveSet {
         self.rows.iter().map(|row| row.place)
     }
 
+    /// The place of bounded row `k`.
+    pub(crate) fn place(&self, k: usize) -> RowState {
+        self.rows[k].place
+    }
+
     /// Restores the [`places`](Self::places) of the bounded rows.
     pub(crate) fn put(&mut self, places: &[RowState]) {
         for (row, place) in self.rows.iter_mut().zip(places) {

@@ -1,12 +1,15 @@
 //! Energies of a stepper's scene.
 //!
-//! A spring stores ½ ε λ² where ε λ = −φ; ½ φ²/ε of a stiff row would be that of its drift. The multipliers after a divided step
-//! are means of its parts: where the row's gap at the end holds less, that counts.
+//! A spring with a damper stores ½ (ε λ + τ r⁺)²/ε, where ε λ + τ r⁺ = −φ with the rate r⁺ after the sub-step; ½ φ²/ε of a stiff
+//! row would be that of its drift. The multipliers after a divided step are means of its parts: where the row's gap at the end
+//! holds less, that counts.
 
+use crate::active_set::RowState;
 use crate::gyroscopic;
 use crate::stepper::{Stage, Stepper};
 use nalgebra::Vector3;
 use taut_model::RowBounds;
+use taut_model::linearized::dot;
 
 /// Energies at one instant \[J].
 #[non_exhaustive]
@@ -17,7 +20,7 @@ pub struct Energy {
     pub kinetic: f64,
     /// −m g·x, zero at the origin \[J].
     pub gravity: f64,
-    /// ½ ε λ² \[J].
+    /// ½ (ε λ + τ r⁺)²/ε \[J].
     pub elastic: f64,
 }
 
@@ -69,16 +72,15 @@ impl Stepper {
         energy
     }
 
-    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]. With damping (τ > 0) the multipliers of moving rows hold the
-    /// dissipative force too, and this is no longer stored energy alone. After a step that the guard redid or divided, at most
-    /// ½ φ²/ε of each row, and none of slack ones.
+    /// Elastic energy ½ Σ (ε λ + τ r⁺)²/ε of the last solve's multipliers \[J]. After a step that the guard redid or divided, at
+    /// most ½ φ²/ε of each row, and none of slack ones.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
         let is_mean = matches!(self.stage, Stage::Advanced { implicit: true, .. });
-        let stored = |r: usize| {
-            let (compliance, lambda) = (rows.compliance[r], self.mu[r] / self.mu_dt);
-            let by_force = compliance * lambda.powi(2);
+        let stored = |(c, r): (usize, usize)| {
+            let compliance = rows.compliance[r];
+            let by_force = self.stretch(c, r).powi(2) / compliance;
             match is_mean {
                 true => by_force.min(rows.phi[r].powi(2) / compliance),
                 false => by_force,
@@ -89,7 +91,35 @@ impl Stepper {
         let is_slack =
             |b: &&RowBounds| is_mean && stores(&b.row) && b.side() * rows.phi[b.row] < 0.0;
         let slack = rows.bounds.iter().filter(is_slack);
-        let all: f64 = (0..self.mu.len()).filter(stores).map(stored).sum();
-        0.5 * (all - slack.map(|b| stored(b.row)).sum::<f64>())
+        let of_constraint = |c: usize| rows.row_range(c).map(move |r| (c, r));
+        let all = (0..rows.constraints()).flat_map(of_constraint);
+        let all: f64 = all.filter(|(_, r)| stores(r)).map(stored).sum();
+        0.5 * (all - slack.map(|b| stored((b.constraint, b.row))).sum::<f64>())
+    }
+
+    /// ε λ + τ r⁺ of row `row` of a constraint \[m]: its force without that of the damper, which a row at a bound does not have.
+    pub(crate) fn stretch(&self, constraint: usize, row: usize) -> f64 {
+        let rows = &self.system_data.rows;
+        let by_force = rows.compliance[row] * (self.mu[row] / self.mu_dt);
+        let is_at_bound = || {
+            let bounded = rows.bounds.binary_search_by_key(&row, |bound| bound.row);
+            bounded.is_ok_and(|k| self.active_set.place(k) != RowState::Inside)
+        };
+        if rows.damping[row] == 0.0 || is_at_bound() {
+            return by_force;
+        }
+        let first = rows.row_range(constraint).start;
+        let rate = |s: usize| {
+            let body = rows.slots[s].body;
+            let rates = match self.stage {
+                Stage::Advanced {
+                    implicit: false, ..
+                } => self.system_data.rates_after_solve(body),
+                _ => self.scene.bodies.rates(body),
+            };
+            dot(&rows.block(s).rows()[row - first], &rates)
+        };
+        let moved: f64 = rows.slot_range(constraint).map(rate).sum();
+        by_force + rows.damping[row] * (moved + rows.phi_t[row])
     }
 }

@@ -134,6 +134,40 @@ fn a_start_on_a_stretched_rope_gains_nothing() {
     }
 }
 
+/// A load that settles on its damped rope: the damper's force is no stored energy, which came from nowhere when it went.
+#[test]
+fn a_damped_rope_that_settles_gains_nothing() {
+    for (omega, damping) in [(0.3, 0.5), (1.0, 0.03), (4.0, 0.1), (30.0, 0.02)] {
+        for (dt, substeps) in [(DT, 1), (DT / 4.0, 1), (DT, 4), (DT / 16.0, 1)] {
+            let compliance = compliance(omega);
+            let hangs = LOAD * G * compliance;
+            for part in [0.0, 0.85, 1.3] {
+                let mut scene = falling(-part * hangs, compliance);
+                let Constraint::MasslessCable(cable) = &mut scene.constraints[0] else {
+                    panic!("a rope");
+                };
+                cable.law.damping = damping;
+                let watched = StepOptions {
+                    energy_tolerance: Some(0.05),
+                    ..options(dt, substeps)
+                };
+                let mut stepper = Stepper::new(scene, watched).unwrap();
+                while stepper.time() < 1.0 {
+                    let done = stepper.step();
+                    assert!(
+                        done.is_ok(),
+                        "Ω {omega}, {damping} s, {dt}, {part}: {done:?}"
+                    );
+                }
+                let (stored, phi) = (stepper.energy().elastic, stepper.system_data.rows.phi[0]);
+                let gap = 0.5 * phi * phi / compliance;
+                // That of the beginning of the step, this of its end.
+                assert!((stored - gap).abs() < 0.02 * gap, "{stored} J, {gap} J");
+            }
+        }
+    }
+}
+
 /// A plate on four ropes that spread, thrown up and turned; three masses, each on a rope from the one above; two masses
 /// over two points, one thrown up. None of them has more energy than at the start.
 fn thrown(compliance: f64) -> [Scene; 3] {

@@ -356,18 +356,19 @@ impl Stepper {
         carry.any(|touch| before(touch) < -slowest)
     }
 
-    /// Elastic energy of the rows, at most ½ φ²/ε: damping adds to λ, but stores nothing.
+    /// Elastic energy of the rows, at most ½ φ²/ε.
     fn stored_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
-        let of_row = |(r, mu): (usize, &f64)| {
-            let (lambda, compliance) = (mu / self.mu_dt, rows.compliance[r]);
+        let of_row = |(c, r): (usize, usize)| {
+            let compliance = rows.compliance[r];
             if compliance == 0.0 {
                 return 0.0;
             }
-            let stored = compliance * lambda * lambda;
-            0.5 * stored.min(rows.phi[r] * rows.phi[r] / compliance)
+            let stored = self.stretch(c, r).powi(2).min(rows.phi[r].powi(2));
+            0.5 * stored / compliance
         };
-        self.mu.iter().enumerate().map(of_row).sum()
+        let of_constraint = |c: usize| rows.row_range(c).map(move |r| of_row((c, r)));
+        (0..rows.constraints()).flat_map(of_constraint).sum()
     }
 
     /// Elastic energy of the contacts, at most ½ φ²/ε of the penetrations that the sub-step began with \[J].

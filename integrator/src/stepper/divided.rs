@@ -150,7 +150,8 @@ impl Stepper {
         let caught = self.caught();
         self.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
-            let parts = (SWING * omega) as u32;
+            // Parts of one length in run and companion would have the same error, which no estimate sees.
+            let parts = (SWING * omega / self.division.coarseness) as u32;
             return Some(parts.next_power_of_two().max(PARTS));
         }
         let least = if holds {

@@ -21,12 +21,15 @@ impl Stepper {
         self.activation.accept(&self.active_set);
         let rows = &mut self.system_data.rows;
         let mut slipped = rows.follow_windings(&mut self.scene, self.time);
-        for bound in self.active_set.at_lower().map(|k| rows.bounds[k]) {
+        let dt = self.stage.advanced();
+        for k in self.active_set.at_lower() {
+            let bound = rows.bounds[k];
             let constraint = &mut self.scene.constraints[bound.constraint];
             if let Constraint::MasslessCable(cable) = constraint {
-                let paid = cable.settle(rows.phi[bound.row], self.time);
+                let spring = self.activation.spring_of_limit(rows, k, dt);
+                let paid = cable.settle(rows.phi[bound.row], spring, self.time);
                 // The step took the cable to be as long as the winch alone would have it.
-                self.history.phi_t[bound.row] -= paid / self.stage.advanced();
+                self.history.phi_t[bound.row] -= paid / dt;
                 slipped |= paid > 0.0;
             }
         }
@@ -109,16 +112,18 @@ impl Stepper {
     /// Rope that the slipping drum of fairlead `i` has paid out in the last sub-step \[m]; takes it
     /// out of the drive ∂φ/∂t.
     fn paid_out(&mut self, i: usize) -> f64 {
-        let bounds = &self.system_data.rows.bounds;
-        let mut slipping = self.active_set.at_lower().map(|k| bounds[k]);
-        let Some(bound) = slipping.find(|bound| bound.constraint == i) else {
+        let rows = &self.system_data.rows;
+        let mut slipping = self.active_set.at_lower();
+        let Some(k) = slipping.find(|k| rows.bounds[*k].constraint == i) else {
             return 0.0;
         };
         let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
             return 0.0;
         };
-        let paid = lead.paid_out(self.system_data.rows.phi[bound.row], self.time);
-        self.history.phi_t[bound.row] -= paid / self.stage.advanced();
+        let (row, dt) = (rows.bounds[k].row, self.stage.advanced());
+        let spring = self.activation.spring_of_limit(rows, k, dt);
+        let paid = lead.paid_out(rows.phi[row], spring, self.time);
+        self.history.phi_t[row] -= paid / dt;
         paid
     }
 }

@@ -87,12 +87,13 @@ impl Fairlead {
     }
 
     /// Rope paid out by a drum that slipped at time `t` (s), for the violation `phi` (m) of the
-    /// first row: until the elastic law gives the holding force, or the drum is empty \[m].
+    /// first row: until the elastic law gives the force `spring` (N), the holding force less that of a damper, or the drum is
+    /// empty \[m].
     #[must_use]
-    pub fn paid_out(&self, phi: f64, t: f64) -> f64 {
+    pub fn paid_out(&self, phi: f64, spring: f64, t: f64) -> f64 {
         let compliance = self.law.stretch.unwrap_or_default().compliance;
         // φ − x = ε (1 + x/ℓ₁) F.
-        let stretch = compliance * self.winch.holding_force();
+        let stretch = compliance * spring;
         let paid = (phi - stretch) / (1.0 + stretch / self.first);
         let left = self.winch.longest - self.length_at(t);
         paid.min(left).max(0.0)
@@ -248,12 +249,12 @@ mod tests {
         };
         lead.winch.force_limit = 0.2;
         let phi = 0.9;
-        let paid = lead.paid_out(phi, 0.0);
+        let paid = lead.paid_out(phi, 0.2, 0.0);
         let grown = 1.0 + paid / lead.first;
         let compliance = grown * lead.law.stretch.expect("a law").compliance;
         assert!((phi - paid - compliance * 0.2).abs() < 1e-15);
-        assert_eq!(lead.paid_out(0.0, 0.0), 0.0);
+        assert_eq!(lead.paid_out(0.0, 0.2, 0.0), 0.0);
         lead.winch.longest = lead.length + 0.1;
-        assert!((lead.paid_out(phi, 0.0) - 0.1).abs() < 1e-14);
+        assert!((lead.paid_out(phi, 0.2, 0.0) - 0.1).abs() < 1e-14);
     }
 }

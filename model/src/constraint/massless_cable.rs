@@ -228,8 +228,9 @@ impl MasslessCable {
     }
 
     /// Pays out what a drum that slipped at time `t` (s) has let go, where the spans are `excess` (m) longer than the
-    /// length at rest: until the elastic law gives the holding force, or the drum is empty. Returns what it paid out.
-    pub fn settle(&mut self, excess: f64, t: f64) -> f64 {
+    /// length at rest: until its elastic law gives the force `spring` (N), the holding force less that of a damper, or the drum is
+    /// empty. Returns what it paid out.
+    pub fn settle(&mut self, excess: f64, spring: f64, t: f64) -> f64 {
         let Some(winch) = self.winch else {
             return 0.0;
         };
@@ -237,7 +238,7 @@ impl MasslessCable {
         // (total − L) = (ε/now) L F, of what is off the drums.
         let wound = self.wound();
         let (off, total) = (now - wound, now - wound + excess);
-        let settled = total / (1.0 + compliance / off * winch.holding_force()) + wound;
+        let settled = total / (1.0 + compliance / off * spring) + wound;
         let settled = settled.min(winch.longest.max(now));
         if settled > now {
             self.set_length(settled, t);

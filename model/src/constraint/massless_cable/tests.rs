@@ -106,14 +106,14 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
         (1.5, -300.0)
     );
     // Stretched by 0.9 m it pulls with 1200 N: the brake slips to 300 N.
-    let paid = cable.settle(0.9, 3.0);
+    let paid = cable.settle(0.9, 300.0, 3.0);
     assert!((cable.length - 1.5 - paid).abs() < 1e-15);
     let excess = 2.4 - cable.length;
     assert!((excess / cable.law.compliance - 300.0).abs() < 1e-10);
     // The brake holds half the excess.
-    assert_eq!(cable.settle(0.5 * excess, 3.0), 0.0);
+    assert_eq!(cable.settle(0.5 * excess, 300.0, 3.0), 0.0);
     // The drum is empty at 4 m, and holds any tension then.
-    assert!(cable.settle(50.0, 3.0) > 0.0);
+    assert!(cable.settle(50.0, 300.0, 3.0) > 0.0);
     assert_eq!(
         (cable.length, cable.bounds_at(3.0).0),
         (4.0, f64::NEG_INFINITY)
