@@ -1,7 +1,5 @@
 //! How numbers are written for people: 10³ in prose, headings, ticks and legends, plain numbers in the cells of tables.
 
-use crate::table::{nanoseconds, ratio};
-
 /// Three digits; powers of ten from 10³ on and below 10⁻² are written as such, what is larger than 10⁵ or smaller than
 /// 10⁻³ with one.
 pub fn number(value: f64) -> String {
@@ -17,27 +15,6 @@ pub fn number(value: f64) -> String {
         return without_zeros(format!("{value:.digits$}"));
     }
     scientific(value)
-}
-
-/// A number in a form: time, mass ratio, decade, share, angle, number a second; or as Rust writes it, with so many digits
-/// after the point, `+` before it or `e` for an exponent.
-pub fn formed(x: f64, form: &str) -> String {
-    let digits = form.trim_matches(['+', '.', 'e']).parse::<usize>().ok();
-    let is_signed = form.starts_with('+') && x.is_sign_positive() && !x.is_nan();
-    let sign = if is_signed { "+" } else { "" };
-    let text = match (form, digits) {
-        ("ns", _) => nanoseconds(x),
-        ("ratio", _) => ratio(x),
-        ("decade", _) => format!("{:.2}", x.log10()),
-        ("share", _) => format!("{:.2} %", 100.0 * x),
-        ("angle", _) => format!("{:.0}°", x.to_degrees()),
-        ("per", _) => format!("{:.0}", x.recip()),
-        (_, Some(digits)) if form.ends_with('e') => format!("{x:.digits$e}"),
-        (_, Some(digits)) => format!("{x:.digits$}"),
-        (_, None) if form.ends_with('e') => format!("{x:e}"),
-        (_, None) => x.to_string(),
-    };
-    [sign, &text].concat()
 }
 
 /// Two digits times a power of ten.
@@ -126,18 +103,6 @@ mod tests {
         );
         assert_eq!([2e7, 9.99e5].map(number), ["2·10⁷", "10⁶"]);
         assert_eq!(["-12", "0", "3"].map(power_of_ten), ["10⁻¹²", "10⁰", "10³"]);
-    }
-
-    #[test]
-    fn numbers_have_the_form_that_is_asked_for() {
-        let shown =
-            ["", ".1", "+.2", ".0e", "+e", "decade", "share", "per"].map(|f| formed(1.25, f));
-        let expected = [
-            "1.25", "1.2", "+1.25", "1e0", "+1.25e0", "0.10", "125.00 %", "1",
-        ];
-        assert_eq!(shown, expected);
-        assert_eq!(formed(-1.25, "+.1"), "-1.2");
-        assert_eq!(formed(f64::NAN, "+.1"), "NaN");
     }
 
     #[test]

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 use taut_ground::errors::worse;
 use taut_output::check::{Check, ExperimentError, Measure, Outcome, Verdict};
-use taut_output::notation::formed;
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::settings::distinct;
+use taut_output::table::formed;
 use taut_output::{row, table};
 use taut_solver::{Backend, ParseBackendError};
 

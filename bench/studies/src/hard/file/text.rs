@@ -4,7 +4,7 @@ use super::CaseError;
 use super::expression::{Formula, Values, number};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
-use taut_output::notation::formed;
+use taut_output::table::formed;
 use toml::{Table, Value};
 
 /// Names of a run: numbers, and words that stand for themselves.
