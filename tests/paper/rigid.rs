@@ -97,9 +97,10 @@ fn the_energy_of_a_free_swing_is_kept_to_second_order() {
             ..swing::Config::new(true)
         };
         let results = swing::run(&config, &ProgressBar::hidden()).expect("sound");
-        let free = results.others.last().expect("ball joints");
-        let last = free.predicted.len() - 1;
-        (free.loss(last) - free.predicted_loss(last)).abs()
+        let is_free = |row: &&Value| row["run"] == "ball joints at the ends";
+        let free = results.runs.iter().find(is_free).expect("ball joints");
+        let [lost, predicted] = ["end", "end_predicted"].map(|key| free[key].as_f64());
+        (lost.expect("lasts") - predicted.expect("the paper's step")).abs()
     };
     let [coarse, fine] = [1.0 / 60.0, 1.0 / 120.0].map(left);
     println!("left over at Δt and Δt/2: {coarse:.2e}, {fine:.2e}");

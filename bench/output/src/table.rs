@@ -118,6 +118,27 @@ pub fn ratio(r: f64) -> String {
     }
 }
 
+/// A number in a form: time, mass ratio, decade, share, angle, number a second; or as Rust writes it, with so many digits
+/// after the point, `+` before it or `e` for an exponent.
+pub fn formed(x: f64, form: &str) -> String {
+    let digits = form.trim_matches(['+', '.', 'e']).parse::<usize>().ok();
+    let is_signed = form.starts_with('+') && x.is_sign_positive() && !x.is_nan();
+    let sign = if is_signed { "+" } else { "" };
+    let text = match (form, digits) {
+        ("ns", _) => nanoseconds(x),
+        ("ratio", _) => ratio(x),
+        ("decade", _) => format!("{:.2}", x.log10()),
+        ("share", _) => format!("{:.2} %", 100.0 * x),
+        ("angle", _) => format!("{:.0}°", x.to_degrees()),
+        ("per", _) => format!("{:.0}", x.recip()),
+        (_, Some(digits)) if form.ends_with('e') => format!("{x:.digits$e}"),
+        (_, Some(digits)) => format!("{x:.digits$}"),
+        (_, None) if form.ends_with('e') => format!("{x:e}"),
+        (_, None) => x.to_string(),
+    };
+    [sign, &text].concat()
+}
+
 /// Backends left out, together by reason; empty if there are none.
 pub fn omissions(omissions: &[Omission]) -> String {
     let reasons = distinct(omissions.iter().map(|o| o.reason.as_str()));
@@ -171,6 +192,18 @@ mod tests {
             .map(nanoseconds)
             .to_vec();
         assert_eq!(shown, ["12.3 ns", "1.23 µs", "98.8 µs", "456 ms", "2.00 s"]);
+    }
+
+    #[test]
+    fn numbers_have_the_form_that_is_asked_for() {
+        let shown =
+            ["", ".1", "+.2", ".0e", "+e", "decade", "share", "per"].map(|f| formed(1.25, f));
+        let expected = [
+            "1.25", "1.2", "+1.25", "1e0", "+1.25e0", "0.10", "125.00 %", "1",
+        ];
+        assert_eq!(shown, expected);
+        assert_eq!(formed(-1.25, "+.1"), "-1.2");
+        assert_eq!(formed(f64::NAN, "+.1"), "NaN");
     }
 
     #[test]

@@ -29,10 +29,13 @@
 //! | `resolution` | segments by rule against fixed ones: speed and error |
 //! | `engines` | whole engines on the hoist and on the ground: what a frame costs, how wrong the motion is |
 //! | `motions` | scene, options and drive, run and compared: what the studies of motions are questions on |
+//! | `rest` | scenes brought to rest, and what their joints read |
 //! | `matrix` | every backend on systems from files; a graded set of systems |
 //! | `sequence` | every solver on the systems of consecutive steps from a folder |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `ledger` | what each thing that a scene models costs and is worth |
+//! | `fit` | lines and powers by least squares |
+//! | `buckling` | the torque at which a twisted rod buckles |
 //! | `law` | what a scheme does to one mode |
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `checks` | experiments that end in checks: what `hard` and `paper` share |
@@ -46,11 +49,13 @@
 #![allow(missing_docs)]
 
 pub mod accuracy;
+mod buckling;
 pub mod cases;
 pub mod checks;
 pub mod energy;
 pub mod engines;
 pub mod estimate;
+mod fit;
 pub mod hard;
 pub mod iterative;
 pub mod kernels;
@@ -64,6 +69,7 @@ pub mod options;
 pub mod paper;
 pub mod question;
 pub mod resolution;
+mod rest;
 pub mod scenes;
 pub mod sequence;
 pub mod shocks;

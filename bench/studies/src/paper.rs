@@ -21,10 +21,13 @@ mod words;
 pub(crate) use study::STUDY;
 
 use crate::checks::Experiment;
-use crate::options::pick;
 use indicatif::ProgressBar;
 use specimens::{bend, pull, twist};
 use taut_output::check::{ExperimentError, Outcome};
+
+/// Acceleration of gravity of the paper \[m/s²], and its Δt \[s].
+const GRAVITY: f64 = 10.0;
+const DT: f64 = 1.0 / 60.0;
 
 type Run = fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>;
 
@@ -47,8 +50,7 @@ const RUNS: [(&str, Run); 15] = [
         twist::outcome(&twist::run(quick, progress)?)
     }),
     ("fig12", |quick, progress| {
-        let loads = pick(quick, bend::LOADS);
-        bend::outcome(&bend::run(&specimens::SEGMENTS, loads, progress)?)
+        bend::outcome(&bend::run(quick, progress)?)
     }),
     ("table2", table2::outcome),
     ("fig13", timing::outcome),

@@ -8,6 +8,7 @@ pub(crate) use study::STUDY;
 pub use taut_ground::reference::reference_choice;
 
 use crate::cases::{Cases, shared};
+use crate::fit;
 use crate::study::question::*;
 use crate::systems::turns::{self, Time, Work};
 use crate::systems::{Start, add_omissions, at_rung, entrants, rungs};
@@ -301,9 +302,9 @@ fn growth(records: &[Record]) -> Vec<Value> {
         let own = records.iter().filter(|r| key(r) == of);
         let points = own.clone().filter_map(|r| {
             let ns = r.solve_ns_min.filter(|ns| *ns > 0.0)?;
-            Some(((r.rows as f64).ln(), ns.ln()))
+            Some([r.rows as f64, ns])
         });
-        let exponent = slope(&points.collect::<Vec<_>>())?;
+        let exponent = exponent(&points.collect::<Vec<_>>())?;
         let rows = own.map(|r| r.rows);
         let (least, most) = (rows.clone().min()?, rows.max()?);
         let (scene, ratio, backend, iterations) = of;
@@ -322,21 +323,10 @@ fn growth(records: &[Record]) -> Vec<Value> {
         .collect()
 }
 
-/// Slope of the least-squares line through three points or more.
-fn slope(points: &[(f64, f64)]) -> Option<f64> {
-    let n = points.len() as f64;
-    if points.len() < 3 {
-        return None;
-    }
-    let (mx, my) = points
-        .iter()
-        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let (mut xy, mut xx) = (0.0, 0.0);
-    for (x, y) in points {
-        xy += (x - mx) * (y - my);
-        xx += (x - mx).powi(2);
-    }
-    (xx > 0.0).then(|| xy / xx)
+/// Exponent of a power through three points or more.
+fn exponent(points: &[[f64; 2]]) -> Option<f64> {
+    let found = (points.len() >= 3).then(|| fit::exponent(points));
+    found.filter(|exponent| exponent.is_finite())
 }
 
 #[cfg(test)]
@@ -344,11 +334,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_slope_of_a_power_is_its_exponent() {
-        let points = [10.0_f64, 20.0, 50.0].map(|x| (x.ln(), (3.0 * x.powf(1.5)).ln()));
-        assert!((slope(&points).unwrap() - 1.5).abs() < 1e-12);
-        assert_eq!(slope(&points[..2]), None);
-        assert_eq!(slope(&[(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)]), None);
+    fn an_exponent_takes_three_points_or_more() {
+        let points = [10.0_f64, 20.0, 50.0].map(|x| [x, 3.0 * x.powf(1.5)]);
+        assert!((exponent(&points).unwrap() - 1.5).abs() < 1e-12);
+        assert_eq!(exponent(&points[..2]), None);
+        assert_eq!(exponent(&[[1.0, 1.0], [1.0, 2.0], [1.0, 3.0]]), None);
     }
 
     #[test]

@@ -105,29 +105,38 @@ impl Case {
 
     /// The hanging cable with its load, nothing driven.
     fn params(&self, mass_ratio: f64) -> HoistParams {
-        let hoist = HoistParams {
-            segments: self.segments,
+        let segments = self.segments;
+        let hoist = self.cable.map_or_else(HoistParams::default, |cable| {
+            square_cable(&cable.material, cable.area, 1.0, segments)
+        });
+        HoistParams {
+            segments,
             mass_ratio,
             joint: self.joint,
-            ..HoistParams::default()
-        };
-        let Some(cable) = self.cable else {
-            return hoist;
-        };
-        let side = cable.area.sqrt();
-        let Stiffness { ea, ei, gj } =
-            Stiffness::new(&cable.material, &CrossSection::Square { side });
-        let length = 1.0;
-        HoistParams {
-            length,
-            segment_mass: Some(cable.material.density * cable.area * length / self.segments as f64),
-            // The disc with the square's moments of inertia.
-            radius: Some(side / 3.0_f64.sqrt()),
-            ea: Some(ea),
-            ei: Some(ei),
-            gj: Some(gj),
             ..hoist
         }
+    }
+}
+
+/// A hoist with a solid square cable of that area (m²) and length (m).
+pub(crate) fn square_cable(
+    material: &Material,
+    area: f64,
+    length: f64,
+    segments: usize,
+) -> HoistParams {
+    let side = area.sqrt();
+    let Stiffness { ea, ei, gj } = Stiffness::new(material, &CrossSection::Square { side });
+    HoistParams {
+        segments,
+        length,
+        segment_mass: Some(material.density * area * length / segments as f64),
+        // The disc with the square's moments of inertia.
+        radius: Some(side / 3.0_f64.sqrt()),
+        ea: Some(ea),
+        ei: Some(ei),
+        gj: Some(gj),
+        ..HoistParams::default()
     }
 }
 

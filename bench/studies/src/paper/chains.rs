@@ -20,22 +20,21 @@ mod signal;
 pub(super) use figures::{distribution, return_maps, spectra};
 pub use signal::{peak_share, predictability, rms};
 
-use super::table1::{BAR, ROWS, Row, TIME, chain, drop_chain, letter, options};
-use super::words::{number, table, text, with};
+use super::DT;
+use super::table1::{BAR, ROWS, Row, TIME, chain, drop_chain, letter};
+use super::words::{extremes, number, table, text};
+use crate::checks::each;
+use crate::options::pick;
+use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use signal::{centroid, spectrum};
-use taut_integrator::Stepper;
 use taut_model::ChainModel;
 use taut_output::check::ExperimentError;
 
 /// Rows of Table I: chain (a), and (e) with the compliance of Figs 3 and 4.
 pub(super) const LINKS: Row = ROWS[0];
 pub(super) const BENDING: Row = ROWS[6];
-
-/// Time between samples: the paper's step \[s].
-const DT: f64 = 1.0 / 60.0;
 
 /// The uppermost link of the chain of `row`, with a load of 10^`decade` particles' masses and links longer by `noise`
 /// (m), over `time` (s) or as long as all is finite, whatever the violations: its stretch φ_d and the signed bend angle φ_a at
@@ -50,21 +49,17 @@ pub fn samples(
     let mut params = chain(row, decade);
     // Slightly longer links perturb the motion within its plane.
     params.spacing += noise;
-    let fate = drop_chain(&params, options(), 0.0, (time, f64::INFINITY), |stepper| {
-        samples.push(sample(stepper));
+    let (violation, _) = drop_chain(&params, 0.0, (time, f64::INFINITY), |stepper| {
+        let x = &stepper.scene().bodies.position;
+        let (d1, d2) = (x[0], x[1] - x[0]);
+        samples.push(json!({
+            "time_s": stepper.time(),
+            "stretch_m": stepper.linearized().phi[0],
+            "bend_rad": d1.cross(&d2).dot(&Vector3::y()).atan2(d1.dot(&d2)),
+        }));
         Ok(())
     })?;
-    Ok((samples, fate.violation < BAR))
-}
-
-fn sample(stepper: &Stepper) -> Value {
-    let x = &stepper.scene().bodies.position;
-    let (d1, d2) = (x[0], x[1] - x[0]);
-    json!({
-        "time_s": stepper.time(),
-        "stretch_m": stepper.linearized().phi[0],
-        "bend_rad": d1.cross(&d2).dot(&Vector3::y()).atan2(d1.dot(&d2)),
-    })
+    Ok((samples, violation < BAR))
 }
 
 /// The values of one key of samples.
@@ -75,45 +70,47 @@ pub fn values(samples: &[Value], key: &str) -> Vec<f64> {
 /// The paper's run of a chain, and its stretch and its bend in numbers: root of the mean square (m or rad), peak share, R² of the
 /// prediction from two samples, centroid of the power spectrum (Hz). Each is the smallest and the largest value over that
 /// run and others whose links are longer by micrometres, of which `kept` keep Table I's bar.
-fn runs(row: Row, decade: f64, quick: bool) -> Result<(Vec<Value>, [Value; 2]), ExperimentError> {
-    let count = if quick { 3 } else { 10 };
-    let mut runs: Vec<_> = (0..count)
-        .into_par_iter()
-        .map(|k| samples(&row, decade, 1e-6 * f64::from(k), TIME))
-        .collect::<Result<_, _>>()?;
+fn runs(
+    row: Row,
+    decade: f64,
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<(Vec<Value>, [Value; 2]), ExperimentError> {
+    let count = pick(quick, [10, 3]);
+    let noises: Vec<f64> = (0..count).map(|k| 1e-6 * f64::from(k)).collect();
+    let mut runs = each(&noises, progress, |noise| {
+        samples(&row, decade, *noise, TIME)
+    })?;
     let kept = runs.iter().filter(|(_, kept)| *kept).count();
     let numbers = |signal: &str, key: &str| {
         let signals = runs.iter().map(|(run, _)| values(run, key));
         let signals: Vec<Vec<f64>> = signals.collect();
-        let range = |f: &dyn Fn(&[f64]) -> f64| {
-            let ends = [f64::INFINITY, f64::NEG_INFINITY];
-            let values = signals.iter().map(|s| f(s));
-            values.fold(ends, |[low, high], v| [low.min(v), high.max(v)])
-        };
-        json!({
+        let mut found = json!({
             "chain": letter(row.model),
             "bend": (row.model != ChainModel::Links).then_some(row.added),
             "signal": signal,
-            "rms": range(&rms),
-            "peak_share": range(&peak_share),
-            "predictability": range(&predictability),
-            "centroid": range(&|s| centroid(&spectrum(s, DT))),
             "kept": kept,
             "runs": signals.len(),
-        })
+        });
+        let mut add = |name: &str, digits, measure: &dyn Fn(&[f64]) -> f64| {
+            let [low, high] = extremes(signals.iter().map(|s| measure(s)));
+            found[format!("{name}_low")] = low.into();
+            found[format!("{name}_high")] = high.into();
+            found[name] = span([low, high], digits).into();
+        };
+        add("rms", 3, &rms);
+        add("peak_share", 2, &peak_share);
+        add("predictability", 4, &predictability);
+        add("centroid", 2, &|s| centroid(&spectrum(s, DT)));
+        found
     };
     let numbers = [numbers("stretch", "stretch_m"), numbers("bend", "bend_rad")];
     Ok((runs.swap_remove(0).0, numbers))
 }
 
-/// The smallest and the largest value of a number over the runs.
-fn ends(numbers: &Value, key: &str) -> [f64; 2] {
-    [0, 1].map(|i| numbers[key][i].as_f64().unwrap_or(f64::NAN))
-}
-
 /// A range in text, one number where its ends look the same.
-fn span(numbers: &Value, key: &str, digits: usize) -> String {
-    let [low, high] = ends(numbers, key).map(|x| match x != 0.0 && x.abs() < 0.01 {
+fn span(ends: [f64; 2], digits: usize) -> String {
+    let [low, high] = ends.map(|x| match x != 0.0 && x.abs() < 0.01 {
         true => format!("{x:.digits$e}"),
         false => format!("{x:.digits$}"),
     });
@@ -125,15 +122,5 @@ fn span(numbers: &Value, key: &str, digits: usize) -> String {
 }
 
 fn tables(all: &[Value]) -> String {
-    let row = |s: &Value| {
-        let ranges = json!({
-            "rms": span(s, "rms", 3),
-            "peak_share": span(s, "peak_share", 2),
-            "predictability": span(s, "predictability", 4),
-            "centroid": span(s, "centroid", 2),
-        });
-        with(s, &ranges)
-    };
-    let rows: Vec<Value> = all.iter().map(row).collect();
-    text("chains", &json!({ "rows": table("chains", &rows) }))
+    text("chains", &json!({ "rows": table("chains", all) }))
 }

@@ -6,19 +6,20 @@
 
 use super::chains::{BENDING, LINKS};
 use super::search::largest;
-use super::table1::{self, BAR, ROWS, Row, chain, drop_chain, options};
-use super::words::{self, chart, table, tell, with};
+use super::table1::{self, BAR, ROWS, Row, chain, drop_chain};
+use super::words::{self, chart, extremes, table, tell, with};
 use super::{table2, timing};
 use crate::checks::each;
+use crate::motions;
 use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use taut_integrator::{StepError, Stepper};
-use taut_model::{BodyVectors, ChainModel, Constraint, Linearized, Scene};
+use taut_model::{BodyVectors, ChainModel, Constraint, ParticleChainParams, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
-use taut_output::plot::{Chart, Mark, Series};
-use taut_output::settings::distinct;
+use taut_output::plot::Chart;
 
 /// How the bending of a chain acts: not at all, as an external force of the state at the beginning of a step, as rows with
 /// a compliance.
@@ -29,43 +30,26 @@ const AS_ROWS: &str = "regularised rows";
 /// The bending, its compliance \[rad/(N m)], the particles with the load.
 type Task = (&'static str, f64, usize);
 
-/// A chain whose rows of bending are evaluated at another chain's positions.
-struct BendingForces {
-    scene: Scene,
-    rows: Linearized,
-}
-
-impl BendingForces {
-    fn new(row: &Row, particles: usize) -> Result<Self, ExperimentError> {
-        let mut params = chain(row, 0.0);
-        params.particles = particles;
-        let scene = params.build()?;
-        let rows = Linearized::new(&scene);
-        Ok(Self { scene, rows })
-    }
-
-    /// Puts −Jᵀ φ/ε at the stepper's present state on its bodies.
-    fn apply(&mut self, stepper: &mut Stepper) -> Result<(), StepError> {
-        let (rows, scene) = (&mut self.rows, &mut self.scene);
-        let positions = &stepper.scene().bodies.position;
-        scene.bodies.position.clone_from(positions);
-        rows.update(scene, 0.0);
-        let mut lambda = vec![0.0; rows.rows()];
-        for (i, constraint) in scene.constraints.iter().enumerate() {
-            if matches!(constraint, Constraint::LinkBend(_)) {
-                for row in rows.row_range(i) {
-                    lambda[row] = -rows.phi[row] / rows.compliance[row];
-                }
+/// Puts −Jᵀ φ/ε of a chain's rows of bending, at the stepper's present state, on its bodies.
+fn bend(chain: &mut Scene, stepper: &mut Stepper) -> Result<(), StepError> {
+    let positions = &stepper.scene().bodies.position;
+    chain.bodies.position.clone_from(positions);
+    let rows = motions::linearized(chain);
+    let mut lambda = vec![0.0; rows.rows()];
+    for (i, constraint) in chain.constraints.iter().enumerate() {
+        if matches!(constraint, Constraint::LinkBend(_)) {
+            for row in rows.row_range(i) {
+                lambda[row] = -rows.phi[row] / rows.compliance[row];
             }
         }
-        let mut forces = BodyVectors::new(positions.len());
-        rows.add_transposed(&lambda, &mut forces);
-        for i in 0..scene.bodies.len() {
-            let [x, y, z, ..] = forces.get(i);
-            stepper.set_load(i, Vector3::new(x, y, z), Vector3::zeros())?;
-        }
-        Ok(())
     }
+    let mut forces = BodyVectors::new(positions.len());
+    rows.add_transposed(&lambda, &mut forces);
+    for i in 0..chain.bodies.len() {
+        let [x, y, z, ..] = forces.get(i);
+        stepper.set_load(i, Vector3::new(x, y, z), Vector3::zeros())?;
+    }
+    Ok(())
 }
 
 /// log₁₀ of the least load tried: long chains with next to no load are whips, which the criterion does not forgive.
@@ -81,23 +65,25 @@ fn limit(quick: bool, task: Task) -> Result<Value, ExperimentError> {
     };
     let row = if bending == AS_ROWS { vector } else { LINKS };
     let (time, per_decade) = pick(quick, [(30.0, 8.0), (10.0, 2.0)]);
-    let found = largest([8.0, 1.0, 1.0 / per_decade], |decade| {
-        let mut params = chain(&row, LEAST + decade);
-        params.particles = particles;
-        let forces = (bending == FORCE).then(|| BendingForces::new(&vector, particles));
-        let mut forces = forces.transpose()?;
-        let push = |stepper: &mut Stepper| match &mut forces {
-            Some(forces) => forces.apply(stepper),
+    let (stable, _) = largest([8.0, 1.0, 1.0 / per_decade], |decade| {
+        let params = |row| ParticleChainParams {
+            particles,
+            ..chain(row, LEAST + decade)
+        };
+        let bent = (bending == FORCE).then(|| params(&vector).build());
+        let mut bent = bent.transpose()?;
+        let push = |stepper: &mut Stepper| match &mut bent {
+            Some(bent) => bend(bent, stepper),
             None => Ok(()),
         };
-        let fate = drop_chain(&params, options(), 0.0, (time, BAR), push)?;
-        Ok::<_, ExperimentError>((!fate.stable).then_some(()))
+        let (violation, _) = drop_chain(&params(&row), 0.0, (time, BAR), push)?;
+        Ok::<_, ExperimentError>((violation >= BAR).then_some(()))
     })?;
     Ok(json!({
         "bending": bending,
         "compliance": (bending != NONE).then_some(compliance),
         "particles": particles,
-        "limit_log10": found.stable.map(|decade| LEAST + decade),
+        "limit_log10": stable.map(|decade| LEAST + decade),
     }))
 }
 
@@ -117,10 +103,9 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Vec<Value>, Experiment
 }
 
 fn power(decade: f64) -> String {
-    if decade.is_finite() {
-        format!("10^{decade:.2}")
-    } else {
-        "below 10".to_owned()
+    match decade.is_finite() {
+        true => format!("10^{decade:.2}"),
+        false => "below 10".to_owned(),
     }
 }
 
@@ -131,10 +116,7 @@ fn decade(row: &Value) -> f64 {
 
 /// Smallest and largest limit of the rows that a test picks.
 fn range(rows: &[Value], pick: impl Fn(&Value) -> bool) -> [f64; 2] {
-    let limits = rows.iter().filter(|row| pick(row)).map(decade);
-    limits.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-        [x.min(low), x.max(high)]
-    })
+    extremes(rows.iter().filter(|row| pick(row)).map(decade))
 }
 
 /// Bending of a chain of the usual length.
@@ -154,9 +136,11 @@ pub fn bending_checks(rows: &[Value]) -> Vec<Check> {
         });
         high - low
     });
-    let mut numbers = distinct(rows.iter().map(|row| row["particles"].as_u64()));
-    numbers.sort_unstable();
-    let numbers: Vec<String> = numbers.iter().flatten().map(u64::to_string).collect();
+    let numbers: BTreeSet<u64> = rows
+        .iter()
+        .filter_map(|r| r["particles"].as_u64())
+        .collect();
+    let numbers: Vec<String> = numbers.iter().map(u64::to_string).collect();
     let length = json!({ "none": spread[0], "rows": spread[1], "numbers": numbers.join(", ") });
     let verdict = match spread.map(|s| s < 0.5) {
         [true, true] => Verdict::Holds,
@@ -189,53 +173,27 @@ fn supplementary(records: &[Value]) -> Vec<Check> {
     ]
 }
 
-/// Checks by the times of a step.
-fn cost(records: &[Value]) -> [Check; 2] {
-    let exponent = timing::growth(records, timing::FEW);
-    let ratios = [&timing::RATIOS[..], &[timing::RATIO]].concat();
-    let [least, most] = timing::span(records, timing::FEW, &ratios);
-    let elements = timing::elements(true);
-    let row = json!({
-        "first": elements.first(),
-        "last": elements.last(),
-        "sweeps": timing::FEW,
-        "elements": timing::LOADED,
-        "apart": 100.0 * (most / least - 1.0),
-    });
-    [
-        tell("cost-elements", row.clone()).beside([1.0, exponent]),
-        tell("cost-load", row).off(most / least - 1.0),
-    ]
+/// A row with its limit as text and as a ratio.
+fn told(row: &Value) -> Value {
+    let ratio = 10.0_f64.powf(decade(row).max(0.0));
+    with(row, &json!({ "limit": power(decade(row)), "ratio": ratio }))
 }
 
-fn tables(rows: &[Value]) -> String {
-    let row = |row: &Value| with(row, &json!({ "limit": power(decade(row)) }));
-    let rows: Vec<Value> = rows.iter().map(row).collect();
-    table("claims", &rows) + "\n"
-}
-
+/// The limits over the compliance; that without bending is a level from end to end.
 fn charts(rows: &[Value]) -> Chart {
-    let line = |bending: &str| {
-        let own = rows.iter().filter(|row| is_usual(row, bending));
-        let ratio = |row| 10.0_f64.powf(decade(row).max(0.0));
-        let points = own.filter_map(|row| Some([row["compliance"].as_f64()?, ratio(row)]));
-        Series::new(bending, points.collect(), Mark::LineAndPoints)
-    };
-    let mut series = [FORCE, AS_ROWS].map(line).to_vec();
-    let none = 10.0_f64.powf(range(rows, |row| is_usual(row, NONE))[1]);
-    let ends = series[0].points.first().zip(series[0].points.last());
-    let level = ends.map(|(a, b)| vec![[a[0], none], [b[0], none]]);
-    series.push(Series::new(
-        "no bending",
-        level.unwrap_or_default(),
-        Mark::Line,
-    ));
-    chart("claims", &Value::Null, series)
+    let of = |bending| rows.iter().filter(move |row| is_usual(row, bending));
+    let ends = [of(FORCE).next(), of(FORCE).next_back()]
+        .into_iter()
+        .flatten();
+    let level = ends.zip(of(NONE).cycle());
+    let level = level.map(|(end, none)| with(none, &json!({ "compliance": end["compliance"] })));
+    let level: Vec<Value> = level.collect();
+    chart("claims", &Value::Null, rows.iter().chain(&level))
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let rows = &table2::ROWS;
-    let rows = pick(quick, [rows.to_vec(), vec![rows[7], rows[9]]]);
+    let rows = &*table2::ROWS;
+    let rows = pick(quick, [rows.iter().collect(), vec![&rows[7], &rows[9]]]);
     // Times first, while nothing else runs.
     let times = timing::run(true, progress)?;
     progress.reset();
@@ -249,7 +207,8 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     checks.extend(supplementary(&chains));
     checks.extend(table2::enough(&swept, 3, 3.0));
     checks.extend(table2::enough(&swept, 20, 5.0));
-    checks.extend(cost(&times));
-    let (text, charts) = (tables(&records), vec![charts(&records)]);
-    words::outcome(checks, text, &records, charts)
+    checks.extend(timing::cost(&times));
+    let rows: Vec<Value> = records.iter().map(told).collect();
+    let text = table("claims", &rows) + "\n";
+    words::outcome(checks, text, &records, vec![charts(&rows)])
 }

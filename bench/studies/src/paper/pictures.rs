@@ -8,8 +8,9 @@
 //!
 //! Masses and g of the crane are the paper's where its scan can be read: 300 kg of load on 0.3 kg of cable, 10 m/s².
 
-use super::specimens::{MATERIALS, bend, twist};
-use super::words::{number, tell};
+use super::specimens::{Joint, MATERIALS, bend, twist};
+use super::words::{largest, number, tell, worst};
+use super::{DT, GRAVITY};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde_json::json;
@@ -23,18 +24,11 @@ use taut_recording::{Recorder, Recording, still};
 
 const SEGMENTS: usize = 24;
 
-/// Parts of a circle that they are bent to, and turns that they are twisted by.
-const BENDS: [f64; 3] = [0.25, 0.5, 0.75];
-const TWISTS: [f64; 2] = [1.0, 2.0];
-
-/// Δt \[s].
-const DT: f64 = 1.0 / 60.0;
-
 /// A scene that is stepped so many times, driven before each, and its recording.
 fn recorded(
     scene: Scene,
     steps: usize,
-    mut drive: impl FnMut(&mut Stepper, f64) -> Result<(), ExperimentError>,
+    controls: impl Fn(f64) -> Option<Controls>,
 ) -> Result<(Stepper, Recording), ExperimentError> {
     let limits = Limits::Scene(scene.gap_limits());
     let options = StepOptions {
@@ -46,8 +40,9 @@ fn recorded(
     let mut file = Vec::new();
     let mut recorder = Recorder::begin(&mut file, &stepper, steps)?;
     for _ in 0..steps {
-        let time = stepper.time();
-        drive(&mut stepper, time)?;
+        if let Some(controls) = controls(stepper.time()) {
+            stepper.set_controls(&controls)?;
+        }
         let Some(sample) = simulation.step(&mut stepper) else {
             break;
         };
@@ -61,33 +56,33 @@ fn recorded(
 }
 
 fn portrait(scene: Scene) -> Result<Vec<u8>, ExperimentError> {
-    let (_, recording) = recorded(scene, 1, |_, _| Ok(()))?;
+    let (_, recording) = recorded(scene, 1, |_| None)?;
     Ok(still(&recording, 0.0)?.png)
 }
 
 /// Fig. 9.
 pub(super) fn specimens(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let nylon = MATERIALS[1];
-    progress.set_length((BENDS.len() + TWISTS.len()) as u64);
-    let (mut checks, mut pictures) = (Vec::new(), Vec::new());
-    for part in BENDS {
+    // Parts of a circle that they are bent to, and turns that they are twisted by.
+    let (bends, twists) = ([0.25, 0.5, 0.75], [1.0, 2.0]);
+    progress.set_length((bends.len() + twists.len()) as u64);
+    let mut shown = Outcome::default();
+    let (checks, pictures) = (&mut shown.checks, &mut shown.pictures);
+    for part in bends {
         let (scene, row) = bend::bent(nylon, SEGMENTS, part)?;
         checks.push(tell("bent", json!({ "part": part })).off(number(&row, "tip_error")));
         pictures.push((format!("bend-{part}").into(), portrait(scene)?));
         progress.inc(1);
     }
-    for turns in TWISTS {
-        let (scene, twist) = twist::twisted(nylon, SEGMENTS, turns)?;
+    for turns in twists {
+        let (scene, rows) = twist::at_rest(nylon, SEGMENTS, Joint::Cosserat, turns * TAU)?;
+        let twist = worst(rows.last(), "twist");
         let said = tell("twisted", json!({ "turns": turns }));
         checks.push(said.beside([turns, twist / TAU]));
         pictures.push((format!("twist-{turns}").into(), portrait(scene)?));
         progress.inc(1);
     }
-    Ok(Outcome {
-        checks,
-        pictures,
-        ..Outcome::default()
-    })
+    Ok(shown)
 }
 
 /// Mass of the cable \[kg], its segments, half its thickness \[m].
@@ -142,21 +137,20 @@ const GROUND: f64 = 12.0;
 /// The group of beam and cable, which meet load and ground but not each other.
 const OWN: u32 = 2;
 
-/// Acceleration of gravity of the paper \[m/s²].
-const GRAVITY: f64 = 10.0;
-
 /// Fig. 14.
 pub(super) fn gantry(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let loads = [300.0, 3000.0];
     progress.set_length(loads.len() as u64);
-    let (mut checks, mut pictures) = (Vec::new(), Vec::new());
+    let mut shown = Outcome::default();
+    let (checks, pictures) = (&mut shown.checks, &mut shown.pictures);
     let time = if quick { 4.0 } else { 10.0 };
     for load in loads {
         let scene = crane(load, None)?;
-        let run = recorded(scene, steps_in(time, DT), |stepper, time| {
-            let trolley_speed = if time < 2.0 { 0.8 } else { 0.0 };
-            let hoist_speed = if (1.0..3.0).contains(&time) { 0.3 } else { 0.0 };
-            drive(stepper, trolley_speed, hoist_speed)
+        let run = recorded(scene, steps_in(time, DT), |time| {
+            Some(Controls {
+                trolley_speed: if time < 2.0 { 0.8 } else { 0.0 },
+                hoist_speed: if (1.0..3.0).contains(&time) { 0.3 } else { 0.0 },
+            })
         });
         let (ours, error) = match &run {
             Ok(_) => ("stable, with its own inertia", String::new()),
@@ -169,30 +163,7 @@ pub(super) fn gantry(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
         }
         progress.inc(1);
     }
-    Ok(Outcome {
-        checks,
-        pictures,
-        ..Outcome::default()
-    })
-}
-
-fn drive(
-    stepper: &mut Stepper,
-    trolley_speed: f64,
-    hoist_speed: f64,
-) -> Result<(), ExperimentError> {
-    Ok(stepper.set_controls(&Controls {
-        trolley_speed,
-        hoist_speed,
-    })?)
-}
-
-/// How far a slack cable bulges: the largest distance of a segment from the vertical through the load \[m].
-fn bulge(scene: &Scene) -> f64 {
-    let load = load_position(scene);
-    let segments = scene.cables[0].bodies.iter();
-    let aside = segments.map(|i| (scene.bodies.position[*i] - load).xy().norm());
-    aside.fold(0.0, f64::max)
+    Ok(shown)
 }
 
 /// Upward forces on the load, of the ground and of the cable \[N].
@@ -203,14 +174,10 @@ fn carried(stepper: &Stepper) -> Result<[f64; 2], ExperimentError> {
     let joint = stepper.force(bottom).ok_or("the cable has no end")?;
     let (mut ground, mut cable) = (0.0, joint.force.z);
     for contact in stepper.contacts() {
-        let (other, force) = match contact.bodies {
-            [Some(body), other] if body == load => (other, contact.force.z),
-            [other, Some(body)] if body == load => (other, -contact.force.z),
-            _ => continue,
-        };
-        match other {
-            None => ground += force,
-            Some(_) => cable += force,
+        let force = contact.on(load).z;
+        match contact.bodies.contains(&None) {
+            true => ground += force,
+            false => cable += force,
         }
     }
     Ok([ground, cable])
@@ -224,26 +191,33 @@ pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, Experi
     let steel = Material::STEEL.young * area * area / (4.0 * PI);
     let stiffnesses = [("steel", steel), ("soft", 0.01 * steel)];
     progress.set_length(stiffnesses.len() as u64);
-    let (mut checks, mut pictures, mut bulges) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut shown, mut bulges) = (Outcome::default(), Vec::new());
+    let (checks, pictures) = (&mut shown.checks, &mut shown.pictures);
     for (name, ei) in stiffnesses {
         let scene = crane(load, Some(ei))?;
-        let (stepper, recording) = recorded(scene, steps_in(12.0, DT), |stepper, time| {
-            drive(stepper, 0.0, if time < 6.0 { -0.4 } else { 0.0 })
+        let (stepper, recording) = recorded(scene, steps_in(12.0, DT), |time| {
+            Some(Controls {
+                trolley_speed: 0.0,
+                hoist_speed: if time < 6.0 { -0.4 } else { 0.0 },
+            })
         })?;
         let scene = stepper.scene();
         let [ground, cable] = carried(&stepper)?;
         let said = tell("ground", json!({ "name": name }));
         checks.push(said.beside([load * GRAVITY - cable, ground]));
-        bulges.push(bulge(scene));
+        // How far a slack cable bulges: the largest distance of a segment from the vertical through the load.
+        let segments = scene.cables[0].bodies.iter();
+        let aside = segments.map(|i| {
+            (scene.bodies.position[*i] - load_position(scene))
+                .xy()
+                .norm()
+        });
+        bulges.push(largest(aside));
         pictures.push((name.into(), still(&recording, stepper.time())?.png));
         progress.inc(1);
     }
     let differ = (bulges[0] / bulges[1]).ln().abs() > 0.1;
     let row = json!({ "steel": bulges[0], "soft": bulges[1] });
     checks.push(tell("slack", row).so(differ));
-    Ok(Outcome {
-        checks,
-        pictures,
-        ..Outcome::default()
-    })
+    Ok(shown)
 }

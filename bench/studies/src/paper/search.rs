@@ -1,19 +1,12 @@
 //! The largest stable ratio: up in steps to the first that fails, then by halves between it and the one before.
 
-/// The end of the first stretch of stable ratios, as a logarithm.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Found<F> {
-    /// log₁₀ of the largest stable ratio; none where 1 is unstable.
-    pub(super) stable: Option<f64>,
-    /// How the smallest unstable ratio that was tried failed; none where the largest one tried is stable.
-    pub(super) failure: Option<F>,
-}
-
-/// Searches up to `top` in steps of `step`, then to `width`, all in decades; `fails` takes the logarithm of a ratio.
+/// Searches up to `top` in steps of `step`, then to `width`, all in decades; `fails` takes the logarithm of a ratio. The end
+/// of the first stretch of stable ratios, as a logarithm, none where 1 is unstable; and how the smallest unstable ratio that
+/// was tried failed, none where the largest one tried is stable.
 pub(super) fn largest<F, E>(
     [top, step, width]: [f64; 3],
     fails: impl Fn(f64) -> Result<Option<F>, E>,
-) -> Result<Found<F>, E> {
+) -> Result<(Option<f64>, Option<F>), E> {
     let (mut low, mut high) = (None, 0.0);
     let mut failure = None;
     while high <= top {
@@ -33,8 +26,7 @@ pub(super) fn largest<F, E>(
             failed => (high, failure) = (middle, failed),
         }
     }
-    let stable = low;
-    Ok(Found { stable, failure })
+    Ok((low, failure))
 }
 
 #[cfg(test)]
@@ -42,7 +34,7 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    fn search(limit: f64) -> Found<f64> {
+    fn search(limit: f64) -> (Option<f64>, Option<f64>) {
         let fails = |decade: f64| Ok::<_, Infallible>((decade > limit).then_some(decade));
         largest([3.0, 1.0, 0.25], fails).unwrap_or_else(|e| match e {})
     }
@@ -50,18 +42,17 @@ mod tests {
     #[test]
     fn the_limit_is_bracketed_to_a_quarter_of_a_decade() {
         for limit in [0.0, 0.3, 0.7, 0.99, 1.0, 1.57, 2.999] {
-            let found = search(limit);
-            let stable = found.stable.expect("1 is stable");
+            let (stable, failure) = search(limit);
+            let stable = stable.expect("1 is stable");
             assert!(stable <= limit && limit < stable + 0.25, "{limit}");
-            let next = found.failure.expect("fails above");
+            let next = failure.expect("fails above");
             assert!(next > limit && next <= stable + 0.25, "{limit}");
         }
     }
 
     #[test]
     fn both_ends_are_told() {
-        assert_eq!(search(-0.5).stable, None);
-        let top = search(9.0);
-        assert_eq!((top.stable, top.failure), (Some(3.0), None));
+        assert_eq!(search(-0.5).0, None);
+        assert_eq!(search(9.0), (Some(3.0), None));
     }
 }

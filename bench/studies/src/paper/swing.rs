@@ -29,7 +29,8 @@ mod report;
 
 pub use report::{checks, text_tables};
 
-use super::words;
+use super::{DT, GRAVITY, words};
+use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
 use law::law;
@@ -38,7 +39,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use taut_ground::inputs::Inputs;
 use taut_ground::modes::{Mode, modes, predicted};
-use taut_ground::trajectory::{Failure, Limits, Sample, load_position, simulate_driven, steps_in};
+use taut_ground::trajectory::{Limits, Sample, load_position, simulate_driven, steps_in};
 use taut_integrator::{
     GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
 };
@@ -83,7 +84,7 @@ impl Config {
             amplitudes: [0.02, 0.6],
             factors: pick(quick, [vec![0.5, 1.0, 2.0, 4.0], vec![1.0, 2.0]]),
             time: 10.0,
-            dt: 1.0 / 60.0,
+            dt: DT,
             frequencies: pick(quick, [vec![0.01, 0.1, 1.0, 3.0], vec![0.1, 1.0]]),
         }
     }
@@ -105,6 +106,12 @@ impl Config {
         }
     }
 
+    /// Steps to half of the time and to its end.
+    fn moments(&self) -> [usize; 2] {
+        let last = steps_in(self.time, self.dt);
+        [last / 2, last]
+    }
+
     /// The hanging scene, turning about its anchor with `amplitude` √(g/L).
     fn scene(&self, params: &HoistParams, amplitude: f64) -> Result<Scene, SceneError> {
         let mut scene = params.hanging_equilibrium()?;
@@ -123,53 +130,33 @@ fn turn(scene: &mut Scene, from: usize, omega: f64) {
     }
 }
 
-/// Acceleration of gravity of the paper \[m/s²].
-const GRAVITY: f64 = 10.0;
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Run {
-    /// Name of the model and of the step.
-    pub name: String,
-    /// Bending stiffness \[N m²].
-    pub ei: f64,
-    /// Angular velocity at the start over √(g/L).
-    pub amplitude: f64,
-    /// Energy above that of rest, over its value at the start, after each step; each belongs to the step's beginning.
-    pub energy: Vec<f64>,
-    /// `energy` as predicted by the modes, for the paper's step.
-    pub predicted: Vec<f64>,
-    pub failure: Option<Failure>,
-}
-
-impl Run {
-    /// Share of the energy lost by sample `i`; NaN where the run was lost.
-    pub fn loss(&self, i: usize) -> f64 {
-        self.energy.get(i).map_or(f64::NAN, |e| 1.0 - e)
-    }
-
-    /// Share that is predicted to be lost by sample `i`.
-    pub fn predicted_loss(&self, i: usize) -> f64 {
-        self.predicted.get(i).map_or(f64::NAN, |e| 1.0 - e)
-    }
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
     /// Bending stiffness for which the wanted share is predicted to be lost \[N m²].
-    pub ei: f64,
+    ei: f64,
     /// Its modes, those with most energy first.
-    pub modes: Vec<Mode>,
-    /// The paper's step, `Spook` with geometric stiffness and the default step, each at small and at large amplitude.
-    pub runs: Vec<Run>,
-    /// The paper's step at small amplitude for other bending stiffnesses, and with ball joints at the ends.
-    pub others: Vec<Run>,
-    /// `Spook` with geometric stiffness at large amplitude, all rows damped with τ = Δt/2.
-    pub damped: Run,
-    /// The gantry at large amplitude, its cable clamped at hook and load: the paper's step and the default one.
-    pub gantry: [Run; 2],
+    modes: Vec<Mode>,
+    /// The runs: group, and shares of the energy lost by half of the time and by its end, none where the run was lost.
+    pub runs: Vec<Value>,
     /// The single deformation modes.
     pub laws: Vec<Value>,
 }
+
+impl Results {
+    fn of<'a>(&'a self, group: &str) -> impl Iterator<Item = &'a Value> {
+        self.runs.iter().filter(move |run| run["group"] == group)
+    }
+}
+
+/// Groups of runs: the paper's step, `Spook` with geometric stiffness and the default step, each at small and at large
+/// amplitude.
+const STEPS: &str = "steps";
+/// The paper's step at small amplitude for other bending stiffnesses, and with ball joints at the ends.
+const OTHERS: &str = "others";
+/// `Spook` with geometric stiffness at large amplitude, all rows damped with τ = Δt/2.
+const DAMPED: &str = "damped";
+/// The gantry at large amplitude, its cable clamped at hook and load: the paper's step and the default one.
+const GANTRY: &str = "gantry";
 
 /// The bending stiffness for which the modes predict the loss that is wanted: by halving a bracket of its logarithm.
 fn fitted_stiffness(config: &Config) -> Result<f64, SceneError> {
@@ -191,29 +178,20 @@ fn fitted_stiffness(config: &Config) -> Result<f64, SceneError> {
     Ok(10_f64.powf(low))
 }
 
-/// Energy \[J] before each step. The linearly implicit step's tension belongs to the end of the step, so that there the
-/// elastic energy is that of the step before; at first it is that of rest, `elastic`.
-fn energies(samples: &[Sample], scheme: Scheme, elastic: f64) -> Vec<f64> {
-    let mut before = elastic;
-    let energy = |s: &Sample| {
-        let late = std::mem::replace(&mut before, s.energy.elastic);
-        let elastic = match scheme {
-            Scheme::LinearlyImplicit => late,
-            _ => s.energy.elastic,
-        };
-        s.energy.kinetic + s.energy.gravity + elastic
-    };
-    samples.iter().map(energy).collect()
-}
+/// Group, name and amplitude of a run, and its step.
+type Task = (&'static str, String, f64, StepOptions);
 
-/// A run of a swinging scene; its energy is measured from that of the scene at rest, without numbers where it is lost.
+/// A run of a swinging scene with bending stiffness `ei` (N m²), with its samples: its energy above that of the scene at rest
+/// over its value at the start, after each step; each belongs to the step's beginning. Beside it stands what the modes
+/// predict for the paper's step.
 fn swung(
     config: &Config,
-    (name, ei, amplitude): (&str, f64, f64),
+    (group, name, amplitude, options): &Task,
+    ei: f64,
     [rest, moving]: [Scene; 2],
     limits: Limits,
-    options: &StepOptions,
-) -> Result<Run, StepError> {
+    modes: Option<&[Mode]>,
+) -> Result<Value, StepError> {
     let rest = {
         let mut stepper = Stepper::new(rest, options.clone())?;
         stepper.step()?;
@@ -223,47 +201,57 @@ fn swung(
     // The first sample belongs to time 0, and the one after the last step to the end.
     let time = config.time + config.dt;
     let trajectory = simulate_driven(&mut stepper, &Inputs::default(), time, limits, |_| ());
-    let mut energy = energies(&trajectory.samples, options.scheme, rest.elastic);
-    let first = energy.first().map_or(f64::NAN, |e| e - rest.total());
-    for e in &mut energy {
-        *e = (*e - rest.total()) / first;
-    }
-    Ok(Run {
-        name: name.to_owned(),
-        ei,
-        amplitude,
-        energy,
-        predicted: Vec::new(),
-        failure: trajectory.failure,
-    })
+    // The linearly implicit step's tension belongs to the end of the step, so that there the elastic energy is that of the
+    // step before; at first it is that of rest.
+    let is_late = options.scheme == Scheme::LinearlyImplicit;
+    let mut before = rest.elastic;
+    let energy = trajectory.samples.iter().map(|Sample { energy, .. }| {
+        let late = std::mem::replace(&mut before, energy.elastic);
+        let elastic = if is_late { late } else { energy.elastic };
+        energy.kinetic + energy.gravity + elastic
+    });
+    let energy: Vec<f64> = energy.collect();
+    let share = |i: usize| Some((energy.get(i)? - rest.total()) / (energy[0] - rest.total()));
+    let predicted = |i: usize| Some(predicted(modes?, config.dt, i as f64 * config.dt));
+    let sample = |i: usize| {
+        json!({
+            "run": name,
+            "ei_n_m2": ei,
+            "amplitude": amplitude,
+            "time_s": i as f64 * config.dt,
+            "energy_share": share(i),
+            "predicted": predicted(i),
+        })
+    };
+    let [half, end] = config.moments();
+    let failure = trajectory.failure.as_ref();
+    Ok(json!({
+        "group": group,
+        "run": name,
+        "ei": ei,
+        "amplitude": amplitude,
+        "size": if *amplitude == config.amplitudes[0] { "small" } else { "large" },
+        "half": share(half).map(|e| 1.0 - e),
+        "half_predicted": predicted(half).map(|e| 1.0 - e),
+        "end": share(end).map(|e| 1.0 - e),
+        "end_predicted": predicted(end).map(|e| 1.0 - e),
+        "lost": failure.map(|f| format!("{:.2} s", f.time)),
+        "reason": failure.map(|f| &f.reason),
+        "samples": (0..energy.len()).map(sample).collect::<Vec<_>>(),
+    }))
 }
 
-fn swing(
-    config: &Config,
-    name: &str,
-    params: &HoistParams,
-    amplitude: f64,
-    options: &StepOptions,
-) -> Result<Run, StepError> {
+fn swing(config: &Config, task: &Task, params: &HoistParams) -> Result<Value, StepError> {
     let limits = Limits::Sweep(taut_ground::reference::most_gap(params)?);
-    let scene = config.scene(params, amplitude)?;
-    let modes = (options.scheme == Scheme::LinearlyImplicit).then(|| modes(&scene));
-    let scenes = [config.scene(params, 0.0)?, scene];
-    let case = (name, params.resolve()?.stiffness.ei, amplitude);
-    let mut run = swung(config, case, scenes, limits, options)?;
-    if let Some(modes) = modes {
-        let times = (0..=steps_in(config.time, config.dt)).map(|i| i as f64 * config.dt);
-        run.predicted = times.map(|t| predicted(&modes, config.dt, t)).collect();
-    }
-    Ok(run)
+    let scenes = [config.scene(params, 0.0)?, config.scene(params, task.2)?];
+    let is_paper = task.3.scheme == Scheme::LinearlyImplicit;
+    let modes = is_paper.then(|| modes(&scenes[1]));
+    let ei = params.resolve()?.stiffness.ei;
+    swung(config, task, ei, scenes, limits, modes.as_deref())
 }
 
 /// One run of the gantry, whose hook, cable and load turn about the trolley at first.
-fn gantry(
-    config: &Config,
-    (name, ei, amplitude): (&str, f64, f64),
-    options: &StepOptions,
-) -> Result<Run, StepError> {
+fn gantry(config: &Config, task: &Task, ei: f64) -> Result<Value, StepError> {
     let segment_mass = config.cable / config.segments as f64;
     let params = GantryParams {
         segments: config.segments,
@@ -276,26 +264,19 @@ fn gantry(
         attachment: End::Clamped,
         ..GantryParams::default()
     };
-    let rest = static_equilibrium(params.build()?, &options.backend)?;
+    let rest = static_equilibrium(params.build()?, &task.3.backend)?;
     let mut moving = rest.clone();
     let depth = -load_position(&moving).z;
-    turn(&mut moving, HANGING, amplitude * (GRAVITY / depth).sqrt());
+    turn(&mut moving, HANGING, task.2 * (GRAVITY / depth).sqrt());
     let limits = Limits::Scene(moving.gap_limits());
-    swung(
-        config,
-        (name, ei, amplitude),
-        [rest, moving],
-        limits,
-        options,
-    )
+    swung(config, task, ei, [rest, moving], limits, None)
 }
 
 /// The first body of the gantry that hangs: below crane and trolley.
 const HANGING: usize = 2;
 
-/// Runs everything. `progress` advances once for each motion.
+/// Runs everything, in parallel. `progress` advances once for each motion.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
-    progress.set_length(config.factors.len() as u64 + 10);
     let ei = fitted_stiffness(config)?;
     let params = config.params(ei, End::Clamped);
     let dt = config.dt;
@@ -306,75 +287,64 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
         stiffness: GeometricStiffness::Inertia { alpha: 0.5 },
         ..paper.clone()
     };
-    let ours = |name: &str, params: &HoistParams, amplitude, options: &StepOptions| {
-        let run = swing(config, name, params, amplitude, options);
-        run.inspect(|_| progress.inc(1))
-    };
-    let mut runs = Vec::new();
-    for (name, options) in [
-        ("paper's step", &paper),
-        ("Spook + K", &spook),
-        ("default", &default),
-    ] {
-        for amplitude in config.amplitudes {
-            runs.push(ours(name, &params, amplitude, options)?);
-        }
-    }
     let [small, large] = config.amplitudes;
-    let with_damping = HoistParams {
-        damping: 0.5 * config.dt,
-        ..params.clone()
+    let task = |group, name: &str, amplitude, options: &StepOptions| -> Task {
+        (group, name.to_owned(), amplitude, options.clone())
     };
-    let damped = ours("Spook + K, τ = Δt/2", &with_damping, large, &spook)?;
-    let mut others = Vec::new();
+    let mut tasks = Vec::new();
+    let names = ["paper's step", "Spook + K", "default"];
+    for (name, options) in names.into_iter().zip([&paper, &spook, &default]) {
+        let of = |size| (task(STEPS, name, size, options), params.clone());
+        tasks.extend(config.amplitudes.map(of));
+    }
+    let mut add = |group, name: &str, amplitude, options, params: HoistParams| {
+        tasks.push((task(group, name, amplitude, options), params));
+    };
     for factor in &config.factors {
         let params = config.params(factor * ei, End::Clamped);
-        let name = format!("clamped, {factor} EI");
-        others.push(ours(&name, &params, small, &paper)?);
+        add(
+            OTHERS,
+            &format!("clamped, {factor} EI"),
+            small,
+            &paper,
+            params,
+        );
     }
     let free = config.params(ei, End::Spherical);
-    others.push(ours("ball joints at the ends", &free, small, &paper)?);
-    let on_gantry = |name: &str, options: &StepOptions| {
-        gantry(config, (name, ei, large), options).inspect(|_| progress.inc(1))
+    add(OTHERS, "ball joints at the ends", small, &paper, free);
+    let damped = HoistParams {
+        damping: 0.5 * dt,
+        ..params.clone()
     };
-    let gantry = [
-        on_gantry("gantry, paper's step", &paper)?,
-        on_gantry("gantry, default", &default)?,
+    add(DAMPED, "Spook + K, τ = Δt/2", large, &spook, damped);
+    let mut runs = each(&tasks, progress, |(task, params)| {
+        swing(config, task, params)
+    })?;
+    progress.reset();
+    let on_gantry = [
+        task(GANTRY, "gantry, paper's step", large, &paper),
+        task(GANTRY, "gantry, default", large, &default),
     ];
-    let laws = config.frequencies.iter().map(|&w| law(w, config.dt));
+    runs.extend(each(&on_gantry, progress, |task| gantry(config, task, ei))?);
+    let laws = config.frequencies.iter().map(|&w| law(w, dt));
     let laws: Vec<[Value; 2]> = laws.collect::<Result<_, _>>()?;
     Ok(Results {
         ei,
         modes: modes(&config.scene(&params, small)?),
         runs,
-        others,
-        damped,
-        gantry,
         laws: laws.concat(),
     })
 }
 
-fn samples(run: &Run, dt: f64) -> Vec<Value> {
-    let sample = |(i, energy): (usize, &f64)| {
-        json!({
-            "run": run.name,
-            "ei_n_m2": run.ei,
-            "amplitude": run.amplitude,
-            "time_s": i as f64 * dt,
-            "energy_share": energy,
-            "predicted": run.predicted.get(i),
-        })
-    };
-    run.energy.iter().enumerate().map(sample).collect()
+fn samples(run: &Value) -> impl Iterator<Item = &Value> {
+    run["samples"].as_array().into_iter().flatten()
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = Config::new(quick);
     let results = run(&config, progress)?;
-    let runs = results.runs.iter().chain(&results.others);
-    let runs = runs.chain([&results.damped]).chain(&results.gantry);
-    let samples: Vec<_> = runs.map(|run| samples(run, config.dt)).collect();
+    let samples: Vec<Value> = results.runs.iter().flat_map(samples).cloned().collect();
     let charts = report::charts(&results, &config);
     let (checks, text) = (checks(&results, &config), text_tables(&results, &config));
-    words::outcome(checks, text, &samples.concat(), charts)
+    words::outcome(checks, text, &samples, charts)
 }

@@ -10,7 +10,7 @@
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
 use super::search::largest;
-use super::words::{self, chart, diagonal, filled, number, series, table, tell, text, with};
+use super::words::{self, chart, filled, number, table, tell, text, with};
 use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
@@ -20,7 +20,6 @@ use taut_ground::trajectory::steps_in;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
 use taut_output::check::{Check, ExperimentError, Outcome};
-use taut_output::plot::{Chart, Mark};
 
 /// Largest |φ_d|/d of a stable run.
 pub const BAR: f64 = 0.2;
@@ -81,19 +80,9 @@ pub const NOISES: [f64; 2] = [0.0, 1e-6];
 /// End of the scan, in decades: far above every row's limit.
 const TOP: f64 = 24.0;
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fate {
-    /// Largest |φ_d|/d.
-    pub(super) violation: f64,
-    /// When it ended \[s].
-    pub(super) time: f64,
-    /// The run reached its end unbroken.
-    pub(super) stable: bool,
-}
-
 /// The paper's step, with the KKT matrix eliminated in chain order: forming S would lose the inverse mass of loads
 /// above 10¹⁵ particles' masses, which is the limit of the arithmetic, not of the model.
-pub(super) fn options() -> StepOptions {
+fn options() -> StepOptions {
     StepOptions {
         form: Form::Kkt,
         refinements: 2,
@@ -116,22 +105,21 @@ pub(super) fn chain(row: &Row, decade: f64) -> ParticleChainParams {
     }
 }
 
-/// Runs a chain until `time`, or until a link's violation over its length reaches `bar`. `each`
-/// sees every state before that.
+/// Runs a chain until `time`, or until a link's violation over its length reaches `bar`: the largest violation, and when it
+/// ended. `each` sees every state before that.
 pub(super) fn drop_chain(
     params: &ParticleChainParams,
-    options: StepOptions,
     noise: f64,
     (time, bar): (f64, f64),
     mut each: impl FnMut(&mut Stepper) -> Result<(), StepError>,
-) -> Result<Fate, ExperimentError> {
+) -> Result<(f64, f64), ExperimentError> {
     let mut scene = params.build()?;
     // Signs without a pattern, so that no mode of the chain is left out.
     let signs = [0.3, -1.0, 0.7, -0.2, 0.9];
     for (x, sign) in scene.bodies.position.iter_mut().zip(signs.iter().cycle()) {
         x.y += noise * sign;
     }
-    let mut stepper = Stepper::new(scene, options)?;
+    let mut stepper = Stepper::new(scene, options())?;
     let starts = &stepper.linearized().row_start;
     let rows = stepper.scene().constraint_names.iter().zip(starts);
     let links = rows.filter(|(name, _)| name.starts_with("link-"));
@@ -146,19 +134,11 @@ pub(super) fn drop_chain(
             violation = violation.max(if phi.is_nan() { f64::INFINITY } else { phi });
         }
         if violation >= bar {
-            return Ok(Fate {
-                violation,
-                time: stepper.time(),
-                stable: false,
-            });
+            return Ok((violation, stepper.time()));
         }
         each(&mut stepper)?;
     }
-    Ok(Fate {
-        violation,
-        time,
-        stable: true,
-    })
+    Ok((violation, time))
 }
 
 /// Finds every row's limit, in parallel. `progress` advances once a row.
@@ -182,16 +162,13 @@ pub fn run(
 /// A row's limit, a lower bound where the scan ended stable; the largest |φ_d|/d a little below and above it, and when
 /// the run above it ended. The paper's ratio is the nearest reading.
 fn measure(widths: [f64; 3], row: Row, noise: f64) -> Result<Value, ExperimentError> {
-    let fate = |decade: f64| {
-        drop_chain(&chain(&row, decade), options(), noise, (TIME, BAR), |_| {
-            Ok(())
-        })
-    };
-    let found = largest(widths, |decade| {
-        Ok::<_, ExperimentError>((!fate(decade)?.stable).then_some(()))
+    let fate = |decade: f64| drop_chain(&chain(&row, decade), noise, (TIME, BAR), |_| Ok(()));
+    let (stable, failure) = largest(widths, |decade| {
+        Ok::<_, ExperimentError>((fate(decade)?.0 >= BAR).then_some(()))
     })?;
-    let limit = found.stable.unwrap_or(0.0);
-    let (below, above) = (fate(limit - ASIDE)?, fate(limit + ASIDE)?);
+    let limit = stable.unwrap_or(0.0);
+    let (below, _) = fate(limit - ASIDE)?;
+    let (above, ends) = fate(limit + ASIDE)?;
     let distance = |paper: &f64| (limit - paper).abs();
     let papers = row.paper.iter().copied();
     Ok(json!({
@@ -201,11 +178,11 @@ fn measure(widths: [f64; 3], row: Row, noise: f64) -> Result<Value, ExperimentEr
         "noise_m": noise,
         "paper_log10": papers.min_by(|a, b| distance(a).total_cmp(&distance(b))),
         "limit_log10": limit,
-        "at_least": found.failure.is_none(),
-        "below": below.violation,
+        "at_least": failure.is_none(),
+        "below": below,
         // It may be infinite, which JSON does not have.
-        "above": if above.violation.is_finite() { above.violation.into() } else { Value::from("inf") },
-        "above_ends_s": above.time,
+        "above": if above.is_finite() { above.into() } else { Value::from("inf") },
+        "above_ends_s": ends,
     }))
 }
 
@@ -213,7 +190,10 @@ fn has_bending(record: &Value) -> bool {
     record["model"] == "e" || record["model"] == "f"
 }
 
-/// The record with its name, and the paper's ratio as the scan shows it.
+/// The record with its name, the paper's ratio as the scan shows it, and the limit in theory.
+///
+/// Linear theory of stiff bending: the regularised rows hold the tension 3 M g of a swing from the horizontal as long as
+/// ε ≤ 4 sin²(π/2N)/(3 M g d), what the longest wave of N links needs.
 fn told(record: &Value) -> Value {
     let is_its = |row: &&Row| {
         record["model"] == letter(row.model)
@@ -226,90 +206,55 @@ fn told(record: &Value) -> Value {
         0 | 1 => paper.concat(),
         _ => format!("{} (unreadable)", paper.join(" or ")),
     };
-    let mut row = with(record, &json!({ "printed": printed, "added": "" }));
-    if record["model"] != "a" {
-        row["added"] = filled("{added_compliance:.0e}", &row).into();
-    }
+    let params = ParticleChainParams::default();
+    let added = number(record, "added_compliance");
+    let wave = (0.5 * std::f64::consts::PI / params.particles as f64).sin();
+    let weight = 3.0 * params.gravity * params.spacing * params.mass * added;
+    let is_stiff = has_bending(record) && added < 1e-6;
+    let paper = record["paper_log10"].as_f64();
+    let more = json!({
+        "printed": printed,
+        "added": if record["model"] == "a" { String::new() } else { format!("{added:.0e}") },
+        "theory": is_stiff.then(|| (4.0 * wave * wave / weight).log10()),
+        "at_least": if record["at_least"] == true { "≥ " } else { "" },
+        "paper": paper.map(|p| format!("10^{p}")),
+    });
+    let mut row = with(record, &more);
     let name = filled("{model} {links_compliance:.0e} {added}", &row);
     row["name"] = name.trim_end().into();
     row
 }
 
-/// Linear theory of stiff bending: the regularised rows hold the tension 3 M g of a swing from the horizontal as long as
-/// ε ≤ 4 sin²(π/2N)/(3 M g d), what the longest wave of N links needs.
-fn theory(record: &Value) -> Option<Check> {
-    let params = ParticleChainParams::default();
-    let added = number(record, "added_compliance");
-    let wave = (0.5 * std::f64::consts::PI / params.particles as f64).sin();
-    let weight = 3.0 * params.gravity * params.spacing * params.mass * added;
-    let decade = (4.0 * wave * wave / weight).log10();
-    let row = with(&told(record), &json!({ "theory": decade }));
-    let error = (number(record, "limit_log10") - decade).abs();
-    (has_bending(record) && added < 1e-6).then(|| tell("chain-theory", row).off(error))
-}
-
-/// Limit of (e) and (f) in space beside that of the paper's bending in the plane with the same compliances.
-fn in_space(records: &[Value], record: &Value) -> Option<Check> {
-    let is_planar = |r: &&Value| {
-        let same = ["links_compliance", "added_compliance"];
-        r["model"] == "e" && r["noise_m"] == 0.0 && same.iter().all(|key| r[*key] == record[*key])
-    };
-    let planar = number(records.iter().find(is_planar)?, "limit_log10");
-    let limit = number(record, "limit_log10");
-    let row = with(&told(record), &json!({ "planar": planar }));
-    Some(match record["paper_log10"].as_f64() {
-        Some(paper) => tell("chain-angle", row).off((limit - paper).abs()),
-        None => tell("chain-vector", row).off((planar - limit).abs()),
-    })
-}
-
-/// The table's rows against the paper in the plane; what is left of (e) and (f) in space.
+/// The table's rows against the paper in the plane; what is left of (e) and (f) in space, beside the paper or the limit of
+/// its bending in the plane with the same compliances.
 pub fn checks(records: &[Value]) -> Vec<Check> {
-    let planar = || records.iter().filter(|r| r["noise_m"] == 0.0);
-    let beside = |r: &Value| {
-        let error = (number(r, "limit_log10") - r["paper_log10"].as_f64()?).abs();
-        Some(tell("chain", told(r)).off(error))
+    let rows: Vec<Value> = records.iter().map(told).collect();
+    let of = |name, row: &Value, key| {
+        let error = number(row, "limit_log10") - row[key].as_f64()?;
+        Some(tell(name, row.clone()).off(error.abs()))
     };
-    let mut checks: Vec<Check> = planar().filter_map(beside).collect();
-    checks.extend(planar().filter_map(theory));
-    let space = records
-        .iter()
-        .filter(|r| r["noise_m"] != 0.0 && has_bending(r));
-    checks.extend(space.filter_map(|r| in_space(records, r)));
+    let planar = || rows.iter().filter(|r| r["noise_m"] == 0.0);
+    let beside = planar().filter_map(|r| of("chain", r, "paper_log10"));
+    let theory = planar().filter_map(|r| of("chain-theory", r, "theory"));
+    let mut checks: Vec<Check> = beside.chain(theory).collect();
+    let in_space = |r: &&Value| r["noise_m"] != 0.0 && has_bending(r);
+    checks.extend(rows.iter().filter(in_space).filter_map(|row| {
+        let same = ["links_compliance", "added_compliance"];
+        let is_its = |r: &&Value| r["model"] == "e" && same.iter().all(|key| r[*key] == row[*key]);
+        let limit = &planar().find(is_its)?["limit_log10"];
+        let row = with(row, &json!({ "planar": limit }));
+        let published = of("chain-angle", &row, "paper_log10");
+        published.or_else(|| of("chain-vector", &row, "planar"))
+    }));
     checks
-}
-
-fn tables(records: &[Value]) -> String {
-    let rows = records.iter().map(|r| {
-        let mut row = told(r);
-        row["at_least"] = if r["at_least"] == true { "≥ " } else { "" }.into();
-        row["paper"] = r["paper_log10"].as_f64().map(|p| format!("10^{p}")).into();
-        row
-    });
-    let ends = records.iter().map(|r| number(r, "above_ends_s"));
-    let rows = table("table1", &rows.collect::<Vec<_>>());
-    text(
-        "table1",
-        &json!({ "ends": ends.fold(0.0, f64::max), "rows": rows }),
-    )
-}
-
-fn charts(records: &[Value]) -> Chart {
-    let mut lines = vec![diagonal("equal", 20.0)];
-    for (name, noise) in ["in the plane", "10⁻⁶ m out of it"].into_iter().zip(NOISES) {
-        let rows = records.iter().filter(|r| r["noise_m"] == noise);
-        lines.extend(series(
-            rows,
-            name,
-            ["paper_log10", "limit_log10"],
-            Mark::Points,
-        ));
-    }
-    chart("table1", &Value::Null, lines)
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let records = run(&rows(quick), &NOISES, quick, progress)?;
-    let (checks, text) = (checks(&records), tables(&records));
-    words::outcome(checks, text, &records, vec![charts(&records)])
+    let rows: Vec<Value> = records.iter().map(told).collect();
+    let ends = records.iter().map(|r| number(r, "above_ends_s"));
+    let row = json!({ "ends": ends.fold(0.0, f64::max), "rows": table("table1", &rows) });
+    let (checks, text) = (checks(&records), text("table1", &row));
+    let charts = vec![chart("table1", &Value::Null, &records)];
+    words::outcome(checks, text, &records, charts)
 }

@@ -31,26 +31,20 @@ pub use report::{checks, text_tables};
 pub(super) use rows::ROWS;
 
 use super::search::largest;
-use super::words;
+use super::{DT, GRAVITY, words};
 use crate::checks::each;
 use crate::options::pick;
-use crate::stability::predicted_limit;
+use crate::stability::{predicted_limit, square_cable};
 use indicatif::ProgressBar;
 use rows::Row;
 use serde_json::{Value, json};
 use taut_ground::reference::most_gap;
 use taut_ground::trajectory::{Failure, simulate};
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::{
-    Apart, CrossSection, HoistParams, JointKind, Material, Stiffness, TwistDefinition,
-};
+use taut_model::{Apart, HoistParams, JointKind, Material, TwistDefinition};
 use taut_output::check::{ExperimentError, Outcome};
 use taut_solver::Backend;
 
-/// Acceleration of gravity of the paper \[m/s²].
-const GRAVITY: f64 = 10.0;
-/// Δt of the paper \[s].
-const DT: f64 = 1.0 / 60.0;
 /// Length of the cables \[m]: that of the paper's specimens, since Table II has none.
 const LENGTH: f64 = 1.0;
 
@@ -82,37 +76,22 @@ const HEAVY: &str = "heavy ends";
 /// The uppermost segment as light as the others, the load's joint apart.
 const LIGHT: &str = "light top";
 
-/// Name and backend of the solvers: sweeps over the groups from their own solutions \[SL Algorithm 1], and from the last
-/// step's multipliers.
-type Solver = (&'static str, &'static str);
+/// Names of the solvers: sweeps over the groups from their own solutions \[SL Algorithm 1], or from the last step's
+/// multipliers; `words.toml` has their backends.
+type Solver = &'static str;
 const SOLVERS: [Solver; 4] = [SWEEPS[0], SWEEPS[1], CG, DIRECT];
-const SWEEPS: [Solver; 2] = [
-    (
-        "Gauss–Seidel, 3 iterations",
-        "gauss-seidel:groups:trial:iterations=3",
-    ),
-    (
-        "Gauss–Seidel, 20 iterations",
-        "gauss-seidel:groups:trial:iterations=20",
-    ),
-];
+const SWEEPS: [Solver; 2] = ["Gauss–Seidel, 3 iterations", "Gauss–Seidel, 20 iterations"];
 const WARM_SWEEPS: [Solver; 2] = [
-    (
-        "Gauss–Seidel, 3 iterations, warm start",
-        "gauss-seidel:groups:guess:iterations=3",
-    ),
-    (
-        "Gauss–Seidel, 20 iterations, warm start",
-        "gauss-seidel:groups:guess:iterations=20",
-    ),
+    "Gauss–Seidel, 3 iterations, warm start",
+    "Gauss–Seidel, 20 iterations, warm start",
 ];
-const CG: Solver = ("conjugate gradient", "cg:group:tolerance=1e-10");
-const DIRECT: Solver = ("direct", "banded");
+const CG: Solver = "conjugate gradient";
+const DIRECT: Solver = "direct";
 
 /// One cell; the length of the cable in m.
 #[derive(Clone, Copy)]
 pub struct Case {
-    row: Row,
+    row: &'static Row,
     length: f64,
     ends: &'static str,
     setting: Setting,
@@ -121,7 +100,7 @@ pub struct Case {
 
 /// Cells of all rows, settings and solvers.
 fn product(
-    rows: &[Row],
+    rows: &[&'static Row],
     (length, ends): (f64, &'static str),
     settings: &[&str],
     solvers: &[Solver],
@@ -144,21 +123,21 @@ fn product(
 /// All rows with all settings and solvers; the sweeps with a light top, and two rows from the last step's multipliers; and
 /// the paper's own joint at the length that fits its column best. Quick two rows of six segments.
 pub fn cases(quick: bool) -> Vec<Case> {
-    let rows = pick(quick, [ROWS.to_vec(), vec![ROWS[5], ROWS[7]]]);
+    let rows = pick(quick, [ROWS.iter().collect(), vec![&ROWS[5], &ROWS[7]]]);
     let (heavy, light) = ((LENGTH, HEAVY), (LENGTH, LIGHT));
     let mut cases = product(&rows, heavy, &SETTINGS.map(|s| s.0), &SOLVERS);
     cases.extend(product(&rows, light, &[PAPER, STIFFENED], &SWEEPS));
     if !quick {
-        let few = [ROWS[2], ROWS[7]];
+        let few = [&ROWS[2], &ROWS[7]];
         cases.extend(product(&few, heavy, &[PAPER], &WARM_SWEEPS));
         let fitted = (rows::fitted_length(), HEAVY);
-        cases.extend(product(&ROWS, fitted, &[PAPER], &[SWEEPS[1], DIRECT]));
+        cases.extend(product(&rows, fitted, &[PAPER], &[SWEEPS[1], DIRECT]));
     }
     cases
 }
 
 /// The sweeps of the paper's joint in the plane, with heavy ends and with a light top, and the direct solver beside them.
-pub(super) fn sweeps_only(rows: &[Row]) -> Vec<Case> {
+pub(super) fn sweeps_only(rows: &[&'static Row]) -> Vec<Case> {
     let [few, many] = SWEEPS;
     let mut cases = product(rows, (LENGTH, HEAVY), &[PAPER], &[few, many, DIRECT]);
     cases.extend(product(rows, (LENGTH, LIGHT), &[PAPER], &SWEEPS));
@@ -173,35 +152,25 @@ const PER_DECADE: [f64; 2] = [4.0, 1.0];
 fn params(case: &Case, ratio: f64) -> HoistParams {
     let (row, length) = (case.row, case.length);
     let is_heavy = case.ends == HEAVY;
-    let area = row.area();
-    let side = area.sqrt();
-    let law = Material {
+    let material = Material {
         young: row.young * 1e9,
         ..Material::STEEL
     };
-    let Stiffness { ea, ei, gj } = Stiffness::new(&law, &CrossSection::Square { side });
+    let cable = square_cable(&material, row.area(), length, row.segments);
     let (_, joint, twist_definition, rate) = case.setting;
-    let segment_mass = law.density * area * length / row.segments as f64;
+    let top_mass = cable.segment_mass.map(|mass| ratio * mass);
     HoistParams {
-        segments: row.segments,
-        length,
-        segment_mass: Some(segment_mass),
         mass_ratio: ratio,
-        top_mass: is_heavy.then_some(ratio * segment_mass),
+        top_mass: top_mass.filter(|_| is_heavy),
         apart: if is_heavy { Apart::Anchor } else { Apart::Load },
         gravity: GRAVITY,
-        // The disc with the square's moments of inertia.
-        radius: Some(side / 3.0_f64.sqrt()),
-        ea: Some(ea),
-        ei: Some(ei),
-        gj: Some(gj),
         joint,
         twist_definition,
         seed: u64::from(rate > 0.0),
         seed_rate: rate,
         move_x: 0.5 * length,
         move_duration: 1.0,
-        ..HoistParams::default()
+        ..cable
     }
 }
 
@@ -209,7 +178,7 @@ fn params(case: &Case, ratio: f64) -> HoistParams {
 fn fails(case: &Case, ratio: f64, time: f64) -> Result<Option<Failure>, ExperimentError> {
     let params = params(case, ratio);
     let limit = most_gap(&params)?;
-    let backend: Backend = case.solver.1.parse()?;
+    let backend: Backend = words::backend(case.solver)?;
     let base = match case.setting.0 {
         STIFFENED => StepOptions {
             guard: None,
@@ -236,10 +205,10 @@ pub fn run(
 ) -> Result<Vec<Value>, ExperimentError> {
     let (time, steps) = (pick(quick, TIMES), pick(quick, PER_DECADE));
     each(cases, progress, |case| {
-        let found = largest([8.0, 1.0, 1.0 / steps], |decade| {
+        let (stable, failure) = largest([8.0, 1.0, 1.0 / steps], |decade| {
             fails(case, 10.0_f64.powf(decade), time)
         })?;
-        let (row, failure) = (case.row, found.failure.as_ref());
+        let (row, failure) = (case.row, failure.as_ref());
         let mut hoist = params(case, 1.0).resolve()?;
         // This angle measures bending in the plane of the motion: its stiffness adds to that of bending.
         if case.setting.2 == TwistDefinition::Alternative {
@@ -255,8 +224,8 @@ pub fn run(
             "length_m": case.length,
             "ends": case.ends,
             "setting": case.setting.0,
-            "solver": case.solver.0,
-            "stable": found.stable.map(|decade| 10.0_f64.powf(decade)),
+            "solver": case.solver,
+            "stable": stable.map(|decade| 10.0_f64.powf(decade)),
             "capped": failure.is_none(),
             "failure_time_s": failure.map(|f| f.time),
             "failure": failure.map(|f| f.reason.as_str()),

@@ -13,7 +13,8 @@
 //!
 //! from the least times, since other work on the machine only adds time; the cells take turns ([`turns`]).
 
-use super::words::{self, chart, number, table, tell, text, with};
+use super::words::{self, chart, extremes, number, table, tell, text, with};
+use crate::fit::{exponent, relative_line};
 use crate::options::pick;
 use crate::systems::turns::{self, Time, Work};
 use indicatif::ProgressBar;
@@ -22,37 +23,23 @@ use std::time::Duration;
 use taut_integrator::{Phase, StepError, StepOptions, Stepper};
 use taut_model::HoistParams;
 use taut_output::check::{Check, ExperimentError, Outcome};
-use taut_output::plot::{Chart, Mark, Series};
+use taut_output::plot::Chart;
 use taut_output::table::{nanoseconds, ratio};
 use taut_solver::{Backend, ParseBackendError};
 
 /// Mass ratio load/element at which the elements are timed.
-pub(super) const RATIO: f64 = 100.0;
+const RATIO: f64 = 100.0;
 
 /// Sweeps of the paper's solver; the second for the comparison at a mass ratio of 10⁵.
-pub(super) const FEW: usize = 3;
+const FEW: usize = 3;
 const MANY: usize = 20;
 
-/// Numbers of elements, ascending.
-pub fn elements(quick: bool) -> Vec<usize> {
-    let all = vec![10, 30, 100, 300, 1000, 3000, 10_000];
-    pick(quick, [all, vec![30, 100, 300, 1000]])
-}
-
 /// Other mass ratios, and the number of elements for these.
-pub(super) const RATIOS: [f64; 3] = [10.0, 1e3, 1e5];
-pub(super) const LOADED: usize = 100;
+const RATIOS: [f64; 3] = [10.0, 1e3, 1e5];
+const LOADED: usize = 100;
 
 /// Elements, mass ratio, and sweeps or 0 for the direct solver.
 type Cell = (usize, f64, usize);
-
-/// The solver of the paper's Algorithm 1, or the direct one.
-fn backend(sweeps: usize) -> Result<Backend, ParseBackendError> {
-    match sweeps {
-        0 => Ok(Backend::Banded),
-        n => format!("gauss-seidel:groups:trial:iterations={n}").parse(),
-    }
-}
 
 /// Steps of a cell, each from the hanging cable: what one costs does not depend on whether a motion with this solver would
 /// last. Told apart are the whole, building the blocks, and their factors.
@@ -106,17 +93,23 @@ fn solver(sweeps: usize) -> String {
 
 /// Times all cells, which take turns.
 pub fn run(quick: bool, progress: &ProgressBar) -> Result<Vec<Value>, ExperimentError> {
+    let all = vec![10, 30, 100, 300, 1000, 3000, 10_000];
+    let elements = pick(quick, [all, vec![30, 100, 300, 1000]]);
     let mut cells: Vec<Cell> = Vec::new();
     for sweeps in [FEW, 0] {
-        cells.extend(elements(quick).into_iter().map(|n| (n, RATIO, sweeps)));
+        cells.extend(elements.iter().map(|&n| (n, RATIO, sweeps)));
         cells.extend(RATIOS.map(|ratio| (LOADED, ratio, sweeps)));
     }
     cells.push((PAPER_MANY.0, PAPER_MANY.1, MANY));
     progress.set_length(1);
     // Of the steps of a cell.
     let share = Duration::from_secs_f64(pick(quick, [0.32, 0.08]));
-    let backends = cells.iter().map(|&(_, _, sweeps)| backend(sweeps));
-    let backends: Vec<Backend> = backends.collect::<Result<_, _>>()?;
+    // The solver of the paper's Algorithm 1, or the direct one.
+    let backends = cells.iter().map(|(_, _, sweeps)| match sweeps {
+        0 => Ok(Backend::Banded),
+        n => format!("gauss-seidel:groups:trial:iterations={n}").parse(),
+    });
+    let backends: Vec<Backend> = backends.collect::<Result<_, ParseBackendError>>()?;
     let works = cells.iter().zip(backends);
     let times = turns::times(works.map(|(&cell, backend)| work(cell, backend)), share);
     progress.inc(1);
@@ -129,56 +122,21 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Vec<Value>, Experiment
 /// Elements and mass ratio at which the paper needs 20 iterations in its 0.01 s.
 const PAPER_MANY: (usize, f64) = (50, 1e5);
 
-/// Offset and slope \[a, b] of the least-squares line y = a + b x.
-pub(super) fn line(points: &[[f64; 2]]) -> [f64; 2] {
-    weighted_line(points, |_| 1.0)
-}
-
-/// Weighted least-squares line: offset and slope.
-fn weighted_line(points: &[[f64; 2]], weight: impl Fn(&[f64; 2]) -> f64) -> [f64; 2] {
-    let total: f64 = points.iter().map(&weight).sum();
-    let mean = |i: usize| points.iter().map(|p| weight(p) * p[i]).sum::<f64>() / total;
-    let (x, y) = (mean(0), mean(1));
-    let of = |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(|p| weight(p) * f(p)).sum::<f64>();
-    let slope = of(&|p| (p[0] - x) * (p[1] - y)) / of(&|p| (p[0] - x).powi(2));
-    [y - slope * x, slope]
-}
-
 /// Cells of a solver at the figure's mass ratio.
 fn cells(records: &[Value], sweeps: usize) -> impl DoubleEndedIterator<Item = &Value> {
     let at = move |r: &&Value| r["sweeps"] == sweeps && r["ratio"] == RATIO;
     records.iter().filter(at)
 }
 
-/// Times of a step over the elements at the figure's mass ratio.
-fn totals(records: &[Value], sweeps: usize, key: &str) -> Vec<[f64; 2]> {
-    let point = |r: &Value| Some([r["elements"].as_f64()?, r[key].as_f64()?]);
-    cells(records, sweeps).filter_map(point).collect()
-}
-
-/// Least and largest of the least times at one number of elements.
-pub(super) fn span(records: &[Value], sweeps: usize, ratios: &[f64]) -> [f64; 2] {
-    let at = |r: &&Value| r["sweeps"] == sweeps && r["elements"] == LOADED;
-    let cells = records.iter().filter(at);
-    let cells = cells.filter(|r| ratios.iter().any(|ratio| r["ratio"] == *ratio));
-    let times = cells.filter_map(|r| r["least_ns"].as_f64());
-    times.fold([f64::INFINITY, 0.0], |[a, b], t| [t.min(a), t.max(b)])
+/// Least times of a step over the elements at the figure's mass ratio.
+fn least(records: &[Value], sweeps: usize) -> Vec<[f64; 2]> {
+    let point = |r| ["elements", "least_ns"].map(|key| number(r, key));
+    cells(records, sweeps).map(point).collect()
 }
 
 /// Exponent of the least times over the elements.
 pub fn growth(records: &[Value], sweeps: usize) -> f64 {
-    exponent(&totals(records, sweeps, "least_ns"))
-}
-
-/// Offset and slope of y = a + b x with the least sum of squared relative errors.
-fn relative_line(points: &[[f64; 2]]) -> [f64; 2] {
-    weighted_line(points, |p| p[1].powi(-2))
-}
-
-/// The exponent p of y = c x^p by least squares of the logarithms.
-fn exponent(points: &[[f64; 2]]) -> f64 {
-    let logs: Vec<_> = points.iter().map(|p| p.map(f64::ln)).collect();
-    line(&logs)[1]
+    exponent(&least(records, sweeps))
 }
 
 /// The paper's time for the cable in a step \[ns], and the elements that fit into it there, on a Pentium M, 1.7 GHz.
@@ -192,7 +150,7 @@ pub fn text_tables(records: &[Value]) -> String {
     let rows: Vec<Value> = records.iter().map(share).collect();
     let mut row = json!({ "times": table("timing", &rows) });
     for (name, sweeps) in [("iterative", FEW), ("direct", 0)] {
-        let [a, b] = relative_line(&totals(records, sweeps, "least_ns"));
+        let [a, b] = relative_line(&least(records, sweeps));
         let sign = if a < 0.0 { "−" } else { "" };
         let line = format!("{sign}{} + {} N", nanoseconds(a.abs()), nanoseconds(b));
         let power = growth(records, sweeps);
@@ -201,28 +159,49 @@ pub fn text_tables(records: &[Value]) -> String {
     text("timing", &row)
 }
 
-/// Linearity, independence of the load, the paper's figure beside ours.
+/// Linearity in the elements and independence of the load, by these names, over the least times of a solver.
+fn laws(
+    records: &[Value],
+    sweeps: usize,
+    ratios: &[f64],
+    [elements, load]: [&str; 2],
+) -> [Check; 2] {
+    let points = least(records, sweeps);
+    let is_loaded = |r: &&Value| {
+        let is_among = ratios.iter().any(|ratio| r["ratio"] == *ratio);
+        is_among && r["sweeps"] == sweeps && r["elements"] == LOADED
+    };
+    let loaded = records.iter().filter(is_loaded);
+    let [low, high] = extremes(loaded.map(|r| number(r, "least_ns")));
+    let row = json!({
+        "solver": solver(sweeps),
+        "first": points.first().map(|p| p[0]),
+        "last": points.last().map(|p| p[0]),
+        "ratio": RATIO,
+        "low": low,
+        "high": high,
+        "apart": 100.0 * (high / low - 1.0),
+        "loaded": LOADED,
+        "ratios": RATIOS.map(ratio).join(", "),
+    });
+    [
+        tell(elements, row.clone()).beside([1.0, exponent(&points)]),
+        tell(load, row).off(high / low - 1.0),
+    ]
+}
+
+/// The paper's claims on what a step costs.
+pub(super) fn cost(records: &[Value]) -> [Check; 2] {
+    let ratios = [&RATIOS[..], &[RATIO]].concat();
+    laws(records, FEW, &ratios, ["cost-elements", "cost-load"])
+}
+
+/// The laws of both solvers, the paper's figure beside ours.
 fn checks(records: &[Value]) -> Vec<Check> {
-    let mut checks = Vec::new();
-    let points = totals(records, FEW, "least_ns");
-    let ends = points.first().zip(points.last());
-    let elements = ends.map(|(a, b)| format!("{} … {}", a[0], b[0]));
-    let ratios = RATIOS.map(ratio).join(", ");
-    for sweeps in [FEW, 0] {
-        let [low, high] = span(records, sweeps, &RATIOS);
-        let row = json!({
-            "solver": solver(sweeps),
-            "span": elements,
-            "ratio": RATIO,
-            "low": low,
-            "high": high,
-            "loaded": LOADED,
-            "ratios": ratios,
-        });
-        let said = tell("time-exponent", row.clone());
-        checks.push(said.beside([1.0, growth(records, sweeps)]));
-        checks.push(tell("time-load", row).off(high / low - 1.0));
-    }
+    let names = ["time-exponent", "time-load"];
+    let solvers = [FEW, 0].map(|sweeps| laws(records, sweeps, &RATIOS, names));
+    let mut checks = solvers.concat();
+    let points = least(records, FEW);
     let [a, b] = relative_line(&points);
     let fits = between(&points);
     let row = json!({
@@ -261,28 +240,9 @@ fn between(points: &[[f64; 2]]) -> f64 {
 
 /// The paper's figure, and the totals of both solvers.
 fn charts(records: &[Value]) -> Vec<Chart> {
-    let line = |name: &str, sweeps, key| {
-        let points = totals(records, sweeps, key).into_iter();
-        let points = points.map(|[n, t]| [n, t * 1e-6]).collect();
-        Series::new(name, points, Mark::LineAndPoints)
-    };
-    let parts = vec![
-        line("constraint force", FEW, "total_ns"),
-        line("building blocks", FEW, "building_ns"),
-        line("factorisation", FEW, "factorisation_ns"),
-        line("iterations", FEW, "iterations_ns"),
-    ];
-    let paper = vec![[PAPER_ELEMENTS, PAPER_NS * 1e-6]];
-    let whole = vec![
-        line(&solver(FEW), FEW, "total_ns"),
-        line(&solver(0), 0, "total_ns"),
-        Series::new("paper: Pentium M, 1.7 GHz", paper, Mark::Points),
-    ];
-    let row = json!({ "few": FEW });
-    vec![
-        chart("timing-parts", &row, parts),
-        chart("timing", &row, whole),
-    ]
+    ["timing-parts", "timing"]
+        .map(|name| chart(name, &Value::Null, records))
+        .to_vec()
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
@@ -294,29 +254,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lines_and_powers_are_found_again() {
-        let xs = [10.0, 100.0, 1e3, 1e4];
-        let straight = xs.map(|x| [x, 3.0 + 0.25 * x]);
-        for [a, b] in [line(&straight), relative_line(&straight)] {
-            assert!(
-                (a - 3.0).abs() < 1e-10 && (b - 0.25).abs() < 1e-13,
-                "{a} {b}"
-            );
-        }
-        let power = xs.map(|x| [x, 7.0 * x.powf(1.3)]);
-        assert!((exponent(&power) - 1.3).abs() < 1e-13);
-    }
-
-    /// An error in the largest value does not move the offset that the small ones show.
-    #[test]
-    fn the_relative_line_keeps_the_small_end() {
-        let mut points = [10.0, 100.0, 1e3, 1e4].map(|x| [x, 50.0 + x]);
-        points[3][1] *= 1.1;
-        assert!((relative_line(&points)[0] - 50.0).abs() < 3.0);
-        assert!((line(&points)[0] - 50.0).abs() > 30.0);
-    }
 
     #[test]
     fn elements_are_counted_between_the_measured_ones() {

@@ -1,15 +1,18 @@
 //! Texts of the checks, columns of the tables, titles and axes of the charts: those of `words.toml`, with the values of a
-//! row in them. In braces stands a key of the row, `{key}` or `{key:form}`, with a form of [`shown`].
+//! row in them. In braces stands a key of the row, `{key}` or `{key:form}`, with a form of [`formed`].
 
+use crate::motions::joined;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
+use taut_ground::errors::worse;
 use taut_output::check::{Check, ExperimentError, Measure, Outcome, Verdict};
 use taut_output::plot::{Axis, Chart, Mark, Series};
-use taut_output::row::{self, Row};
 use taut_output::settings::distinct;
-use taut_output::table::{self, nanoseconds, ratio};
+use taut_output::table::formed;
+use taut_output::{row, table};
+use taut_solver::{Backend, ParseBackendError};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -20,6 +23,8 @@ struct Words {
     table: BTreeMap<String, Vec<[String; 2]>>,
     chart: BTreeMap<String, Drawn>,
     text: BTreeMap<String, String>,
+    /// Backends of solvers.
+    solver: BTreeMap<String, String>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -40,7 +45,13 @@ struct Said {
     published: bool,
     /// Verdict of a statement that is so, and of one that is not.
     verdicts: Option<[Verdict; 2]>,
+    /// Columns of rows whose largest error is judged, and the rows that take part.
+    worst: Vec<String>,
+    only: Only,
 }
+
+/// What rows that take part have in some columns.
+type Only = BTreeMap<String, Value>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -52,6 +63,21 @@ struct Drawn {
     #[serde(default)]
     log: String,
     range: Option<[f64; 2]>,
+    /// From the rows' numbers to those of the vertical axis.
+    factor: Option<f64>,
+    #[serde(default)]
+    lines: Vec<Line>,
+}
+
+/// Series of a chart: points of its own, or those of rows, a series for each name that they make.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Line {
+    name: String,
+    mark: Mark,
+    points: Vec<[f64; 2]>,
+    columns: [String; 2],
+    only: Only,
 }
 
 static WORDS: LazyLock<Words> = LazyLock::new(|| {
@@ -61,6 +87,10 @@ static WORDS: LazyLock<Words> = LazyLock::new(|| {
 
 pub(super) fn title(name: &str) -> &'static str {
     &WORDS.title[name]
+}
+
+pub(super) fn backend(solver: &str) -> Result<Backend, ParseBackendError> {
+    WORDS.solver[solver].parse()
 }
 
 /// A check whose words are known, before it is judged.
@@ -141,27 +171,12 @@ pub(super) fn filled(text: &str, row: &Value) -> String {
     out + rest
 }
 
-/// A value: as Rust writes it in that form, or as time, mass ratio, decade, share, angle or number a second.
 fn shown(value: &Value, form: &str) -> String {
-    let Some(x) = value.as_f64() else {
-        return match value {
-            Value::String(text) => text.clone(),
-            Value::Bool(is_so) => ["no", "yes"][usize::from(*is_so)].to_owned(),
-            _ => String::new(),
-        };
-    };
-    let digits = form.trim_matches(['+', '.', 'e']).parse::<usize>().ok();
-    match (form, digits) {
-        ("ns", _) => nanoseconds(x),
-        ("ratio", _) => ratio(x),
-        ("decade", _) => format!("{:.2}", x.log10()),
-        ("share", _) => format!("{:.2} %", 100.0 * x),
-        ("angle", _) => format!("{:.0}°", x.to_degrees()),
-        ("per", _) => format!("{:.0}", x.recip()),
-        (_, Some(digits)) if form.ends_with('e') => format!("{x:.digits$e}"),
-        (_, Some(digits)) if form.starts_with('+') => format!("{x:+.digits$}"),
-        (_, Some(digits)) => format!("{x:.digits$}"),
-        (_, None) => x.to_string(),
+    match value {
+        Value::Number(_) => formed(value.as_f64().unwrap_or(f64::NAN), form),
+        Value::String(text) => text.clone(),
+        Value::Bool(is_so) => ["no", "yes"][usize::from(*is_so)].to_owned(),
+        _ => String::new(),
     }
 }
 
@@ -170,13 +185,26 @@ pub(crate) fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or(f64::NAN)
 }
 
+/// The smallest and the largest of some numbers.
+pub(super) fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    values.fold(none, |[low, high], x| [x.min(low), x.max(high)])
+}
+
+/// The largest of some errors; NaN where one is.
+pub(super) fn largest(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(0.0, worse)
+}
+
+/// The largest error of a column; NaN where a row has none.
+pub(super) fn worst<'a>(rows: impl IntoIterator<Item = &'a Value>, key: &str) -> f64 {
+    largest(rows.into_iter().map(|row| number(row, key)))
+}
+
 /// A record as a row, with more values.
 pub(super) fn with(record: &impl Serialize, more: &Value) -> Value {
-    let mut row = serde_json::to_value(record).unwrap_or_default();
-    for (key, value) in more.as_object().into_iter().flatten() {
-        row[key.as_str()] = value.clone();
-    }
-    row
+    let record = serde_json::to_value(record).unwrap_or_default();
+    joined([record, more.clone()])
 }
 
 pub(super) fn table<'a>(name: &str, rows: impl IntoIterator<Item = &'a Value>) -> String {
@@ -194,13 +222,23 @@ pub(super) fn text(name: &str, row: &Value) -> String {
     filled(&WORDS.text[name], row)
 }
 
-/// A chart of series, with the values of a row in its title and labels.
-pub(super) fn chart(name: &str, row: &Value, series: Vec<Series>) -> Chart {
+/// A chart of rows, with the values of another row in its title and labels.
+pub(super) fn chart<'a>(
+    name: &str,
+    row: &Value,
+    rows: impl IntoIterator<Item = &'a Value>,
+) -> Chart {
     let drawn = &WORDS.chart[name];
     let axis = |letter, label| Axis {
         log: drawn.log.contains(letter),
         ..Axis::linear(&filled(label, row))
     };
+    let rows: Vec<&Value> = rows.into_iter().collect();
+    let factor = drawn.factor.unwrap_or(1.0);
+    let series = drawn
+        .lines
+        .iter()
+        .flat_map(|line| line.series(&rows, factor));
     Chart {
         title: filled(&drawn.title, row),
         x: axis('x', &drawn.x),
@@ -208,27 +246,45 @@ pub(super) fn chart(name: &str, row: &Value, series: Vec<Series>) -> Chart {
             range: drawn.range,
             ..axis('y', &drawn.y)
         },
-        series,
+        series: series.collect(),
     }
 }
 
-/// Points of rows, a series for each name that they make.
-pub(super) fn series<'a>(
-    rows: impl IntoIterator<Item = &'a Value>,
-    name: &str,
-    [x, y]: [&str; 2],
-    mark: Mark,
-) -> Vec<Series> {
-    let rows = rows.into_iter();
-    let named: Vec<_> = rows.map(|row| (filled(name, row), row)).collect();
-    let names = distinct(named.iter().map(|(name, _)| name));
-    let one = |name: &String| {
-        let own = named.iter().filter(|(known, _)| known == name);
-        let point = |row: &Value| Some([row[x].as_f64()?, row[y].as_f64()?]);
-        let points = own.filter_map(|(_, row)| point(row)).collect();
-        Series::new(name, points, mark)
+impl Line {
+    fn series(&self, rows: &[&Value], factor: f64) -> Vec<Series> {
+        if !self.points.is_empty() {
+            return vec![Series::new(&*self.name, self.points.clone(), self.mark)];
+        }
+        let rows = rows.iter().filter(|row| takes(&self.only, row));
+        let named: Vec<_> = rows.map(|row| (filled(&self.name, row), row)).collect();
+        let one = |name: &String| {
+            let own = named.iter().filter(|(known, _)| known == name);
+            let [x, y] = self.columns.each_ref();
+            let point = |row: &Value| Some([row[x].as_f64()?, factor * row[y].as_f64()?]);
+            let points = own.filter_map(|(_, row)| point(row)).collect();
+            Series::new(name, points, self.mark)
+        };
+        let names = distinct(named.iter().map(|(name, _)| name));
+        names.into_iter().map(one).collect()
+    }
+}
+
+fn takes(only: &Only, row: &Value) -> bool {
+    only.iter().all(|(key, value)| row[key] == *value)
+}
+
+/// The checks of those names, for each set of rows that share a column, of the largest errors in it.
+pub(super) fn judged(rows: &[Value], shared: &str, names: &[&str]) -> Vec<Check> {
+    let groups = rows.chunk_by(|a, b| a[shared] == b[shared]);
+    let check = |group: &[Value], name: &&str| {
+        let said = &WORDS.check[*name];
+        let own = || group.iter().filter(|row| takes(&said.only, row));
+        let error = largest(said.worst.iter().map(|key| worst(own(), key)));
+        Some(tell(name, group.last()?.clone()).off(error))
     };
-    names.into_iter().map(one).collect()
+    groups
+        .flat_map(|group| names.iter().filter_map(move |name| check(group, name)))
+        .collect()
 }
 
 /// What an experiment ends in, with its rows as CSV.
@@ -249,18 +305,10 @@ pub(super) fn outcome(
 
 /// Rows as CSV with a header.
 pub(super) fn lines(rows: &[Value]) -> Result<String, ExperimentError> {
-    let rows: Vec<Row> = rows
-        .iter()
-        .filter_map(|row| row.as_object().cloned())
-        .collect();
+    let rows = row::rows_of(&Value::from(rows), "");
     let mut out = Vec::new();
     row::csv(&rows, &mut out)?;
     Ok(String::from_utf8_lossy(&out).into_owned())
-}
-
-/// The line on which ours is the theory, up to an end.
-pub(super) fn diagonal(name: &str, end: f64) -> Series {
-    Series::new(name, vec![[0.0, 0.0], [end, end]], Mark::Line)
 }
 
 #[cfg(test)]

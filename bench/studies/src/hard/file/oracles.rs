@@ -15,9 +15,9 @@ mod uneven;
 mod wound;
 
 use super::expression::Function;
+use crate::buckling::buckling_torque;
 use crate::hard::special;
 use crate::law;
-use crate::paper::specimens::twist;
 use std::f64::consts::FRAC_PI_2;
 use taut_ground::random::Random;
 use taut_integrator::Scheme;
@@ -35,7 +35,7 @@ pub(super) const ORACLES: &[Function] = &[
     ("folded_fall", 1, |x| fall::time(x[0])),
     // Greenhill's torque of N segments over EI/L, from EA L²/EI and P L²/EI.
     ("buckling_torque", 3, |x| {
-        twist::buckling_torque(x[0] as usize, x[1], x[2])
+        buckling_torque(x[0] as usize, x[1], x[2])
     }),
     // Growth of the amplitude of a pendulum that is hauled in from 10 to 5 m, and ratio of its action, from the speed.
     ("hoisted_growth", 1, |x| hoist::of_equation(x[0])[0]),

@@ -2,7 +2,7 @@
 
 use super::rod::{Rod, Shape};
 use crate::hard::worse;
-use crate::paper::specimens::{Reading, read};
+use crate::rest::{Reading, read};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::cell::OnceCell;
 use taut_ground::modes::natural;

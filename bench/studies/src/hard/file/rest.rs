@@ -1,7 +1,7 @@
 //! How scenes come to rest before a run.
 
 use super::{Rest, Run};
-use crate::paper::specimens::{passes_from_rest, relax, settle};
+use crate::rest::{passes_from_rest, relax, settle};
 use taut_ground::choice::Choice;
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, static_equilibrium};
 use taut_model::Scene;

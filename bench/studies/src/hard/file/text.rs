@@ -4,6 +4,7 @@ use super::CaseError;
 use super::expression::{Formula, Values, number};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
+use taut_output::table::formed;
 use toml::{Table, Value};
 
 /// Names of a run: numbers, and words that stand for themselves.
@@ -95,21 +96,7 @@ impl Names {
         if let Some(word) = self.words.get(formula) {
             return Ok(word.clone());
         }
-        let value = number(formula, &self.values)?;
-        let exponent = form.ends_with('e');
-        let digits = form.trim_matches(['+', '.', 'e']).parse::<usize>().ok();
-        let sign = if form.starts_with('+') && value >= 0.0 {
-            "+"
-        } else {
-            ""
-        };
-        let text = match (digits, exponent) {
-            (Some(digits), true) => format!("{value:.digits$e}"),
-            (Some(digits), false) => format!("{value:.digits$}"),
-            (None, true) => format!("{value:e}"),
-            (None, false) => format!("{value}"),
-        };
-        Ok([sign, &text].concat())
+        Ok(formed(number(formula, &self.values)?, form))
     }
 
     /// A scene's table with numbers and texts in place of formulas, and entries repeated.

@@ -1,14 +1,14 @@
 //! The figures: distributions (Figs 2 and 3), return maps (Fig. 4) and spectra (Fig. 5), with the paper's words on them.
 
 use super::signal::{histogram, spectrum};
-use super::{BENDING, DT, LINKS, ends, runs, span, tables, values};
+use super::{BENDING, LINKS, runs, tables, values};
+use crate::paper::DT;
 use crate::paper::table1::{Row, letter};
-use crate::paper::words::{self, chart, series, tell, with};
+use crate::paper::words::{self, chart, filled, number, tell, with};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use taut_model::ChainModel;
 use taut_output::check::{ExperimentError, Outcome};
-use taut_output::plot::{Mark, Series};
 
 /// log₁₀ of the load of Figs 2–4, and of Fig. 5.
 const LOAD: f64 = 2.0;
@@ -27,33 +27,30 @@ pub(in crate::paper) fn distribution(
     quick: bool,
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
-    progress.set_length(1);
-    let (samples, numbers) = runs(row, LOAD, quick)?;
-    progress.inc(1);
-    let said = |name, s: &Value| {
-        let more = json!({ "figure": figure, "peaks": span(s, "peak_share", 2) });
-        tell(name, with(s, &more))
-    };
+    let (samples, numbers) = runs(row, LOAD, quick, progress)?;
+    let said = |name, s: &Value| tell(name, with(s, &json!({ "figure": figure })));
     let checks = if row.model == ChainModel::Links {
-        let peaked = |s: &Value| said("peaked", s).so(ends(s, "peak_share")[0] > 2.0 * EVEN_SHARE);
+        let peaked =
+            |s: &Value| said("peaked", s).so(number(s, "peak_share_low") > 2.0 * EVEN_SHARE);
         numbers.each_ref().map(peaked)
     } else {
         // The link chain with the same load, for the sizes.
-        let (_, links) = runs(LINKS, LOAD, quick)?;
+        let (_, links) = runs(LINKS, LOAD, quick, progress)?;
         let [stretch, bent] =
-            [0, 1].map(|i| ends(&links[i], "rms")[0] / ends(&numbers[i], "rms")[1]);
+            [0, 1].map(|i| number(&links[i], "rms_low") / number(&numbers[i], "rms_high"));
         let bend = &numbers[1];
         let sizes = json!({ "figure": figure, "bend": bent, "stretch": stretch });
         [
-            said("two-valued", bend).so(ends(bend, "peak_share")[1] < EVEN_SHARE),
+            said("two-valued", bend).so(number(bend, "peak_share_high") < EVEN_SHARE),
             tell("chain-sizes", sizes).so(bent > 10.0 && stretch < bent / 10.0),
         ]
     };
     let panel = |signal: &str, unit: &str| {
         let values = values(&samples, &format!("{signal}_{unit}"));
-        let bars = Series::new("", histogram(&values, 40), Mark::Bars);
+        let bar = |[value, count]: [f64; 2]| json!({ "value": value, "count": count });
+        let bars: Vec<Value> = histogram(&values, 40).into_iter().map(bar).collect();
         let row = json!({ "signal": signal, "unit": unit, "chain": letter(row.model) });
-        chart("distribution", &row, vec![bars])
+        chart("distribution", &row, &bars)
     };
     let charts = vec![panel("stretch", "m"), panel("bend", "rad")];
     words::outcome(checks.to_vec(), tables(&numbers), &samples, charts)
@@ -64,18 +61,17 @@ pub(in crate::paper) fn return_maps(
     quick: bool,
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
-    progress.set_length(2);
     let (mut numbers, mut charts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
     let mut points = Vec::new();
     for row in [LINKS, BENDING] {
-        let (samples, found) = runs(row, LOAD, quick)?;
+        let (samples, found) = runs(row, LOAD, quick, progress)?;
         let model = letter(row.model);
-        let [low, high] = ends(&found[0], "predictability");
+        let order = |end: &str| number(&found[0], &format!("predictability_{end}"));
         let (name, holds) = match row.model {
-            ChainModel::Links => ("irregular", high < 0.5),
-            _ => ("ellipse", low > 0.999),
+            ChainModel::Links => ("irregular", order("high") < 0.5),
+            _ => ("ellipse", order("low") > 0.999),
         };
-        let said = json!({ "chain": model, "order": span(&found[0], "predictability", 4) });
+        let said = json!({ "chain": model, "order": found[0]["predictability"] });
         checks.push(tell(name, said.clone()).so(holds));
         let pairs = samples.windows(2);
         let own = pairs.map(|w| {
@@ -87,15 +83,9 @@ pub(in crate::paper) fn return_maps(
             })
         });
         let own: Vec<Value> = own.collect();
-        let axes = ["stretch_m", "next_stretch_m"];
-        charts.push(chart(
-            "return-map",
-            &said,
-            series(&own, "", axes, Mark::Points),
-        ));
+        charts.push(chart("return-map", &said, &own));
         points.extend(own);
         numbers.extend(found);
-        progress.inc(1);
     }
     words::outcome(checks, tables(&numbers), &points, charts)
 }
@@ -105,11 +95,10 @@ pub(in crate::paper) fn spectra(
     quick: bool,
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
-    progress.set_length(COMPLIANCES.len() as u64);
     let (mut numbers, mut lines) = (Vec::new(), Vec::new());
     for added in COMPLIANCES {
         let row = Row { added, ..BENDING };
-        let (samples, [_, found]) = runs(row, LOAD_OF_SPECTRA, quick)?;
+        let (samples, [_, found]) = runs(row, LOAD_OF_SPECTRA, quick, progress)?;
         let bend = values(&samples, "bend_rad");
         let line = |[frequency, amplitude]: [f64; 2]| {
             json!({
@@ -120,21 +109,17 @@ pub(in crate::paper) fn spectra(
         };
         lines.extend(spectrum(&bend, DT).into_iter().map(line));
         numbers.push(found);
-        progress.inc(1);
     }
-    let falls = |w: &[Value]| ends(&w[1], "centroid")[1] < ends(&w[0], "centroid")[0];
-    let centroids = numbers.iter().map(|s| span(s, "centroid", 2));
+    let falls = |w: &[Value]| number(&w[1], "centroid_high") < number(&w[0], "centroid_low");
+    let centroids = numbers.iter().map(|s| filled("{centroid}", s));
     let centroids: Vec<String> = centroids.collect();
     let least = |key: &str| numbers.iter().filter_map(|s| s[key].as_u64()).min();
     let [kept, count] = ["kept", "runs"].map(|key| least(key).unwrap_or(0));
     let row = json!({ "centroids": centroids.join(", "), "kept": kept, "count": count });
-    let name = "ε = {added_compliance} rad/(N m)";
-    let axes = ["frequency_hz", "amplitude_rad"];
-    let series = series(&lines, name, axes, Mark::Line);
     let checks = vec![
         tell("spectra", row.clone()).so(numbers.windows(2).all(falls)),
         tell("spectra-stability", row).so(kept == count),
     ];
-    let charts = vec![chart("spectra", &Value::Null, series)];
+    let charts = vec![chart("spectra", &Value::Null, &lines)];
     words::outcome(checks, tables(&numbers), &lines, charts)
 }

@@ -76,8 +76,8 @@ pub(super) fn histogram(signal: &[f64], bins: usize) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::DT;
     use super::*;
+    use crate::paper::DT;
     use std::f64::consts::{PI, TAU};
 
     fn wave(f: f64) -> Vec<f64> {

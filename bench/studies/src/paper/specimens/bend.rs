@@ -15,17 +15,20 @@ mod shape;
 pub use plane::growth_out_of_plane;
 pub use shape::deviations;
 
-use super::{Joint, MATERIALS, SEGMENTS, order, params, relax, summed, worst};
+use super::{Joint, MATERIALS, SEGMENTS, order, params, summed, tasks};
 use crate::checks::each;
-use crate::paper::words::{self, chart, diagonal, number, series, table, tell, with};
+use crate::options::pick;
+use crate::paper::words::{self, chart, judged, number, table, tell, with};
+use crate::rest::relax;
 use indicatif::ProgressBar;
+use nalgebra::Vector3;
 use plane::{slowest_mode, stability_of_the_plane};
 use serde_json::{Value, json};
-use shape::{MEASURES, Measure, axis, is_at, measure, shape};
+use shape::{MEASURES, axis, measure, polygon};
 use std::f64::consts::{FRAC_PI_4, TAU};
-use taut_model::{Scene, Specimen, SpecimenParams};
+use taut_model::{ResolvedSpecimen, Scene, Specimen, SpecimenParams};
 use taut_output::check::{Check, ExperimentError, Outcome};
-use taut_output::plot::{Chart, Mark, Series};
+use taut_output::plot::Chart;
 
 /// Joints, and the directions of their moments.
 const LOADED: [(Joint, f64); 3] = [
@@ -34,45 +37,34 @@ const LOADED: [(Joint, f64); 3] = [
     (Joint::Ordinary, 0.0),
 ];
 
-/// Loads from the straight cable to the full circle, whole and quick.
-pub const LOADS: [usize; 2] = [24, 12];
-
-/// Bends specimens of every material, in parallel, with as many loads from the straight cable to the full circle.
-pub fn run(
-    segments: &[usize],
-    loads: usize,
-    progress: &ProgressBar,
-) -> Result<Vec<Value>, ExperimentError> {
-    let mut tasks = Vec::new();
-    for material in MATERIALS {
-        for &n in segments {
-            tasks.extend(LOADED.map(|(joint, direction)| (material, n, joint, direction)));
-        }
-    }
-    let rows = each(&tasks, progress, |&(material, n, joint, direction)| {
-        let params = SpecimenParams {
-            moment_direction: direction,
-            ..params(Specimen::Bend, material, n, joint)
-        };
-        let to = if direction == 0.0 { 1.0 } else { STABLE };
-        bend(material.0, &params, joint, (loads, to))
+/// Bends specimens of every material, in parallel, from the straight cable to the full circle; quick by half the loads.
+pub fn run(quick: bool, progress: &ProgressBar) -> Result<Vec<Value>, ExperimentError> {
+    let loads = pick(quick, [24, 12]);
+    let tasks = tasks(&MATERIALS, &LOADED);
+    let rows = each(&tasks, progress, |&(material, n, (joint, direction))| {
+        bend(material, n, (joint, direction), loads)
     })?;
     Ok(rows.concat())
 }
 
 fn bend(
-    material: &str,
-    params: &SpecimenParams,
-    joint: Joint,
-    (loads, to): (usize, f64),
+    material: (&str, f64),
+    n: usize,
+    (joint, direction): (Joint, f64),
+    loads: usize,
 ) -> Result<Vec<Value>, ExperimentError> {
+    let params = SpecimenParams {
+        moment_direction: direction,
+        ..params(Specimen::Bend, material, n, joint)
+    };
+    let to = if direction == 0.0 { 1.0 } else { STABLE };
     let specimen = params.resolve()?;
-    let n = specimen.segments;
     let mut scene = params.build()?;
-    let axis = axis(params);
+    let axis = axis(&params);
     if joint != Joint::Cosserat {
         // Its scalar angle has no direction when straight: it starts from half the first load's shape.
-        shape(&mut scene, &specimen, &axis, 0.5 * TAU / loads as f64);
+        let half = 0.5 * TAU / loads as f64;
+        (scene.bodies.position, scene.bodies.orientation) = polygon(&specimen, &axis, half);
     }
     let unit = specimen.stiffness.ei / params.length;
     let dt = 10.0 / slowest_mode(&specimen);
@@ -83,10 +75,10 @@ fn bend(
             scene.bodies.torque[n] = axis * (angle * unit);
             scene = relax(std::mem::take(&mut scene), dt)?;
             let row = json!({
-                "material": material,
+                "material": material.0,
                 "segments": n,
                 "joint": joint,
-                "direction_rad": params.moment_direction,
+                "direction_rad": direction,
                 "angle_theory": angle,
                 "moment_nm": angle * unit,
             });
@@ -95,19 +87,31 @@ fn bend(
         .collect()
 }
 
+/// A specimen under the moment for `part` of a circle, bent to `share` of that.
+fn loaded(
+    material: (&str, f64),
+    segments: usize,
+    part: f64,
+    share: f64,
+) -> Result<(Scene, ResolvedSpecimen, Vector3<f64>), ExperimentError> {
+    let params = params(Specimen::Bend, material, segments, Joint::Cosserat);
+    let (specimen, axis) = (params.resolve()?, axis(&params));
+    let mut scene = params.build()?;
+    let bodies = &mut scene.bodies;
+    (bodies.position, bodies.orientation) = polygon(&specimen, &axis, share * (part * TAU));
+    bodies.torque[segments] = axis * (part * TAU * specimen.stiffness.ei / params.length);
+    Ok((scene, specimen, axis))
+}
+
 /// A specimen at rest, bent to `part` of a circle from a tenth less, and what is measured of it.
 pub(in crate::paper) fn bent(
     material: (&str, f64),
     segments: usize,
     part: f64,
 ) -> Result<(Scene, Value), ExperimentError> {
-    let params = params(Specimen::Bend, material, segments, Joint::Cosserat);
-    let (specimen, axis, angle) = (params.resolve()?, axis(&params), part * TAU);
-    let mut scene = params.build()?;
-    shape(&mut scene, &specimen, &axis, 0.9 * angle);
-    scene.bodies.torque[segments] = axis * (angle * specimen.stiffness.ei / params.length);
+    let (scene, specimen, axis) = loaded(material, segments, part, 0.9)?;
     let scene = relax(scene, 10.0 / slowest_mode(&specimen))?;
-    let row = measure(&scene, &specimen, &axis, angle);
+    let row = measure(&scene, &specimen, &axis, part * TAU);
     Ok((scene, row))
 }
 
@@ -119,35 +123,16 @@ const PUBLISHED: [(usize, f64); 2] = [(6, 0.10), (24, 0.025)];
 
 /// Checks, tables, rows and charts.
 pub fn outcome(rows: &[Value]) -> Result<Outcome, ExperimentError> {
-    let mut checks = against_theory(rows);
+    let of_material = ["bend-angle", "bend-end", "bend-diagonal"];
+    let mut checks = judged(rows, "material", &of_material);
+    checks.extend(judged(rows, "", &["bend-closes"]));
+    checks.extend(MEASURES.map(|(name, measure, expected)| {
+        let found = finest(&deviations(rows, 0.25 * TAU, measure)).unwrap_or(f64::NAN);
+        tell("bend-order", json!({ "measure": name })).beside([expected, found])
+    }));
     checks.extend(published(rows));
     checks.push(stability_of_the_plane()?);
     words::outcome(checks, tables(rows), rows, charts(rows))
-}
-
-/// The specimens beside the exact polygon and the circle.
-fn against_theory(rows: &[Value]) -> Vec<Check> {
-    let mut checks = Vec::new();
-    let straight = |row: &Value| row["direction_rad"] == 0.0;
-    for (material, _) in MATERIALS {
-        let mut say = |name, takes: &dyn Fn(&Value) -> bool, key| {
-            let own = rows.iter().filter(|row| row["material"] == material);
-            let error = worst(own.filter(|row| takes(row)), key);
-            checks.push(tell(name, json!({ "material": material })).off(error));
-        };
-        say("bend-angle", &|_| true, "angle_error");
-        say("bend-end", &straight, "tip_error");
-        say("bend-diagonal", &|row| !straight(row), "tip_error");
-    }
-    let is_full = |r: &&Value| is_at(r, TAU) && straight(r);
-    let closing = worst(rows.iter().filter(is_full), "tip_from_arc");
-    checks.push(tell("bend-closes", json!({})).off(closing));
-    for (name, measure, expected) in MEASURES {
-        let found = finest(&deviations(rows, 0.25 * TAU, measure)).unwrap_or(f64::NAN);
-        let said = tell("bend-order", json!({ "measure": name }));
-        checks.push(said.beside([expected, found]));
-    }
-    checks
 }
 
 /// Order in N of the two finest specimens' deviations.
@@ -198,23 +183,15 @@ fn tables(rows: &[Value]) -> String {
 }
 
 fn charts(rows: &[Value]) -> Vec<Chart> {
-    let end = worst(rows, "angle_theory");
-    let plane = |r: &&Value| r["direction_rad"] == 0.0 && r["joint"] == "cosserat";
     let curved = |r: &Value| with(r, &json!({ "curvature": 1.0 / number(r, "radius_m") }));
-    let curved: Vec<Value> = rows.iter().filter(plane).map(curved).collect();
-    let mut torque = vec![diagonal("theory", end)];
-    let axes = ["curvature", "angle_theory"];
-    torque.extend(series(&curved, "N = {segments}", axes, Mark::Points));
-    let line = |(name, measure, _): Measure| {
-        let all = deviations(rows, TAU, measure);
-        let points = all.iter().map(|&(n, d)| [n as f64, d.abs()]).collect();
-        Series::new(name, points, Mark::LineAndPoints)
-    };
-    let mut deviation = MEASURES.map(line).to_vec();
-    let printed = PUBLISHED.map(|(n, d)| [n as f64, d]).to_vec();
-    deviation.push(Series::new("paper", printed, Mark::Points));
+    let curved: Vec<Value> = rows.iter().map(curved).collect();
+    let deviations = MEASURES.iter().flat_map(|(name, measure, _)| {
+        let all = deviations(rows, TAU, measure).into_iter();
+        all.map(move |(n, d)| json!({ "measure": name, "n": n, "deviation": d.abs() }))
+    });
+    let deviations: Vec<Value> = deviations.collect();
     vec![
-        chart("bend", &Value::Null, torque),
-        chart("bend-deviation", &Value::Null, deviation),
+        chart("bend", &Value::Null, &curved),
+        chart("bend-deviation", &Value::Null, &deviations),
     ]
 }

@@ -11,97 +11,55 @@
 //!
 //! **Leak**: what the twist row reads at a joint that is bent without twist, by definition of the angle ([`leaks`]).
 
-mod buckling;
 mod motion;
 mod report;
 mod rest;
 
-pub use buckling::{buckling_torque, greenhill};
+pub use crate::buckling::{buckling_torque, greenhill};
 pub use motion::{Motion, Step};
 pub use report::outcome;
+pub(in crate::paper) use rest::at_rest;
 pub use rest::leaks;
-pub(in crate::paper) use rest::twisted;
 
-use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
+use super::{Joint, MATERIALS, POISSON, params, tasks};
 use crate::checks::each;
 use crate::options::pick;
+use crate::paper::words::with;
 use indicatif::ProgressBar;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use taut_model::{Specimen, SpecimenParams};
 use taut_output::check::ExperimentError;
 
+/// YA L²/YI of the paper's specimen: 12 L²/A.
+const SLENDERNESS: f64 = 1.2e5;
+
+/// Turns at a torque in units of YI/L, for the paper's J_t = I_a.
+fn turns(torque: f64) -> f64 {
+    torque * 2.0 * (1.0 + POISSON) / TAU
+}
+
 /// The paper's largest twist \[rad].
 pub const FARTHEST: f64 = 233.0;
 
-/// Without tension, 1 turn in 4 s.
-fn loose(joint: Joint, segments: usize, step: Step, dt: f64) -> Motion {
-    Motion {
-        joint,
-        segments,
-        step,
-        dt,
-        tension: 0.0,
-        disturbed: true,
-        turns: 12.0,
-        ramp: 48.0,
-        hold: 0.0,
+/// The runs of `motions.toml`: all combinations of what its entries list.
+fn motions(quick: bool) -> Result<Vec<Motion>, ExperimentError> {
+    let file: Value = toml::from_str(include_str!("twist/motions.toml"))?;
+    let entries = file[pick(quick, ["whole", "quick"])].as_array();
+    let entries = entries.into_iter().flatten();
+    let mut all: Vec<Value> = entries.map(|entry| with(&file["usual"], entry)).collect();
+    for key in ["segments", "joint", "tension", "step", "dt"] {
+        let each = |row: Value| match row[key].as_array() {
+            Some(values) => values
+                .iter()
+                .map(|v| with(&row, &json!({ key: v })))
+                .collect(),
+            None => vec![row],
+        };
+        all = all.into_iter().flat_map(each).collect();
     }
-}
-
-/// With tension, to 37 turns and 5 s more.
-fn taut(segments: usize, step: Step, tension: f64) -> Motion {
-    Motion {
-        tension,
-        turns: FARTHEST / TAU,
-        ramp: 10.0,
-        hold: 5.0,
-        ..loose(Joint::Cosserat, segments, step, DT)
-    }
-}
-
-const DT: f64 = 1.0 / 60.0;
-
-/// The paper's joint and the taut specimen.
-fn few() -> Vec<Motion> {
-    vec![
-        loose(Joint::Ordinary, 24, Step::Paper, DT),
-        loose(Joint::Cosserat, 24, Step::Default, DT),
-        taut(24, Step::Paper, 1.1),
-        taut(24, Step::Default, 1.1),
-        taut(24, Step::Stiffened, 1.1),
-    ]
-}
-
-/// The paper's N and both steps, and finer ones.
-fn all() -> Vec<Motion> {
-    use Joint::{Alternative, Cosserat, Ordinary};
-    use Step::{Default, Paper, Stiffened};
-    let mut motions = Vec::new();
-    for n in SEGMENTS {
-        for joint in Joint::ALL {
-            motions.extend([Paper, Default].map(|step| loose(joint, n, step, DT)));
-        }
-    }
-    motions.extend([Ordinary, Alternative].map(|joint| Motion {
-        disturbed: false,
-        turns: FARTHEST / TAU,
-        ..loose(joint, 24, Paper, DT)
-    }));
-    motions.extend([Ordinary, Alternative].map(|joint| Motion {
-        turns: 0.0,
-        ramp: 10.0,
-        ..loose(joint, 24, Paper, DT)
-    }));
-    let finer = [(Paper, 4.0), (Default, 4.0), (Default, 16.0)];
-    motions.extend(finer.map(|(step, parts)| loose(Cosserat, 24, step, DT / parts)));
-    for n in [12, 24] {
-        for tension in [0.6, 1.1] {
-            motions.extend([Paper, Default, Stiffened].map(|step| taut(n, step, tension)));
-        }
-    }
-    motions.push(taut(24, Default, 2.0));
-    motions
+    let motions = all.into_iter().map(serde_json::from_value);
+    Ok(motions.collect::<Result<_, _>>()?)
 }
 
 /// A steel or other specimen with the paper's GJ = Y I_a/(2(1 + ν)).
@@ -120,17 +78,12 @@ fn specimen(
 
 /// Specimens at rest, in motion, in parallel, and the leaks of a bent joint; in the quick form steel alone at rest.
 pub fn run(quick: bool, progress: &ProgressBar) -> Result<[Vec<Value>; 3], ExperimentError> {
-    let mut tasks = Vec::new();
-    for &material in pick(quick, [&MATERIALS[..], &MATERIALS[2..]]) {
-        for n in SEGMENTS {
-            tasks.extend(Joint::ALL.map(|joint| (material, n, joint)));
-        }
-    }
+    let materials = pick(quick, [&MATERIALS[..], &MATERIALS[2..]]);
+    let tasks = tasks(materials, &Joint::ALL);
     let rows = each(&tasks, progress, |&(material, n, joint)| {
-        rest::at_rest(material, n, joint)
+        Ok::<_, ExperimentError>(at_rest(material, n, joint, FARTHEST)?.1)
     })?;
     progress.reset();
-    let motions = if quick { few() } else { all() };
-    let held = each(&motions, progress, motion::in_motion)?;
+    let held = each(&motions(quick)?, progress, motion::in_motion)?;
     Ok([rows.concat(), held, leaks()?])
 }

@@ -1,15 +1,16 @@
 //! The limits beside the paper's rows, linear theory, the laws that the columns follow and the limit of the sweeps; the
 //! paper's words on solvers, starts and joints; tables and charts.
 
-use super::rows::Row;
-use super::{CG, DIRECT, DT, GRAVITY, HEAVY, LENGTH, LIGHT, ORDINARY, PAPER, PER_DECADE, ROWS};
+use super::rows::{ROWS, Row};
+use super::{CG, DIRECT, HEAVY, LENGTH, LIGHT, ORDINARY, PAPER, PER_DECADE};
 use super::{SEEDED, STIFFENED, SWEEPS, Solver, TIMES};
+use crate::fit::line;
 use crate::options::pick;
-use crate::paper::timing::line;
-use crate::paper::words::{chart, filled, table, tell, text, with};
+use crate::paper::words::{chart, extremes, filled, number, table, tell, text, with};
+use crate::paper::{DT, GRAVITY};
 use serde_json::{Value, json};
 use taut_output::check::{Check, Verdict};
-use taut_output::plot::{Chart, Mark, Series};
+use taut_output::plot::Chart;
 
 /// Largest rise of a limit by the heavy top, in decades; the theory of a uniform cable ignores it.
 /// A limit below the theory is due to rounding down to a step of the grid.
@@ -44,56 +45,69 @@ fn limit(record: &Value) -> Option<f64> {
     decade(record, "stable").filter(|_| !is_capped(record))
 }
 
-fn is_of(record: &Value, row: &Row) -> bool {
-    record["young_gpa"] == row.young
-        && record["zeta_per_m2"] == row.zeta
-        && record["segments"] == row.segments
+/// The paper's rows, each with what its cells of [`LENGTH`] share, and by their names with their limits: as text, as ratio,
+/// its decade, and that again where it lies inside the range tried.
+fn rows(records: &[Value]) -> Vec<Value> {
+    let row = |row: &Row| {
+        let mut all = row.read();
+        let is_own = |r: &&Value| {
+            let own = ["young_gpa", "zeta_per_m2"].map(|key| r[key] == all[key]);
+            own == [true; 2] && r["segments"] == row.segments && r["length_m"] == LENGTH
+        };
+        let own: Vec<&Value> = records.iter().filter(is_own).collect();
+        if let Some(shared) = own.iter().find(|r| r["setting"] == PAPER) {
+            all = with(&all, shared);
+        }
+        for r in own {
+            let name = filled("{ends}, {setting}, {solver}", r);
+            all[format!("{name}: stable")] = r["stable"].clone();
+            all[format!("{name}: decade")] = decade(r, "stable").into();
+            all[format!("{name}: limit")] = limit(r).into();
+            all[name] = cell(r).into();
+        }
+        all
+    };
+    ROWS.iter().map(row).collect()
 }
 
-/// A cell of the cable of [`LENGTH`].
-fn find<'a>(
-    records: &'a [Value],
-    row: &Row,
-    ends: &str,
-    (setting, solver): (&str, Solver),
-) -> Option<&'a Value> {
-    let mut own = records
-        .iter()
-        .filter(|r| is_of(r, row) && r["length_m"] == LENGTH);
-    own.find(|r| r["ends"] == ends && r["setting"] == setting && r["solver"] == solver.0)
+/// A cell's column in [`rows`].
+type Cell<'a> = (&'a str, &'a str, Solver);
+
+fn shown<'a>(row: &'a Value, (ends, setting, solver): Cell<'_>) -> Option<&'a str> {
+    row[format!("{ends}, {setting}, {solver}")].as_str()
+}
+
+fn at(row: &Value, (ends, setting, solver): Cell<'_>, what: &str) -> Option<f64> {
+    row[format!("{ends}, {setting}, {solver}: {what}")].as_f64()
 }
 
 /// The paper's rows and claims beside the limits found, and the limits beside linear theory.
 pub fn checks(records: &[Value], quick: bool) -> Vec<Check> {
-    let step = 1.0 / pick(quick, PER_DECADE);
-    let mut checks: Vec<Check> = ROWS.iter().filter_map(|r| published(records, r)).collect();
+    let (rows, step) = (rows(records), 1.0 / pick(quick, PER_DECADE));
+    let mut checks: Vec<Check> = rows.iter().filter_map(published).collect();
     checks.extend(linear_theory(records, step));
-    checks.extend(scaling(records, step));
+    checks.extend(scaling(&rows, step));
     let light = [3, 20].into_iter().zip(SWEEPS);
-    checks.extend(light.filter_map(|(n, solver)| light_sweeps(records, step, n, solver)));
+    checks.extend(light.filter_map(|(n, solver)| light_sweeps(&rows, step, n, solver)));
     checks.extend(enough(records, 20, 5.0));
     checks.extend(enough(records, 3, 3.0));
-    checks.extend(claims(records));
+    checks.extend(claims(&rows));
     checks.extend(warm_start(records));
     checks.extend(fitted(records));
     checks
 }
 
-fn published(records: &[Value], row: &Row) -> Option<Check> {
-    let swept = find(records, row, HEAVY, (PAPER, SWEEPS[1]))?;
-    let direct = find(records, row, HEAVY, (PAPER, DIRECT));
-    let found = decade(swept, "stable").unwrap_or(f64::NAN);
-    let paper = row.ratio.log10();
-    let mark = if row.inferred { " (inferred)" } else { "" };
-    let more =
-        json!({ "decade": paper, "mark": mark, "swept": cell(swept), "direct": cell(direct?) });
-    Some(tell("table2-row", with(swept, &more)).off((found - paper).abs()))
+fn published(row: &Value) -> Option<Check> {
+    let swept = (HEAVY, PAPER, SWEEPS[1]);
+    shown(row, swept)?;
+    let found = at(row, swept, "decade").unwrap_or(f64::NAN);
+    Some(tell("table2-row", row.clone()).off((found - number(row, "decade")).abs()))
 }
 
 /// Direct solves of the explicit tension: joint, definition and length as they come.
 fn linear_theory(records: &[Value], step: f64) -> Option<Check> {
     let is_direct =
-        |r: &&Value| r["solver"] == DIRECT.0 && !SEEDED.iter().any(|s| r["setting"] == *s);
+        |r: &&Value| r["solver"] == DIRECT && !SEEDED.iter().any(|s| r["setting"] == *s);
     let distance = |r: &Value| Some(decade(r, "predicted")? - limit(r)?);
     let direct = records.iter().filter(is_direct);
     let all: Vec<f64> = direct.filter_map(distance).collect();
@@ -111,122 +125,127 @@ fn mean_ratio(pairs: impl Iterator<Item = (Option<f64>, Option<f64>)>) -> Option
     (!logs.is_empty()).then(|| logs.iter().sum::<f64>() / logs.len() as f64)
 }
 
-fn scaling(records: &[Value], step: f64) -> Vec<Check> {
-    let direct = |row: &Row, setting| find(records, row, HEAVY, (setting, DIRECT));
-    let limit = |row: &Row, setting| limit(direct(row, setting)?);
+fn scaling(rows: &[Value], step: f64) -> Vec<Check> {
+    let limit = |row: &Value, setting| at(row, (HEAVY, setting, DIRECT), "limit");
     let mut checks = Vec::new();
-    for rows in [&ROWS[..5], &ROWS[5..]] {
-        let points = |value: &dyn Fn(&Row) -> Option<f64>| -> Vec<[f64; 2]> {
-            let point = |r: &Row| Some([(r.young / r.zeta).log10(), value(r)?]);
-            rows.iter().filter_map(point).collect()
+    let parts: Vec<&[Value]> = rows
+        .chunk_by(|a, b| a["segments"] == b["segments"])
+        .collect();
+    for own in &parts {
+        let points = |value: &dyn Fn(&Value) -> Option<f64>| -> Vec<[f64; 2]> {
+            let point = |r: &Value| Some([decade(r, "young_over_zeta")?, value(r)?]);
+            own.iter().filter_map(point).collect()
         };
         let found = points(&|r| limit(r, PAPER));
-        if found.len() < rows.len() {
+        if found.len() < own.len() {
             continue;
         }
         let [_, slope] = line(&found);
-        let [_, theory] = line(&points(&|r| decade(direct(r, PAPER)?, "predicted")));
-        let row = json!({ "n": rows[0].segments, "slope": slope, "theory": theory });
+        let [_, theory] = line(&points(&|r| decade(r, "predicted")));
+        let row = json!({ "n": own[0]["segments"], "slope": slope, "theory": theory });
         checks.push(tell("table2-exponent", row).off((slope - 1.0).abs()));
     }
-    let twins = ROWS[..5].iter().flat_map(|a| {
-        let same = move |b: &&Row| (a.young, a.zeta) == (b.young, b.zeta);
-        ROWS[5..].iter().filter(same).map(move |b| (a, b))
+    let twins = parts[0].iter().flat_map(|a| {
+        let same = |b: &&Value| {
+            ["young_gpa", "zeta_per_m2"]
+                .iter()
+                .all(|key| a[*key] == b[*key])
+        };
+        let twins = parts[1].iter().filter(same);
+        twins.map(|b| (limit(a, PAPER), limit(b, PAPER)))
     });
-    if let Some(mean) = mean_ratio(twins.map(|(a, b)| (limit(a, PAPER), limit(b, PAPER)))) {
-        let row = json!({ "ratio": 10.0_f64.powf(mean), "bar": step });
-        let distance = (mean - 4.0_f64.log10()).abs();
-        checks
-            .push(tell("segments-paper", json!({ "ratio": row["ratio"] })).off((mean - 1.0).abs()));
-        checks.push(tell("segments-mass", row).off(distance));
+    if let Some(mean) = mean_ratio(twins.collect::<Vec<_>>().into_iter()) {
+        let ratio = 10.0_f64.powf(mean);
+        let said = tell("segments-paper", json!({ "ratio": ratio }));
+        checks.push(said.off((mean - 1.0).abs()));
+        let said = tell("segments-mass", json!({ "ratio": ratio, "bar": step }));
+        checks.push(said.off((mean - 4.0_f64.log10()).abs()));
     }
-    let both = ROWS.iter().map(|r| (limit(r, PAPER), limit(r, ORDINARY)));
-    if let Some(mean) = mean_ratio(both) {
+    let both = rows.iter().map(|r| (limit(r, PAPER), limit(r, ORDINARY)));
+    checks.extend(mean_ratio(both).map(|mean| {
         let row = json!({ "ratio": 10.0_f64.powf(mean) });
-        checks.push(tell("twist-definitions", row).off((mean - 1.0).abs()));
-    }
+        tell("twist-definitions", row).off((mean - 1.0).abs())
+    }));
     checks
 }
 
 /// k l/(g Δt²): the ratio at which k sweeps leave the load's joint open by a segment's length l.
-fn sweep_limit(iterations: usize, segments: usize) -> f64 {
-    iterations as f64 * LENGTH / segments as f64 / (GRAVITY * DT * DT)
+fn sweep_limit(iterations: usize, segments: f64) -> f64 {
+    iterations as f64 * LENGTH / segments / (GRAVITY * DT * DT)
 }
 
 /// The limit of n sweeps with a light top and geometric stiffness, and whether it depends on the material.
-fn light_sweeps(records: &[Value], step: f64, n: usize, solver: Solver) -> Option<Check> {
-    let light = |row: &Row| find(records, row, LIGHT, (STIFFENED, solver));
-    let distance =
-        |row: &Row| Some((limit(light(row)?)? - sweep_limit(n, row.segments).log10()).abs());
-    let worst = ROWS.iter().filter_map(distance).reduce(f64::max)?;
-    let differ = |rows: &[Row]| {
-        let limits: Vec<f64> = rows
-            .iter()
-            .filter_map(|r| light(r)?["stable"].as_f64())
-            .collect();
-        limits.windows(2).any(|w| w[0] != w[1])
-    };
-    let depends = differ(&ROWS[..5]) || differ(&ROWS[5..]);
+fn light_sweeps(rows: &[Value], step: f64, n: usize, solver: Solver) -> Option<Check> {
+    let limit = |row: &Value, what| at(row, (LIGHT, STIFFENED, solver), what);
+    let expected = |row: &Value| sweep_limit(n, number(row, "segments")).log10();
+    let distance = |row: &Value| Some((limit(row, "limit")? - expected(row)).abs());
+    let worst = rows.iter().filter_map(distance).reduce(f64::max)?;
+    let depends = rows
+        .chunk_by(|a, b| a["segments"] == b["segments"])
+        .any(|own| {
+            let [low, high] = extremes(own.iter().filter_map(|r| limit(r, "stable")));
+            low < high
+        });
     let word = if depends { "dependent" } else { "independent" };
     Some(tell("light-sweeps", json!({ "n": n, "word": word, "bar": step })).off(worst))
 }
 
 /// Smallest and largest of the limits of a column, as text; and the logarithm of the largest.
-fn range(records: &[Value], setting: &str, solver: Solver) -> Option<(String, f64)> {
-    let cells = ROWS
-        .iter()
-        .filter_map(|r| find(records, r, HEAVY, (setting, solver)));
-    let mut cells: Vec<&Value> = cells.collect();
-    let value = |r: &Value| decade(r, "stable").unwrap_or(-1.0);
+fn range(rows: &[Value], setting: &str, solver: Solver) -> Option<(String, f64)> {
+    let cell = (HEAVY, setting, solver);
+    let cells = rows.iter().filter_map(|r| {
+        let text = shown(r, cell)?.trim_end_matches(['g', 't', 'x']);
+        Some((text, at(r, cell, "decade").unwrap_or(-1.0)))
+    });
+    let mut cells: Vec<(&str, f64)> = cells.collect();
     // The last of equal ones is the largest, the first the smallest.
-    cells.sort_by(|a, b| value(a).total_cmp(&value(b)));
-    let (low, high) = (cells.first()?, cells.last()?);
-    let [low, top] = [low, high].map(|r| cell(r).trim_end_matches(['g', 't', 'x']).to_owned());
-    Some((format!("10^({low} … {top})"), value(high)))
+    cells.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let ((low, _), (top, value)) = (cells.first()?, cells.last()?);
+    Some((format!("10^({low} … {top})"), *value))
 }
 
-fn claims(records: &[Value]) -> Vec<Check> {
-    let column = |setting, solver| range(records, setting, solver);
+fn claims(rows: &[Value]) -> Vec<Check> {
     let mut checks = Vec::new();
-    let [swept, cg, direct] = [SWEEPS[1], CG, DIRECT].map(|s| column(PAPER, s));
+    let [swept, cg, direct] = [SWEEPS[1], CG, DIRECT].map(|s| range(rows, PAPER, s));
     if let (Some((_, swept)), Some((cg, c)), Some((direct, d))) = (swept, cg, direct) {
-        let light = light_limit(records, SWEEPS[1]);
+        let light = light_limit(rows, SWEEPS[1]);
         let row = json!({ "direct": direct, "cg": cg, "light": light });
         checks.push(tell("direct-more", row).so(c > swept + 1.0 && d > swept + 1.0));
     }
-    let [alternative, ordinary] = SEEDED.map(|s| column(s, DIRECT));
+    let [alternative, ordinary] = SEEDED.map(|s| range(rows, s, DIRECT));
     if let (Some((alternative, a)), Some((ordinary, o))) = (alternative, ordinary) {
         let row = json!({ "ordinary": ordinary, "alternative": alternative });
         checks.push(tell("joint-in-space", row).so(a >= 5.0 || o >= 5.0));
     }
-    if let Some((ours, _)) = column(STIFFENED, DIRECT) {
-        let cell = |r| find(records, r, HEAVY, (STIFFENED, DIRECT));
-        let cells: Vec<&Value> = ROWS.iter().filter_map(cell).collect();
-        let lost = cells.iter().filter(|r| !is_capped(r)).count();
-        let said = tell("stiffened", json!({ "rows": cells.len(), "ours": ours }));
-        checks.push(said.off(lost as f64));
+    if let Some((ours, _)) = range(rows, STIFFENED, DIRECT) {
+        let cells = rows
+            .iter()
+            .filter_map(|r| shown(r, (HEAVY, STIFFENED, DIRECT)));
+        let (kept, lost): (Vec<_>, Vec<_>) = cells.partition(|text| text.starts_with('≥'));
+        let row = json!({ "rows": kept.len() + lost.len(), "ours": ours });
+        checks.push(tell("stiffened", row).off(lost.len() as f64));
     }
     checks
 }
 
 /// Largest limit of the sweeps with a light top, paper's joint in the plane, as a logarithm.
-fn light_limit(records: &[Value], solver: Solver) -> Option<f64> {
-    let limit = |r: &Row| limit(find(records, r, LIGHT, (PAPER, solver))?);
-    ROWS.iter().filter_map(limit).reduce(f64::max)
+fn light_limit(rows: &[Value], solver: Solver) -> Option<f64> {
+    let limit = |r| at(r, (LIGHT, PAPER, solver), "limit");
+    rows.iter().filter_map(limit).reduce(f64::max)
 }
 
 /// Check that `n` sweeps suffice up to 10^`least` in every row whose cable holds that with a
 /// direct solver.
 pub(in crate::paper) fn enough(records: &[Value], n: usize, least: f64) -> Option<Check> {
+    let rows = rows(records);
     let solver = SWEEPS[usize::from(n == 20)];
-    let reaches = |r: &Value| decade(r, "stable").is_some_and(|found| found >= least - 1e-9);
-    let able = ROWS.iter().filter_map(|r| {
-        let swept = find(records, r, HEAVY, (PAPER, solver))?;
-        reaches(find(records, r, HEAVY, (PAPER, DIRECT))?).then(|| reaches(swept))
-    });
-    let able: Vec<bool> = able.collect();
-    let kept = able.iter().filter(|kept| **kept).count();
-    let light = light_limit(records, solver);
+    let reaches = |r: &&Value, solver| {
+        let found = at(r, (HEAVY, PAPER, solver), "decade");
+        found.is_some_and(|found| found >= least - 1e-9)
+    };
+    let able: Vec<&Value> = rows.iter().filter(|r| reaches(r, DIRECT)).collect();
+    let kept = able.iter().filter(|r| reaches(r, solver)).count();
+    let light = light_limit(&rows, solver);
     let lost = light.map_or_else(String::new, |l| {
         format!(", where {n} sweeps end at 10^{l:.2}")
     });
@@ -252,13 +271,16 @@ fn warm_start(records: &[Value]) -> Option<Check> {
         let n = solver.trim_matches(|c: char| !c.is_ascii_digit());
         shown.push(format!("N {}, {n}: 10^{}", warm["segments"], cell(warm)));
         let decade = |r: &Value| decade(r, "stable").unwrap_or(0.0);
-        let is_cold = |r: &&Value| {
-            r["solver"] == solver
-                && r["setting"] == warm["setting"]
-                && ["young_gpa", "zeta_per_m2", "segments", "length_m", "ends"]
-                    .iter()
-                    .all(|key| r[*key] == warm[*key])
-        };
+        let same = [
+            "setting",
+            "young_gpa",
+            "zeta_per_m2",
+            "segments",
+            "length_m",
+            "ends",
+        ];
+        let is_cold =
+            |r: &&Value| r["solver"] == solver && same.iter().all(|key| r[*key] == warm[*key]);
         let cold = records.iter().find(is_cold);
         worst = cold.map_or(worst, |cold| worst.min(decade(warm) - decade(cold)));
     }
@@ -268,13 +290,11 @@ fn warm_start(records: &[Value]) -> Option<Check> {
 
 /// The direct limits at the length that fits the paper's column best.
 fn fitted(records: &[Value]) -> Option<Check> {
-    let is_fitted = |r: &&Value| r["length_m"] != LENGTH && r["solver"] == DIRECT.0;
+    let is_fitted = |r: &&Value| r["length_m"] != LENGTH && r["solver"] == DIRECT;
     let fitted = || records.iter().filter(is_fitted);
     let distance = |r: &Value| Some((limit(r)? - decade(r, "paper")?).abs());
     let worst = fitted().filter_map(distance).fold(0.0, f64::max);
-    let lengths = ROWS.map(|r| r.euler_length());
-    let low = lengths.into_iter().fold(f64::INFINITY, f64::min);
-    let high = lengths.into_iter().fold(0.0, f64::max);
+    let [low, high] = extremes(ROWS.iter().map(Row::euler_length));
     let more = json!({ "low": low, "high": high });
     Some(tell("one-length", with(fitted().next()?, &more)).off(worst))
 }
@@ -282,8 +302,8 @@ fn fitted(records: &[Value]) -> Option<Check> {
 /// Readings of the scan; the limits by joint and step, by solver, from other starts and at the
 /// fitted length. Every cell is a row of the CSV file.
 pub fn text_tables(records: &[Value], quick: bool) -> String {
-    let scan: Vec<Value> = ROWS.iter().map(Row::read).collect();
-    let rows: Vec<Value> = ROWS.iter().filter_map(|r| cells(records, r)).collect();
+    let rows = rows(records);
+    let measured = || rows.iter().filter(|r| r["setting"] == PAPER);
     let solver = |r: &Value| r["solver"].as_str().unwrap_or_default().to_owned();
     let is_other = |r: &&Value| r["length_m"] != LENGTH || solver(r).ends_with("warm start");
     let more = |r: &Value| {
@@ -291,63 +311,25 @@ pub fn text_tables(records: &[Value], quick: bool) -> String {
         with(r, &json!({ "solver": solver, "limit": cell(r) }))
     };
     let others: Vec<Value> = records.iter().filter(is_other).map(more).collect();
-    let others = match others.is_empty() {
-        true => String::new(),
-        false => text(
-            "others",
-            &json!({ "others": table("table2-others", &others) }),
-        ),
-    };
+    let has_others = !others.is_empty();
+    let others = json!({ "others": table("table2-others", &others) });
     let row = json!({
         "time": pick(quick, TIMES),
         "dt": DT,
         "length": LENGTH,
-        "scan": table("scan", &scan),
-        "settings": table("table2-settings", &rows),
-        "solvers": table("table2-solvers", &rows),
-        "others": others,
+        "scan": table("scan", &rows),
+        "settings": table("table2-settings", measured()),
+        "solvers": table("table2-solvers", measured()),
+        "others": has_others.then(|| text("others", &others)),
     });
     text("table2", &row)
 }
 
-/// All cells of a row of the paper that is among the records.
-fn cells(records: &[Value], row: &Row) -> Option<Value> {
-    let own = records
-        .iter()
-        .filter(|r| is_of(r, row) && r["length_m"] == LENGTH);
-    let own: Vec<&Value> = own.collect();
-    let mut cells = (*own.iter().find(|r| r["setting"] == PAPER)?).clone();
-    for r in own {
-        cells[filled("{ends}, {setting}, {solver}", r)] = cell(r).into();
-    }
-    Some(cells)
-}
-
 /// The limits over Y/ζ, for 24 and for 6 segments.
 pub(super) fn charts(records: &[Value]) -> Vec<Chart> {
-    let panel = |rows: &[Row]| {
-        let line = |name, mark, value: &dyn Fn(&Row) -> Option<f64>| {
-            let point = |r: &Row| Some([r.young / r.zeta, value(r)?]);
-            Series::new(name, rows.iter().filter_map(point).collect(), mark)
-        };
-        let limit = |name, setting, solver| {
-            let value = |r: &Row| find(records, r, HEAVY, (setting, solver))?["stable"].as_f64();
-            line(name, Mark::LineAndPoints, &value)
-        };
-        let linear = |r: &Row| find(records, r, HEAVY, (PAPER, DIRECT))?["predicted"].as_f64();
-        let stiffened = "geometric stiffness, at least";
-        let series = vec![
-            line("paper, as read", Mark::Points, &|r| Some(r.ratio)),
-            limit("paper's joint, direct", PAPER, DIRECT),
-            line("linear theory", Mark::Line, &linear),
-            limit("20 iterations", PAPER, SWEEPS[1]),
-            limit("3 iterations", PAPER, SWEEPS[0]),
-            limit(stiffened, STIFFENED, DIRECT),
-            limit("seeded, ordinary", SEEDED[1], DIRECT),
-        ];
-        chart("table2", &json!({ "n": rows[0].segments }), series)
-    };
-    vec![panel(&ROWS[..5]), panel(&ROWS[5..])]
+    let rows = rows(records);
+    let parts = rows.chunk_by(|a, b| a["segments"] == b["segments"]);
+    parts.map(|own| chart("table2", &own[0], own)).collect()
 }
 
 #[cfg(test)]
@@ -356,7 +338,7 @@ mod tests {
 
     #[test]
     fn sweeps_leave_a_gap_of_a_segment_at_their_limit() {
-        let ratio = sweep_limit(20, 24);
+        let ratio = sweep_limit(20, 24.0);
         assert!((ratio * GRAVITY * DT * DT / 20.0 - LENGTH / 24.0).abs() < 1e-15);
     }
 

@@ -1,61 +1,36 @@
 //! The rows of the paper's table: what the scan shows, and how it is read here.
 
-use super::{GRAVITY, LENGTH};
+use super::LENGTH;
+use crate::paper::GRAVITY;
 use crate::paper::words::with;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 use taut_model::Material;
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// A row of `rows.toml`.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(in crate::paper) struct Row {
-    /// Young's modulus Y \[GN/m²]; the scan is clear.
+    #[serde(rename = "young_gpa")]
     pub(super) young: f64,
-    /// ζ = A/I_a, 12/A of a square section, as read \[1/m²].
+    /// ζ = A/I_a, 12/A of a square section.
+    #[serde(rename = "zeta_per_m2")]
     pub(super) zeta: f64,
-    /// Number of segments; the scan is clear.
     pub(super) segments: usize,
-    /// Largest stable mass ratio, as read.
     pub(super) ratio: f64,
-    /// Legible part of ζ in the scan; empty if there is none.
-    pub(super) scanned_zeta: &'static str,
-    /// Legible part of the ratio in the scan.
-    pub(super) scanned_ratio: &'static str,
-    /// ζ or the ratio is inferred: the exponents of a column go by decades as Y/ζ does, and agree
-    /// where one is legible.
-    pub(super) inferred: bool,
-}
-
-const fn row(
-    (young, segments): (f64, usize),
-    (scanned_zeta, zeta): (&'static str, f64),
-    (scanned_ratio, ratio): (&'static str, f64),
+    scanned_zeta: String,
+    scanned_ratio: String,
     inferred: bool,
-) -> Row {
-    Row {
-        young,
-        zeta,
-        segments,
-        ratio,
-        scanned_zeta,
-        scanned_ratio,
-        inferred,
-    }
 }
 
-/// The paper's rows, in its order. Fully legible is the one with ζ = 10³, six segments.
-pub(in crate::paper) const ROWS: [Row; 10] = [
-    row((200.0, 24), ("107", 1e6), ("10", 1e1), true),
-    row((200.0, 24), ("10°", 1e5), ("107", 1e2), true),
-    row((200.0, 24), ("10*", 1e4), ("108", 1e3), true),
-    row((200.0, 24), ("10°", 1e3), ("10*", 1e4), true),
-    row((2000.0, 24), ("10", 1e3), ("10°", 1e5), true),
-    row((200.0, 6), ("", 1e5), ("10", 1e1), true),
-    row((200.0, 6), ("", 1e4), ("102", 1e2), true),
-    row((200.0, 6), ("103", 1e3), ("103", 1e3), false),
-    row((200.0, 6), ("107", 1e2), ("10*", 1e4), true),
-    row((2000.0, 6), ("10", 1e2), ("1", 1e5), true),
-];
+pub(in crate::paper) static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
+    let read = toml::from_str(include_str!("rows.toml"));
+    let mut table: BTreeMap<String, _> = read.unwrap_or_else(|e| panic!("rows.toml: {e}"));
+    table.remove("row").unwrap_or_default()
+});
 
 impl Row {
     /// Area of the square section \[m²].
@@ -76,12 +51,19 @@ impl Row {
 
     /// The row with what follows from it.
     pub(super) fn read(&self) -> Value {
-        let (euler, length) = (self.euler(LENGTH), self.euler_length());
-        let certain = if self.inferred { "inferred" } else { "legible" };
-        with(
-            self,
-            &json!({ "certain": certain, "euler": euler, "length": length }),
-        )
+        let (certain, mark) = match self.inferred {
+            true => ("inferred", " (inferred)"),
+            false => ("legible", ""),
+        };
+        let more = json!({
+            "certain": certain,
+            "mark": mark,
+            "decade": self.ratio.log10(),
+            "young_over_zeta": self.young / self.zeta,
+            "euler": self.euler(LENGTH),
+            "length": self.euler_length(),
+        });
+        with(self, &more)
     }
 }
 
@@ -98,7 +80,7 @@ mod tests {
 
     #[test]
     fn eulers_load_is_that_of_the_cable() {
-        let row = ROWS[7];
+        let row = &ROWS[7];
         let (area, length) = (0.012, 1.0);
         let second_moment = area * area / 12.0;
         let load = PI * PI * 2e11 * second_moment / (length * length);

@@ -3,13 +3,13 @@
 //! A moment of fixed direction follows no potential. Beyond 0.85 to 0.9 of a circle the plane shape is an unstable
 //! equilibrium against motion out of its plane, with any time step.
 
-use super::shape::{axis, shape};
-use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, largest, params, step_from_rest};
-use crate::paper::words::tell;
+use super::loaded;
+use crate::paper::specimens::{MATERIALS, SEGMENTS};
+use crate::paper::words::{largest, tell};
+use crate::rest::step_from_rest;
 use serde_json::json;
-use std::f64::consts::TAU;
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::{ResolvedSpecimen, Specimen};
+use taut_model::ResolvedSpecimen;
 use taut_output::check::{Check, ExperimentError};
 
 /// Slowest bending mode of the cantilever, 3.516 (YI/(ρA L⁴))^½ \[rad/s].
@@ -28,12 +28,7 @@ pub fn growth_out_of_plane(
     refined: f64,
 ) -> Result<f64, ExperimentError> {
     const PASSES: f64 = 300.0;
-    let params = params(Specimen::Bend, MATERIALS[2], segments, Joint::Cosserat);
-    let specimen = params.resolve()?;
-    let mut scene = params.build()?;
-    let axis = axis(&params);
-    shape(&mut scene, &specimen, &axis, part * TAU);
-    scene.bodies.torque[segments] = axis * (part * TAU * specimen.stiffness.ei / params.length);
+    let (mut scene, specimen, _) = loaded(MATERIALS[2], segments, part, 1.0)?;
     for (i, x) in scene.bodies.position.iter_mut().enumerate() {
         x.z += 1e-9 * (1.7 * i as f64).sin();
     }

@@ -10,8 +10,9 @@
 //!
 //! The last two leave out the half segments beyond the outer joints, as a cable without end joints does.
 
-use crate::paper::specimens::{MATERIALS, Reading, largest, read};
+use crate::paper::specimens::{MATERIALS, off_exact};
 use crate::paper::words::number;
+use crate::rest::{Reading, read};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use taut_model::{ResolvedSpecimen, Scene, SpecimenParams};
@@ -43,16 +44,6 @@ pub(super) fn polygon(
     (positions, turns)
 }
 
-/// Bends a specimen's bodies to the polygon.
-pub(super) fn shape(
-    scene: &mut Scene,
-    specimen: &ResolvedSpecimen,
-    axis: &Vector3<f64>,
-    angle: f64,
-) {
-    (scene.bodies.position, scene.bodies.orientation) = polygon(specimen, axis, angle);
-}
-
 /// The largest relative error of a joint's angle against M l_j/YI; the distances of the grip from where the polygon leads it
 /// and from the end of the continuum's arc, over L; the radius through the segments' centres; and its deviations from YI/M
 /// by [`MEASURES`].
@@ -66,8 +57,6 @@ pub(super) fn measure(
     let length = specimen.segment_length * n as f64;
     let joints = read(scene, n);
     let exact = |j: usize| angle * specimen.joint_length(j) / length;
-    let errors = joints.iter().enumerate();
-    let errors = errors.map(|(j, r)| (r.bend / exact(j) - 1.0).abs());
     let tip = scene.bodies.position[n];
     let discrete = polygon(specimen, axis, angle).0[n];
     let radius = length / angle;
@@ -78,7 +67,7 @@ pub(super) fn measure(
     let between = |joints: &[Reading]| joints.iter().map(|r| r.bend).sum::<f64>();
     let deviation = |found: f64| found / radius - 1.0;
     json!({
-        "angle_error": largest(errors),
+        "angle_error": off_exact(&joints, |r| r.bend, exact),
         "tip_error": (tip - discrete).norm() / length,
         "tip_from_arc": (tip - arc).norm() / length,
         "radius_m": found,
@@ -98,23 +87,18 @@ fn radius_of_centres(points: &[Vector3<f64>]) -> f64 {
     p.norm() * q.norm() * (c - a).norm() / (2.0 * area)
 }
 
-/// True for a specimen whose load bends it by an angle \[rad].
-pub(super) fn is_at(row: &Value, angle: f64) -> bool {
-    (number(row, "angle_theory") - angle).abs() < 1e-9
-}
-
 /// Deviations of one measure at one angle over N: steel, Cosserat joint, in the plane.
 pub fn deviations(rows: &[Value], angle: f64, measure: &str) -> Vec<(usize, f64)> {
     let in_plane = |r: &&Value| r["joint"] == "cosserat" && r["direction_rad"] == 0.0;
-    let steel = |r: &&Value| r["material"] == MATERIALS[2].0 && is_at(r, angle);
+    let is_at = |r: &&Value| (number(r, "angle_theory") - angle).abs() < 1e-9;
+    let steel = |r: &&Value| r["material"] == MATERIALS[2].0 && is_at(r);
     let rows = rows.iter().filter(in_plane).filter(steel);
     rows.map(|r| (number(r, "segments") as usize, number(r, measure)))
         .collect()
 }
 
 /// The measures of the radius: name, key of its deviation, order expected.
-pub(super) type Measure = (&'static str, &'static str, f64);
-pub(super) const MEASURES: [Measure; 3] = [
+pub(super) const MEASURES: [(&str, &str, f64); 3] = [
     ("through the centres", "radius_deviation", 2.0),
     (
         "L/angle, half a segment missing",

@@ -6,10 +6,11 @@
 //! does not buckle but flutters, at any torque if nothing damps it (Nikolai).
 
 use super::specimen;
-use crate::paper::specimens::{Joint, MATERIALS, largest, read};
-use crate::paper::words::with;
+use crate::paper::specimens::{Joint, MATERIALS};
+use crate::paper::words::{largest, with};
+use crate::rest::read;
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use taut_ground::pace;
@@ -32,7 +33,7 @@ const PUSH: f64 = 1e-2;
 /// Turn of the disturbance in a step \[rad]: the golden angle.
 const PUSH_TURN: f64 = 2.399_963_229_728_653;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Step {
     /// The paper's.
@@ -57,7 +58,8 @@ impl Step {
 }
 
 /// A dynamic run of steel: the torque rises to `turns` in `ramp` seconds and stays.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Motion {
     pub joint: Joint,
     pub segments: usize,
@@ -69,13 +71,13 @@ pub struct Motion {
     /// A small sideways force disturbs it; otherwise it stays exactly straight.
     pub disturbed: bool,
     /// T L/(2π GJ) at the end of the ramp.
-    #[serde(skip)]
+    #[serde(skip_serializing)]
     pub turns: f64,
     /// Time of the ramp \[s].
-    #[serde(skip)]
+    #[serde(skip_serializing)]
     pub ramp: f64,
     /// Time after it \[s].
-    #[serde(skip)]
+    #[serde(skip_serializing)]
     pub hold: f64,
 }
 

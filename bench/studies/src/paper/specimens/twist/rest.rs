@@ -1,33 +1,35 @@
 //! The specimen at rest under torques that rise, each joint beside T l_j/GJ; and what the twist row reads of bending, by
 //! definition of the angle.
 
-use super::{FARTHEST, specimen};
-use crate::paper::specimens::{Joint, MATERIALS, largest, params, read, settle};
+use super::specimen;
+use crate::paper::specimens::{Joint, MATERIALS, off_exact, params};
+use crate::rest::{read, settle};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use taut_model::{Scene, Specimen};
 use taut_output::check::ExperimentError;
 
 /// Largest turn of a joint in a load step \[rad], below half a turn.
 const LARGEST_TURN: f64 = 2.5;
 
-/// A specimen at rest under torques that rise in equal steps to [`FARTHEST`]: the twist T L/GJ of theory and
-/// the joints' sum; relative errors, the largest of a joint against T l_j/GJ and that of the whole.
-pub(super) fn at_rest(
+/// A specimen at rest under torques that rise in equal steps to a twist of `farthest` (rad); for each the twist T L/GJ of
+/// theory and the joints' sum; relative errors, the largest of a joint against T l_j/GJ and that of the whole.
+pub(in crate::paper) fn at_rest(
     material: (&str, f64),
     n: usize,
     joint: Joint,
-) -> Result<Vec<Value>, ExperimentError> {
+    farthest: f64,
+) -> Result<(Scene, Vec<Value>), ExperimentError> {
     let params = specimen(material, n, joint)?;
     let found = params.resolve()?;
     let mut scene = params.build()?;
-    let steps = (FARTHEST / n as f64 / LARGEST_TURN).ceil().max(24.0) as usize;
+    let steps = (farthest / n as f64 / LARGEST_TURN).ceil().max(24.0) as usize;
     let stiffness = found.stiffness.gj / params.length;
     let exact = |angle: f64, j: usize| angle * found.joint_length(j) / params.length;
     if joint == Joint::Alternative {
         // Its angle has no gradient where it is zero: it starts from half the first load's twist.
-        let half = 0.5 * FARTHEST / steps as f64;
+        let half = 0.5 * farthest / steps as f64;
         let mut turned = 0.0;
         for i in 0..=n {
             turned += exact(half, i);
@@ -36,12 +38,10 @@ pub(super) fn at_rest(
     }
     let mut rows = Vec::new();
     for k in 1..=steps {
-        let angle = FARTHEST * k as f64 / steps as f64;
+        let angle = farthest * k as f64 / steps as f64;
         scene.bodies.torque[n].x = stiffness * angle;
         scene = settle(scene)?;
         let joints = read(&scene, n);
-        let errors = joints.iter().enumerate();
-        let errors = errors.map(|(j, r)| (r.twist / exact(angle, j) - 1.0).abs());
         let twist: f64 = joints.iter().map(|r| r.twist).sum();
         rows.push(json!({
             "material": material.0,
@@ -50,29 +50,11 @@ pub(super) fn at_rest(
             "torque_nm": stiffness * angle,
             "twist_theory": angle,
             "twist": twist,
-            "angle_error": largest(errors),
+            "angle_error": off_exact(&joints, |r| r.twist, |j| exact(angle, j)),
             "total_error": (twist / angle - 1.0).abs(),
         }));
     }
-    Ok(rows)
-}
-
-/// A specimen at rest, twisted by so many turns, and the sum of its joints' twists \[rad].
-pub(in crate::paper) fn twisted(
-    material: (&str, f64),
-    n: usize,
-    turns: f64,
-) -> Result<(Scene, f64), ExperimentError> {
-    const STEPS: usize = 12;
-    let params = specimen(material, n, Joint::Cosserat)?;
-    let torque = TAU * turns * params.resolve()?.stiffness.gj / params.length;
-    let mut scene = params.build()?;
-    for k in 1..=STEPS {
-        scene.bodies.torque[n].x = torque * k as f64 / STEPS as f64;
-        scene = settle(scene)?;
-    }
-    let twist = read(&scene, n).iter().map(|r| r.twist).sum();
-    Ok((scene, twist))
+    Ok((scene, rows))
 }
 
 /// Twist angles (rad) read from a bent, untwisted joint by definition of the angle, for bends of θ about v, w and between

@@ -10,9 +10,8 @@
 //! with a constant lateral force f; [`buckling_torque`] is the least T for which it has a solution with both ends held.
 //! (P = 0 for the paper's: a bearing that cannot slide holds the straight specimen without tension.)
 
-use crate::paper::specimens::POISSON;
 use nalgebra::Complex;
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 
 /// Greenhill's torque of the chain of `n` segments with both ends held in line, in units of YI/L: the least T for which
 /// the linearised tilts have a solution. `slenderness` is YA L²/YI, for the joints' compliance across, `tension` P L²/YI.
@@ -66,19 +65,11 @@ pub fn buckling_torque(n: usize, slenderness: f64, tension: f64) -> f64 {
     f64::NAN
 }
 
-/// YA L²/YI of the paper's specimen: 12 L²/A.
-pub(super) const SLENDERNESS: f64 = 1.2e5;
-
 /// Greenhill's torque between clamped ends over YI/L: twice the first positive root of tan x = x.
 pub fn greenhill() -> f64 {
     let mut x = 4.5_f64;
     for _ in 0..50 {
-        x = x.atan() + std::f64::consts::PI;
+        x = x.atan() + PI;
     }
     2.0 * x
-}
-
-/// Turns at a torque in units of YI/L, for the paper's J_t = I_a.
-pub(super) fn turns(torque: f64) -> f64 {
-    torque * 2.0 * (1.0 + POISSON) / TAU
 }
