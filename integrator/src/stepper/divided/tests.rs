@@ -89,9 +89,8 @@ fn the_estimate_sees_the_error_of_a_stiff_catch() {
         let (exact, _, _) = run(&scene, 64);
         let (place, _, told) = run(&scene, 1);
         let error = (place - exact).norm();
-        println!("{mass} {compliance}: {told} m of {error} m");
         assert!(
-            told > 0.3 * error,
+            (0.3 * error..20.0 * error).contains(&told),
             "{mass} kg, {compliance} m/N: {told} m of {error} m"
         );
     }
