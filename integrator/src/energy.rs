@@ -1,10 +1,11 @@
 //! Energies of a stepper's scene.
 //!
-//! A spring with a damper stores ½ (ε λ + τ r⁺)²/ε, where ε λ + τ r⁺ = −φ with the rate r⁺ after the sub-step; ½ φ²/ε of a stiff
-//! row would be that of its drift. The multipliers after a divided step are means of its parts: where the row's gap at the end
-//! holds less, that counts.
+//! A spring with a damper stores ½ (ε λ + τ r⁺)²/ε, where ε λ + τ r⁺ = −φ with the rate r⁺ after the sub-step. ½ φ²/ε of a stiff
+//! row would be that of its drift, which its damper takes back: the part ε/(ε + Δt² J M̃⁻¹ Jᵀ) of τ r⁺ counts, that of a row which the
+//! step resolves. The multipliers after a divided step are means of its parts: where the row's gap at the end holds less, that
+//! counts.
 
-use crate::active_set::RowState;
+use crate::active_set::{RowState, response_of_row};
 use crate::gyroscopic;
 use crate::stepper::{Stage, Stepper};
 use nalgebra::Vector3;
@@ -97,7 +98,8 @@ impl Stepper {
         0.5 * (all - slack.map(|b| stored((b.constraint, b.row))).sum::<f64>())
     }
 
-    /// ε λ + τ r⁺ of row `row` of a constraint \[m]: its force without that of the damper, which a row at a bound does not have.
+    /// ε λ + τ r⁺ of row `row` of a constraint \[m], as far as the step resolves it: its force without that of the damper, which a
+    /// row at a bound does not have.
     pub(crate) fn stretch(&self, constraint: usize, row: usize) -> f64 {
         let rows = &self.system_data.rows;
         let by_force = rows.compliance[row] * (self.mu[row] / self.mu_dt);
@@ -120,6 +122,8 @@ impl Stepper {
             dot(&rows.block(s).rows()[row - first], &rates)
         };
         let moved: f64 = rows.slot_range(constraint).map(rate).sum();
-        by_force + rows.damping[row] * (moved + rows.phi_t[row])
+        let stiff = self.mu_dt * self.mu_dt * response_of_row(&self.system_data, constraint, row);
+        let soft = rows.compliance[row] / (rows.compliance[row] + stiff);
+        by_force + soft * rows.damping[row] * (moved + rows.phi_t[row])
     }
 }

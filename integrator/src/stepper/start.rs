@@ -63,8 +63,10 @@ impl Stepper {
         if self.started && self.fresh.is_empty() {
             return self.find_tension();
         }
-        // Contacts at rest alone: a blow's acceleration does not belong to the motion before it.
-        (self.contacts.begins, self.activation.begins) = (true, true);
+        // Contacts at rest alone: a blow's acceleration does not belong to the motion before it. Between divided steps half kicks
+        // are added and taken back alike.
+        let is_first = self.division.parts == 1 && !self.division.goes_on;
+        (self.contacts.begins, self.activation.begins) = (true, is_first);
         let done = self.start_bodies();
         (self.contacts.begins, self.activation.begins) = (false, false);
         done
