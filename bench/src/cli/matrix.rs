@@ -3,7 +3,7 @@
 use super::console::Console;
 use super::{Failure, SceneArgs, StepArgs, step_options};
 use crate::machine::Machine;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use indicatif::ProgressBar;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,7 @@ use taut_studies::matrix::{self, suite};
 const MOST_STEPS: u64 = 10_000_000;
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("which").required(true).args(["at", "steps"]))]
 pub(crate) struct DumpArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -34,11 +35,11 @@ pub(crate) struct DumpArgs {
     #[arg(long, value_name = "FILE.csv")]
     controls: Option<PathBuf>,
     /// Steps made before the one whose system is written: 0 for the first
-    #[arg(long = "step", value_name = "K", required_unless_present = "steps")]
+    #[arg(long = "step", value_name = "K")]
     at: Option<u64>,
     /// Writes a sequence instead, the systems of steps A to B − 1, counted from 0: one matrix for each pattern,
     /// arrays of values and right-hand sides with a column a step, and `sequence.csv`
-    #[arg(long, value_name = "A..B", value_parser = range, conflicts_with_all = ["at", "name"])]
+    #[arg(long, value_name = "A..B", value_parser = range, conflicts_with = "name")]
     steps: Option<Range<u64>>,
     /// Writes the exact solutions of a sequence, in 32 digits
     #[arg(long, requires = "steps", conflicts_with = "at")]

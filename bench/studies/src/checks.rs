@@ -91,15 +91,10 @@ struct Row {
     check: Check,
 }
 
-fn failed(e: &ExperimentError) -> Outcome {
-    let ended = Check::claim(
-        "the case itself",
-        "runs to its end",
-        "an error",
-        Verdict::Fail,
-        e.to_string(),
-    );
-    vec![ended].into()
+/// What an error leaves of a case, or of one of its runs.
+pub(crate) fn ended(what: &str, e: &ExperimentError) -> Check {
+    let [wanted, ours] = ["runs to its end", "an error"];
+    Check::claim(what, wanted, ours, Verdict::Fail, e.to_string())
 }
 
 /// Runs the experiments, each once and each a case, tells their tables, gives each outcome to `write`.
@@ -125,7 +120,9 @@ pub(crate) fn run<E: Measured>(
         bar.set_message(*name);
         // The others are still told.
         let outcome = experiments[*k].outcome(catalogue.quick, bar);
-        Ok::<_, ExperimentError>(outcome.unwrap_or_else(|e| failed(&e)))
+        Ok::<_, ExperimentError>(
+            outcome.unwrap_or_else(|e| vec![ended("the case itself", &e)].into()),
+        )
     };
     let outcomes = reporter.cases.each("experiments", &names, outcome);
     let mut rows: Vec<Row> = Vec::new();

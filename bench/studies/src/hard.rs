@@ -52,6 +52,15 @@ impl Case {
         }
     }
 
+    /// Tells whether a case of this name is the same one.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::File(own), Self::File(file)) => std::ptr::eq(*own, *file),
+            (Self::Coded(own), Self::Coded(program)) => own.name == program.name,
+            _ => false,
+        }
+    }
+
     /// Its scenes at their beginnings, on which the solvers' claims are audited.
     pub fn scenes(&self) -> Result<Vec<Scene>, ExperimentError> {
         match self {

@@ -114,6 +114,40 @@ fn three_shards_merged_are_one_run_but_for_times() {
     }
 }
 
+/// A weight on a rope as a case, judged by its tension times `factor`.
+fn weighed(factor: f64) -> String {
+    format!(
+        r#"
+name = "weight"
+title = "a weight on a rope"
+source = "statics"
+[[run]]
+steps = 3
+see = ["pull = last(rope.tension)"]
+check = [{{ case = "tension", reference = "2 * 9.81", ours = "{factor} * pull", unit = "N", bar = 1e-10 }}]
+[run.scene]
+load = "load"
+body = [{{ name = "load", mass = 2, shape = "particle", position = [0, 0, -1] }}]
+massless_cable = [{{ name = "rope", through = [{{ body = "world" }}, {{ body = "load" }}], length = 1, stretch = 0 }}]
+"#
+    )
+}
+
+#[test]
+fn the_file_of_a_case_counts_with_its_content() {
+    let at = folder("edited_case");
+    let write = |name: &str, factor| fs::write(at.join(name), weighed(factor)).expect("writable");
+    write("own.toml", 1.0);
+    write("OTHER.TOML", 3.0);
+    good(&at, "hard own.toml");
+    good(&at, "hard own.toml --resume");
+    refused(&at, "hard own.toml OTHER.TOML", &["two cases", "`weight`"]);
+    write("own.toml", 3.0);
+    refused(&at, "hard own.toml --resume", &["content of what it reads"]);
+    let output = taut(&at, "hard own.toml");
+    assert_eq!(output.status.code(), Some(1));
+}
+
 /// The checks of `taut hard` and what `taut paper` writes are those of one run.
 #[test]
 fn experiments_that_end_in_checks_are_merged() {

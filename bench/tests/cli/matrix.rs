@@ -439,7 +439,7 @@ fn what_is_no_sequence_is_refused() {
         ("--steps 0..99999999999", &["--steps", "at most"]),
         ("--steps 0..3 --step 2", &["--steps", "--step"]),
         ("--step 2 --exact", &["--step", "--exact"]),
-        ("", &["--step"]),
+        ("", &["--step <K>", "--steps <A..B>"]),
     ] {
         refused(&at, &format!("{dump} {steps}"), words);
     }

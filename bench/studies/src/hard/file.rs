@@ -493,6 +493,12 @@ pub enum CaseError {
         key: &'static str,
         place: &'static str,
     },
+    /// A count that is negative, no number, or too large.
+    Count {
+        key: &'static str,
+        found: f64,
+        most: f64,
+    },
     /// An error, and the formula or the text that it is in.
     Within { text: String, error: Box<CaseError> },
 }
@@ -560,6 +566,9 @@ impl fmt::Display for CaseError {
             ),
             Self::NoName { text } => write!(f, "`{text}`: write `NAME = FORMULA`"),
             Self::Missing { key, place } => write!(f, "{place} needs `{key}`"),
+            Self::Count { key, found, most } => {
+                write!(f, "`{key}` is {found}: it has to be from 0 to {most:.0e}")
+            }
             Self::Within { text, error } => write!(f, "`{text}`: {error}"),
         }
     }

@@ -2,9 +2,12 @@
 
 use super::{Case, CaseFile, Measured, cases, file, named};
 use crate::checks::{self, Catalogue};
+use crate::options::Refused;
 use crate::question;
 use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 use taut_output::check::ExperimentError;
 
 /// `taut hard`.
@@ -12,6 +15,13 @@ pub(crate) const STUDY: Study = Study {
     name: "hard",
     question: question!("hard", &[]),
     options: Options::augment_args,
+    reads: |matches| {
+        let given = matches.get_raw("cases").into_iter().flatten();
+        given
+            .filter(|name| is_file(name))
+            .map(PathBuf::from)
+            .collect()
+    },
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
     ..study::PLAIN
 };
@@ -29,9 +39,14 @@ struct Options {
     quick: bool,
 }
 
+fn is_file(argument: &OsStr) -> bool {
+    let ending = Path::new(argument).extension();
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
 /// The case with that name, or of that file.
 fn found(argument: &str) -> Result<Case, ExperimentError> {
-    if !argument.ends_with(".toml") {
+    if !is_file(argument.as_ref()) {
         return Ok(named(argument)?);
     }
     let file = CaseFile::parse(&std::fs::read_to_string(argument)?)?;
@@ -53,6 +68,13 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
     let mut experiments = options.cases.clone();
     if experiments.is_empty() {
         experiments.extend(cases());
+    }
+    for (k, case) in experiments.iter().enumerate() {
+        let mut before = experiments[..k].iter();
+        if before.any(|other| other.name() == case.name() && !other.is(case)) {
+            let reason = format!("two cases are called `{}`: rename one", case.name());
+            return Err(Refused(reason).into());
+        }
     }
     if options.list {
         let text: String = experiments.iter().map(listed).collect();

@@ -3,7 +3,7 @@
 //! A value is a series, one number a step or a single one, which goes with any series. Operators, from loose to tight:
 //! `or`, `and`, comparisons, `+ -`, `* /`, the sign, `^`; what holds is 1, what does not is 0. Functions act number by
 //! number ([`FUNCTIONS`], with the oracles) or reduce a series to one number ([`REDUCERS`]), where a second argument
-//! picks the numbers at which it holds: `largest(ball.z, time > 0.5)`.
+//! picks the numbers at which it holds: `largest(ball.z, time > 0.5)`. NaN goes through all of them, and holds nowhere.
 //! A name with other signs than letters, digits, `_` and `.` stands in brackets: `[bar-end.fz]`.
 
 use super::CaseError;
@@ -27,21 +27,28 @@ pub(super) enum Formula {
 pub(super) type Function = (&'static str, usize, fn(&[f64]) -> f64);
 
 const FUNCTIONS: &[Function] = &[
-    ("or", 2, |x| truth(x[0] != 0.0 || x[1] != 0.0)),
-    ("and", 2, |x| truth(x[0] != 0.0 && x[1] != 0.0)),
-    ("<", 2, |x| truth(x[0] < x[1])),
-    (">", 2, |x| truth(x[0] > x[1])),
-    ("<=", 2, |x| truth(x[0] <= x[1])),
-    (">=", 2, |x| truth(x[0] >= x[1])),
-    ("==", 2, |x| truth(x[0] == x[1])),
+    ("or", 2, |x| {
+        decided(x, holds(x[0]) || holds(x[1]), holds(x[0]) || holds(x[1]))
+    }),
+    ("and", 2, |x| {
+        decided(x, holds(x[0]) && holds(x[1]), x[0] == 0.0 || x[1] == 0.0)
+    }),
+    ("<", 2, |x| decided(x, x[0] < x[1], false)),
+    (">", 2, |x| decided(x, x[0] > x[1], false)),
+    ("<=", 2, |x| decided(x, x[0] <= x[1], false)),
+    (">=", 2, |x| decided(x, x[0] >= x[1], false)),
+    ("==", 2, |x| decided(x, x[0] == x[1], false)),
     ("+", 2, |x| x[0] + x[1]),
     ("-", 2, |x| x[0] - x[1]),
     ("*", 2, |x| x[0] * x[1]),
     ("/", 2, |x| x[0] / x[1]),
     ("^", 2, |x| x[0].powf(x[1])),
     ("negative", 1, |x| -x[0]),
-    ("not", 1, |x| truth(x[0] == 0.0)),
-    ("if", 3, |x| if x[0] == 0.0 { x[2] } else { x[1] }),
+    ("not", 1, |x| decided(x, x[0] == 0.0, false)),
+    ("if", 3, |x| {
+        let chosen = if holds(x[0]) { x[1] } else { x[2] };
+        if x[0].is_nan() { f64::NAN } else { chosen }
+    }),
     ("abs", 1, |x| x[0].abs()),
     ("sqrt", 1, |x| x[0].sqrt()),
     ("exp", 1, |x| x[0].exp()),
@@ -59,21 +66,21 @@ const FUNCTIONS: &[Function] = &[
     ("hypot", 2, |x| x[0].hypot(x[1])),
     ("mod", 2, |x| x[0].rem_euclid(x[1])),
     ("floor", 1, |x| x[0].floor()),
-    ("min", 2, |x| x[0].min(x[1])),
+    ("min", 2, |x| smaller(x[0], x[1])),
     ("max", 2, |x| worse(x[0], x[1])),
 ];
 
-/// One number of many: name and reduction. NaN is the largest.
+/// One number of many: name and reduction. One NaN makes it NaN, and so does nothing at all for all but the sum.
 type Reducer = (&'static str, fn(&[f64]) -> f64);
 
 const REDUCERS: &[Reducer] = &[
     ("first", |x| x.first().copied().unwrap_or(f64::NAN)),
     ("last", |x| x.last().copied().unwrap_or(f64::NAN)),
     ("largest", |x| {
-        x.iter().copied().reduce(worse).unwrap_or(0.0)
+        x.iter().copied().reduce(worse).unwrap_or(f64::NAN)
     }),
     ("smallest", |x| {
-        x.iter().copied().reduce(f64::min).unwrap_or(0.0)
+        x.iter().copied().reduce(smaller).unwrap_or(f64::NAN)
     }),
     ("total", |x| x.iter().sum()),
     ("mean", |x| x.iter().sum::<f64>() / x.len() as f64),
@@ -114,6 +121,25 @@ fn truth(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
 
+/// True of a condition that holds, and of no NaN.
+pub(super) fn holds(condition: f64) -> bool {
+    condition != 0.0 && !condition.is_nan()
+}
+
+/// The truth of a statement, NaN of one about NaN, unless it is `known` all the same.
+fn decided(of: &[f64], statement: bool, known: bool) -> f64 {
+    if !known && of.iter().any(|x| x.is_nan()) {
+        f64::NAN
+    } else {
+        truth(statement)
+    }
+}
+
+/// The smaller number, NaN where either is.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b || a.is_nan() { a } else { b }
+}
+
 /// All functions that a formula may name.
 fn known() -> impl Iterator<Item = &'static str> {
     let plain = FUNCTIONS.iter().chain(ORACLES).map(|(name, ..)| *name);
@@ -142,7 +168,11 @@ impl Values {
 
 impl Formula {
     pub(super) fn read(text: &str) -> Result<Self, CaseError> {
-        let mut reader = Reader { text, at: 0 };
+        let mut reader = Reader {
+            text,
+            at: 0,
+            depth: 0,
+        };
         let formula = reader.level(0)?;
         if reader.peek().is_some() {
             return Err(reader.fault("the end"));
@@ -185,7 +215,7 @@ impl Formula {
         }
         if let Some((_, reduce)) = REDUCERS.iter().find(|(name, _)| *name == function) {
             let picked = match all.get(1) {
-                Some(_) => each(&all, |x| if x[1] == 0.0 { f64::INFINITY } else { x[0] })?
+                Some(_) => each(&all, |x| if x[1].is_nan() { x[1] } else { x[0] })?
                     .into_iter()
                     .zip(each(&all, |x| x[1])?)
                     .filter_map(|(x, holds)| (holds != 0.0).then_some(x))
@@ -224,7 +254,7 @@ fn of_series(function: &str, all: &[Vec<f64>], at_start: bool) -> Vec<f64> {
         "since" => {
             let mut held = false;
             let since = all[0].iter().map(|x| {
-                held |= *x != 0.0 && !x.is_nan();
+                held |= holds(*x);
                 truth(held)
             });
             since.collect()
@@ -316,9 +346,13 @@ const LEVELS: [&[&str]; 5] = [
     &["*", "/"],
 ];
 
+/// Most parts of a formula inside each other.
+const DEEPEST: usize = 100;
+
 struct Reader<'a> {
     text: &'a str,
     at: usize,
+    depth: usize,
 }
 
 impl Reader<'_> {
@@ -360,6 +394,16 @@ impl Reader<'_> {
     }
 
     fn signed(&mut self) -> Result<Formula, CaseError> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(self.fault("the end of 100 nested parts"));
+        }
+        let formula = self.with_sign();
+        self.depth -= 1;
+        formula
+    }
+
+    fn with_sign(&mut self) -> Result<Formula, CaseError> {
         if self.takes("-") {
             return Ok(Formula::Call("negative".to_owned(), vec![self.signed()?]));
         }
@@ -483,10 +527,39 @@ mod tests {
             ("largest(running(z, 2))", 3.0),
             ("last(cumulated(z))", 7.0),
             ("first(before(cumulated(z)))", 0.0),
-            ("largest(z, z > 9)", 0.0),
+            ("total(z, z > 9)", 0.0),
+            ("1 or 0 / 0", 1.0),
+            ("0 and 0 / 0", 0.0),
         ];
         for (text, exact) in expected {
             assert_eq!(value(text), Ok(exact), "{text}");
+        }
+    }
+
+    #[test]
+    fn nothing_and_no_number_come_to_no_number() {
+        for text in [
+            "largest(z, z > 9)",
+            "smallest(z, z > 9)",
+            "largest(z, z / 0 - z / 0 > 1)",
+            "smallest(z * 0 / 0)",
+            "min(0 / 0, 1)",
+            "min(1, 0 / 0)",
+            "0 / 0 == 1",
+            "not(0 / 0 > 1)",
+            "if(0 / 0, 1, 1)",
+            "0 or 0 / 0",
+            "1 and 0 / 0",
+            "column_weight(0)",
+            "links_x(3, 1e5, 0, 99)",
+            "rods_in_bending(0, 0, 1)",
+            "payload_masses(0, 1)",
+            "uneven(4, 1, 0.5, 99)",
+            "hoisted_growth(0)",
+            "drawn(1, 1e12)",
+            "drawn_below(1, 1, 0)",
+        ] {
+            assert!(value(text).unwrap().is_nan(), "{text}");
         }
     }
 
@@ -507,5 +580,7 @@ mod tests {
             "`hypot(1)`: `hypot` takes 2 arguments, not 1"
         );
         assert!(fault("z + 1").contains("reduce it"), "{}", fault("z + 1"));
+        let deep = fault(&"(".repeat(20_000));
+        assert!(deep.contains("nested"), "{}", &deep[deep.len() - 100..]);
     }
 }

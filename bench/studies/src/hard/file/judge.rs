@@ -1,6 +1,6 @@
 //! A check as its entry says.
 
-use super::expression::number;
+use super::expression::{holds, number};
 use super::text::Names;
 use super::{CaseError, CheckEntry, Distance};
 use taut_output::check::{Check, Measure};
@@ -18,7 +18,7 @@ pub(super) fn check(entry: &CheckEntry, names: &Names) -> Result<Check, CaseErro
     let case = names.text(&entry.case)?;
     let mut check = if let Some(condition) = &entry.holds {
         let (reference, ours) = (names.text(&entry.reference)?, words(&entry.ours)?);
-        Check::stated(case, reference, ours, number(condition)? != 0.0)
+        Check::stated(case, reference, ours, holds(number(condition)?))
     } else if let Some(both) = &entry.vector {
         let numbers = |texts: &Vec<String>| texts.iter().map(|text| number(text)).collect();
         let [reference, ours]: [Result<Vec<f64>, CaseError>; 2] = both.each_ref().map(numbers);
@@ -50,7 +50,7 @@ pub(super) fn check(entry: &CheckEntry, names: &Names) -> Result<Check, CaseErro
     }
     check = check.noting(words(&entry.note)?);
     if let Some(limit) = &entry.limit {
-        check = check.limited(number(&limit.when)? != 0.0, names.text(&limit.cause)?);
+        check = check.limited(holds(number(&limit.when)?), names.text(&limit.cause)?);
     }
     let parts = &mut check.parts;
     for (part, text) in [

@@ -8,6 +8,7 @@ use super::rest::{at_rest, under_part};
 use super::sights::{Sights, wraps};
 use super::text::{Names, defined, split};
 use super::{CaseError, CaseFile, Fewer, Halve, MayFail, Place, Rest, Rows, Run, See, Solvers};
+use crate::checks::ended;
 use crate::hard::{alike, farthest, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -39,7 +40,16 @@ pub(in crate::hard) fn outcome(
         let rows = rows(run, &names)?;
         progress.inc_length(rows.len() as u64);
         for row in rows {
-            let (found, own) = checked(run, &row, &names, None)?;
+            let (found, own) = match checked(run, &row, &names, None) {
+                Ok(both) => both,
+                // Later runs need what this one keeps; the others are still told.
+                Err(e) if run.keep.is_empty() => {
+                    checks.push(ended("the run itself", &e));
+                    progress.inc(1);
+                    continue;
+                }
+                Err(e) => return Err(e),
+            };
             checks.extend(found);
             for name in &run.keep {
                 let value = super::expression::number(name, &own.values)?;
@@ -267,7 +277,7 @@ fn halved(
         Ok(super::expression::number(&halve.up, &values)? != 0.0)
     };
     if !up(&ends[0])? && up(&ends[1])? {
-        for _ in 0..names.number(&halve.times)? as usize {
+        for _ in 0..names.count("times", &halve.times, 1e3)? {
             let middle = low.midpoint(high);
             if up(&at(middle)?)? {
                 high = middle;
@@ -397,7 +407,7 @@ fn options(
         options.guard = None;
     }
     if let Some(substeps) = &run.step.substeps {
-        options.substeps = names.number(substeps)? as usize;
+        options.substeps = names.count("substeps", substeps, 1e4)?;
     }
     if let Some(backend) = &run.step.backend {
         options.backend = backend.parse()?;
@@ -435,8 +445,11 @@ fn seen(
         _ => None,
     };
     let steps = match (follow.or(run.steps.as_ref()), &run.time) {
-        (Some(steps), _) => names.number(steps)? as usize,
-        (None, Some(time)) => steps_in(names.number(time)?, options.dt),
+        (Some(steps), _) => names.count("steps", steps, MOST_STEPS)?,
+        (None, Some(time)) => {
+            names.count("time", time, MOST_STEPS * options.dt)?;
+            steps_in(names.number(time)?, options.dt)
+        }
         (None, None) => {
             let (key, place) = ("steps", "[[run]]");
             return Err(CaseError::Missing { key, place }.into());
@@ -481,6 +494,9 @@ fn seen(
     Ok(names)
 }
 
+/// Most steps of a run.
+const MOST_STEPS: f64 = 1e8;
+
 /// What a run sees, entries that stand several times written out.
 fn texts(run: &Run, names: &Names) -> Result<Vec<String>, CaseError> {
     let mut texts = Vec::new();
@@ -489,7 +505,7 @@ fn texts(run: &Run, names: &Names) -> Result<Vec<String>, CaseError> {
             See::One(text) => texts.push(names.text(text)?),
             See::Largest { repeat, see } => {
                 let (name, formula) = split(see)?;
-                let count = names.number(repeat)? as usize;
+                let count = names.count("repeat", repeat, 1e4)?;
                 let of = |k: usize| formula.replace("{k}", &k.to_string());
                 let one = |k: usize| format!("{name}.{k} = {}", of(k));
                 texts.extend((0..count).map(one));

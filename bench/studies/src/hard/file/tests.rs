@@ -109,6 +109,16 @@ fn unknown_names_are_told_in_one_line_with_the_nearest() {
             "no body, joint or cable is called `rop`: perhaps `rope`",
         ),
         (
+            "steps = 3",
+            "steps = -3",
+            "`steps` is -3: it has to be from 0 to 1e8",
+        ),
+        (
+            "steps = 3",
+            "time = nan",
+            "`time` is NaN: it has to be from 0 to 2e6",
+        ),
+        (
             "rope.tension",
             "deepst",
             "no probe is called `deepst`: perhaps `deepest`",

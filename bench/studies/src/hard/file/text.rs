@@ -54,6 +54,21 @@ impl Names {
     }
 
     /// A number as it is written, or by a formula after `=`.
+    /// A count, or a time, from 0 to `most`.
+    pub(super) fn count(
+        &self,
+        key: &'static str,
+        value: &Value,
+        most: f64,
+    ) -> Result<usize, CaseError> {
+        let found = self.number(value)?;
+        if (0.0..=most).contains(&found) {
+            Ok(found as usize)
+        } else {
+            Err(CaseError::Count { key, found, most })
+        }
+    }
+
     pub(super) fn number(&self, value: &Value) -> Result<f64, CaseError> {
         match value {
             Value::Integer(n) => Ok(*n as f64),
@@ -118,7 +133,7 @@ impl Names {
                         None => filled.push(self.filled(item)?),
                         Some(count) => {
                             let mut names = self.clone();
-                            for k in 0..self.number(count)? as usize {
+                            for k in 0..self.count("repeat", count, 1e4)? {
                                 names.values.set("k", k as f64);
                                 let item = names.filled(item)?;
                                 let alone = item.get("value").cloned();
