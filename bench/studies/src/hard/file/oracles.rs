@@ -126,7 +126,8 @@ pub(super) const ORACLES: &[Function] = &[
     // Where segment i of N of random lengths begins, from N, the seed, the share of the first half and i \[m].
     ("uneven", 4, |x| {
         of(x[0], 1, |n| {
-            of(x[3], 0, |i| uneven::begin(n, x[1] as u64, x[2], i))
+            let begin = |i| uneven::begin(n, x[1] as u64, x[2], i);
+            of(x[3], 0, |i| if i <= n { begin(i) } else { f64::NAN })
         })
     }),
     // Random numbers by seed and place in its sequence: in −1 … 1, and whole ones below another.
