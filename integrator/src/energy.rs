@@ -1,9 +1,7 @@
 //! Energies of a stepper's scene.
 //!
-//! A spring with a damper stores ½ (ε λ + τ r⁺)²/ε, where ε λ + τ r⁺ = −φ with the rate r⁺ after the sub-step. ½ φ²/ε of a stiff
-//! row would be that of its drift, which its damper takes back: the part ε/(ε + Δt² J M̃⁻¹ Jᵀ) of τ r⁺ counts, that of a row which the
-//! step resolves. The multipliers after a divided step are means of its parts: where the row's gap at the end holds less, that
-//! counts.
+//! A spring stores ½ ε λ² where ε λ = −φ; ½ φ²/ε of a stiff row would be that of its drift. The multipliers after a divided step
+//! are means of its parts: where the row's gap at the end holds less, that counts.
 
 use crate::active_set::{RowState, response_of_row};
 use crate::gyroscopic;
@@ -21,7 +19,7 @@ pub struct Energy {
     pub kinetic: f64,
     /// −m g·x, zero at the origin \[J].
     pub gravity: f64,
-    /// ½ (ε λ + τ r⁺)²/ε \[J].
+    /// ½ ε λ² \[J].
     pub elastic: f64,
 }
 
@@ -73,15 +71,16 @@ impl Stepper {
         energy
     }
 
-    /// Elastic energy ½ Σ (ε λ + τ r⁺)²/ε of the last solve's multipliers \[J]. After a step that the guard redid or divided, at
-    /// most ½ φ²/ε of each row, and none of slack ones.
+    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]. With damping (τ > 0) the multipliers of moving rows hold the
+    /// dissipative force too, and this is no longer stored energy alone. After a step that the guard redid or divided, at most
+    /// ½ φ²/ε of each row, and none of slack ones.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
         let is_mean = matches!(self.stage, Stage::Advanced { implicit: true, .. });
-        let stored = |(c, r): (usize, usize)| {
-            let compliance = rows.compliance[r];
-            let by_force = self.stretch(c, r).powi(2) / compliance;
+        let stored = |r: usize| {
+            let (compliance, lambda) = (rows.compliance[r], self.mu[r] / self.mu_dt);
+            let by_force = compliance * lambda.powi(2);
             match is_mean {
                 true => by_force.min(rows.phi[r].powi(2) / compliance),
                 false => by_force,
@@ -92,14 +91,13 @@ impl Stepper {
         let is_slack =
             |b: &&RowBounds| is_mean && stores(&b.row) && b.side() * rows.phi[b.row] < 0.0;
         let slack = rows.bounds.iter().filter(is_slack);
-        let of_constraint = |c: usize| rows.row_range(c).map(move |r| (c, r));
-        let all = (0..rows.constraints()).flat_map(of_constraint);
-        let all: f64 = all.filter(|(_, r)| stores(r)).map(stored).sum();
-        0.5 * (all - slack.map(|b| stored((b.constraint, b.row))).sum::<f64>())
+        let all: f64 = (0..self.mu.len()).filter(stores).map(stored).sum();
+        0.5 * (all - slack.map(|b| stored(b.row)).sum::<f64>())
     }
 
-    /// ε λ + τ r⁺ of row `row` of a constraint \[m], as far as the step resolves it: its force without that of the damper, which a
-    /// row at a bound does not have.
+    /// ε λ + τ r⁺ = −φ of row `row` of a constraint \[m], its force without that of the damper, which a row at a bound does not have.
+    /// ½ φ²/ε of a stiff row would be that of its drift, which its damper takes back: the part ε/(ε + Δt² J M̃⁻¹ Jᵀ) of τ r⁺ counts, that
+    /// of a row which the step resolves.
     pub(crate) fn stretch(&self, constraint: usize, row: usize) -> f64 {
         let rows = &self.system_data.rows;
         let by_force = rows.compliance[row] * (self.mu[row] / self.mu_dt);

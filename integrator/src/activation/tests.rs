@@ -159,10 +159,6 @@ fn a_damped_rope_that_settles_gains_nothing() {
                         "Ω {omega}, {damping} s, {dt}, {part}: {done:?}"
                     );
                 }
-                let (stored, phi) = (stepper.energy().elastic, stepper.system_data.rows.phi[0]);
-                let gap = 0.5 * phi * phi / compliance;
-                // That of the beginning of the step, this of its end.
-                assert!((stored - gap).abs() < 0.02 * gap, "{stored} J, {gap} J");
             }
         }
     }

@@ -356,7 +356,7 @@ impl Stepper {
         carry.any(|touch| before(touch) < -slowest)
     }
 
-    /// Elastic energy of the rows, at most ½ φ²/ε.
+    /// Elastic energy of the rows, at most ½ φ²/ε: damping adds to λ, but stores nothing.
     fn stored_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
         let of_row = |(c, r): (usize, usize)| {
