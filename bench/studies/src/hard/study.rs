@@ -4,7 +4,7 @@ use super::{Case, CaseFile, Measured, cases, file, named};
 use crate::checks::{self, Catalogue};
 use crate::options::Refused;
 use crate::question;
-use crate::study::{self, Found, Reporter, Study};
+use crate::study::{Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,6 @@ pub(crate) const STUDY: Study = Study {
             .collect()
     },
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
-    ..study::PLAIN
 };
 
 #[derive(Debug, Args)]
