@@ -402,12 +402,11 @@ impl Scene {
         })
     }
 
-    /// A massless cable that is shorter than its path and pulls by more than the scene's weight.
+    /// A massless cable that is shorter than its path and pulls by more than the scene's weight, but for rounding.
     fn pulls(&self, first: usize) -> Option<Laid> {
         let weight = self.mass() * self.gravity.norm() + self.external_force();
         let laid = self.laid(first)?;
         let short = laid.path - laid.length > LOOSE * laid.length;
-        // A rope that was put into equilibrium carries the weight but for rounding.
         (short && laid.tension() > weight * (1.0 + 1e-6)).then_some(laid)
     }
 
