@@ -386,7 +386,10 @@ mod tests {
 
     /// J M̃⁻¹ Jᵀ of two constraints, or with `absolute` the same of the absolute values of all numbers in it, row by row.
     fn product(stepper: &Stepper, pair: [usize; 2], absolute: bool) -> Vec<f64> {
-        let (rows, inertia) = (&stepper.system_data.rows, &stepper.system_data.inertia);
+        let (rows, inertia) = (
+            &stepper.step.system_data.rows,
+            &stepper.step.system_data.inertia,
+        );
         let number = |x: f64| if absolute { x.abs() } else { x };
         let [left, right] = pair.map(|c| rows.slot_range(c));
         let [m, n] = pair.map(|c| rows.row_range(c).len());
@@ -451,11 +454,14 @@ mod tests {
             for _ in 0..20 {
                 stepper.step().unwrap();
             }
-            stepper.linearize(stepper.options.stiffness).unwrap();
-            stepper.assemble(stepper.options.dt);
+            stepper
+                .step
+                .linearize(stepper.step.options.stiffness)
+                .unwrap();
+            stepper.step.assemble(stepper.step.options.dt);
             let (assembly_map, sigma) = (
-                &stepper.assembly_map,
-                &stepper.system_data.regularization.sigma,
+                &stepper.step.assembly_map,
+                &stepper.step.system_data.regularization.sigma,
             );
             let constraints: Vec<usize> = (assembly_map.block.iter())
                 .map(|b| match b {
@@ -465,17 +471,17 @@ mod tests {
                 .collect();
             for (j, &column) in constraints.iter().enumerate() {
                 for (i, &row) in constraints.iter().enumerate().skip(j) {
-                    let n = stepper.system_data.rows.row_range(column).len();
+                    let n = stepper.step.system_data.rows.row_range(column).len();
                     let exact = product(&stepper, [row, column], false);
                     let size = product(&stepper, [row, column], true);
                     for (k, (exact, size)) in exact.iter().zip(&size).enumerate() {
                         let (r, c) = (k / n, k % n);
                         let on_diagonal = (i, r) == (j, c);
-                        let first = stepper.system_data.rows.row_range(row).start;
+                        let first = stepper.step.system_data.rows.row_range(row).start;
                         let sigma = if on_diagonal { sigma[first + r] } else { 0.0 };
                         let at =
                             |block: usize, k: usize| assembly_map.pattern.rows(block).start + k;
-                        let found = stepper.matrix.get(at(i, r), at(j, c));
+                        let found = stepper.step.matrix.get(at(i, r), at(j, c));
                         let error = (found - (exact + sigma)).abs();
                         assert!(
                             error <= 16.0 * f64::EPSILON * (size + sigma),

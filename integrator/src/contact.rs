@@ -50,10 +50,10 @@ mod sweeps;
 mod through;
 mod turning;
 
+use crate::ContactReport;
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;
 use crate::system_data::SystemData;
-use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
 use taut_model::collide::Surface;
@@ -260,8 +260,8 @@ pub struct ContactForce {
 /// the same scene only.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactImpulses {
-    known: Vec<Known>,
-    dt: f64,
+    pub(crate) known: Vec<Known>,
+    pub(crate) dt: f64,
 }
 
 impl ContactForce {
@@ -278,34 +278,6 @@ impl ContactForce {
             }
         };
         self.force * (of_side(0) - of_side(1))
-    }
-}
-
-impl Stepper {
-    /// Contact impulses of the last solve: the next step starts from them and takes its geometric
-    /// stiffness at contacts from them.
-    #[must_use]
-    pub fn contact_impulses(&self) -> ContactImpulses {
-        let (known, dt) = self.contacts.known();
-        let known = known.to_vec();
-        ContactImpulses { known, dt }
-    }
-
-    /// Replaces what the next step starts from at contacts, so that solvers can be compared on the same system.
-    pub fn set_contact_impulses(&mut self, impulses: &ContactImpulses) {
-        let known = impulses.known.clone();
-        self.contacts.put(known, impulses.dt);
-        self.stage.unsolve();
-        self.wake();
-    }
-
-    /// The contacts of the last step: those that carried a force in it, and those near enough to.
-    pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
-        let told = self.told.contacts();
-        let last = || self.contacts.told(&self.system_data);
-        let own = told.is_none().then(last).into_iter().flatten();
-        let own = own.map(|(_, contact)| contact);
-        told.into_iter().flatten().chain(own)
     }
 }
 

@@ -5,7 +5,7 @@
 
 use crate::active_set::{RowState, response_of_row};
 use crate::gyroscopic;
-use crate::stepper::{Stage, Stepper};
+use crate::step::{Stage, Step};
 use nalgebra::Vector3;
 use taut_model::RowBounds;
 use taut_model::linearized::dot;
@@ -31,14 +31,9 @@ impl Energy {
     }
 }
 
-impl Stepper {
-    /// Kinetic, gravitational and elastic energy \[J] at the beginning of the last sub-step, where position, tension and the
-    /// mean of the velocities before and after it belong to one instant. (With [`crate::Scheme::LinearlyImplicit`] the
-    /// tension belongs to the end, an error of first order.) After a step that the guard redid: that of its end, where its
-    /// tension is; a staggered scheme's velocities are then half a step late, an error of Δt/2 times the power. Before a step
-    /// of the present state: that of its positions and velocities as they are, and the elastic energy of the last solve.
-    #[must_use]
-    pub fn energy(&self) -> Energy {
+impl Step {
+    /// See [`Stepper::energy`](crate::Stepper::energy).
+    pub(crate) fn energy(&self) -> Energy {
         let bodies = &self.scene.bodies;
         // The forces of an implicit step are those at its end.
         let dt = match self.stage {
@@ -71,11 +66,8 @@ impl Stepper {
         energy
     }
 
-    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]. With damping (τ > 0) the multipliers of moving rows hold the
-    /// dissipative force too, and this is no longer stored energy alone. After a step that the guard redid or divided, at most
-    /// ½ φ²/ε of each row, and none of slack ones.
-    #[must_use]
-    pub fn elastic_energy(&self) -> f64 {
+    /// See [`Stepper::elastic_energy`](crate::Stepper::elastic_energy).
+    pub(crate) fn elastic_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
         let is_mean = matches!(self.stage, Stage::Advanced { implicit: true, .. });
         let stored = |r: usize| {

@@ -18,8 +18,8 @@
 //!
 //! Contacts take no part: a state in which shapes overlap is refused.
 
-use crate::stepper::Stepper;
-use crate::stepper::guarded::Pass;
+use crate::step::Step;
+use crate::step::guarded::Pass;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
 use nalgebra::Vector3;
 use taut_model::{Constraint, Distance, RowLaw, Scene};
@@ -61,7 +61,7 @@ const LARGEST_TURN: f64 = 2.5;
 ///
 /// # Errors
 /// [`StepError::NoEquilibrium`] where none is found in 400 solves (a body that nothing holds, a mechanism in free
-/// fall); [`StepError::EquilibriumOverlaps`] where shapes would be inside each other there; else as [`Stepper::step`].
+/// fall); [`StepError::EquilibriumOverlaps`] where shapes would be inside each other there; else as [`Stepper::step`](crate::Stepper::step).
 pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, StepError> {
     scene.validate()?;
     let mut resting = Scene {
@@ -69,21 +69,21 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
         ..scene.clone()
     };
     let spans = Spans::add(&mut resting);
-    let mut stepper = Stepper::new(resting, options(backend))?;
-    spans.take_tensions(&mut stepper);
+    let mut step = Step::build(resting, options(backend), &mut None)?;
+    spans.take_tensions(&mut step);
     let (mut pace, mut moved) = (Pace::start(), None);
     let mut passes = 0;
     while passes < PASSES && 4.0 * pace.dt > SHORTEST {
         passes += 1;
-        spans.leave_out_lengths(&mut stepper);
-        match stepper.relax(pace.dt)? {
+        spans.leave_out_lengths(&mut step);
+        match step.relax(pace.dt)? {
             None => pace.dt *= 0.25,
             Some(way) => {
                 moved = Some(way);
-                let rests = pace.ends_with(stepper.equilibrium_residual());
+                let rests = pace.ends_with(step.equilibrium_residual());
                 if rests || (passes == PASSES && pace.equilibrium_residual <= BALANCED) {
                     let before = overlap(&scene);
-                    take_pose(stepper.into_scene(), &mut scene);
+                    take_pose(step.scene, &mut scene);
                     return keeps_apart(scene, before);
                 }
             }
@@ -95,7 +95,7 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
         change: change.unwrap_or(f64::INFINITY),
         body: body.and_then(|i: usize| scene.body_names.get(i).cloned()),
         equilibrium_residual: pace.equilibrium_residual,
-        limited: stepper.at_force_limit(),
+        limited: step.at_force_limit(),
     })
 }
 
@@ -243,11 +243,11 @@ impl Spans {
     }
 
     /// The links' transverse rows are as stiff as their cables' tensions make them.
-    fn take_tensions(&self, stepper: &mut Stepper) {
+    fn take_tensions(&self, step: &mut Step) {
         if self.cables.is_empty() {
             return;
         }
-        let system_data = &mut stepper.system_data;
+        let system_data = &mut step.system_data;
         let constraints = system_data.rows.constraints();
         // The guard ignores the links: their φ is no gap.
         system_data.idle.resize(constraints, false);
@@ -260,8 +260,8 @@ impl Spans {
     }
 
     /// J = 0 and φ = 0 in the links' own rows, so that λ = 0: the present linearisation holds them.
-    fn leave_out_lengths(&self, stepper: &mut Stepper) {
-        let rows = &mut stepper.system_data.rows;
+    fn leave_out_lengths(&self, step: &mut Step) {
+        let rows = &mut step.system_data.rows;
         for link in self.first..rows.constraints() {
             let (row, slots) = (rows.row_range(link).start, rows.slot_range(link));
             rows.phi[row] = 0.0;
@@ -273,7 +273,7 @@ impl Spans {
     }
 }
 
-impl Stepper {
+impl Step {
     /// One pass from rest: the largest change of a position over the scene's extent, and whose it is, or `None` where the
     /// linearisation did not hold and the state is as before.
     fn relax(&mut self, dt: f64) -> Result<Option<(f64, usize)>, StepError> {

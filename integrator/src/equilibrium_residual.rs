@@ -14,7 +14,7 @@
 //! where its forces are far below those that rounding of φ makes: it is at rest.
 
 use crate::geometric::wrench;
-use crate::stepper::Stepper;
+use crate::step::Step;
 use nalgebra::Vector3;
 use taut_model::Scene;
 
@@ -51,7 +51,7 @@ fn load_on(scene: &Scene, i: usize) -> (Vector3<f64>, Vector3<f64>) {
     (force, bodies.torque[i])
 }
 
-impl Stepper {
+impl Step {
     /// The equilibrium_residual of the present state, as a part of the largest forces.
     pub(crate) fn equilibrium_residual(&self) -> f64 {
         let (scene, rows) = (&self.scene, &self.system_data.rows);

@@ -109,12 +109,10 @@
 //! | `report` | report of a step, time of each phase |
 //! | `error` | [`StepError`]: why there is no step, with the names of constraints |
 
-mod access;
 mod activation;
 mod active_set;
 mod assembly;
 mod assembly_map;
-mod change;
 mod contact;
 mod curvature;
 mod effort;
@@ -123,39 +121,34 @@ mod energy;
 mod equilibrium;
 mod equilibrium_residual;
 mod error;
-mod events;
 mod geometric;
 mod gyroscopic;
 mod history;
-mod identity;
 mod inertia;
 mod motion;
-mod observe;
 mod options;
 mod regularization;
 mod report;
-mod saved;
+mod run;
 #[cfg(feature = "serde")]
 mod serde_forms;
 mod slip;
-mod stepper;
+mod step;
 mod system_data;
 
-pub use change::Edit;
 pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
 pub use energy::Energy;
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
-pub use identity::{BodyId, ConstraintId, ControlId};
-pub use observe::RowForces;
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName, Weights};
 pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
-pub use saved::SavedRun;
-pub(crate) use saved::beginning::Beginning;
-pub use stepper::Stepper;
-pub use stepper::balance::EnergyBalance;
-pub use stepper::choice::Chosen;
-pub use stepper::estimate::{ErrorEstimate, ErrorPart};
-pub use stepper::resolution::Resolved;
-pub use stepper::sleep::Sleep;
+pub use run::balance::EnergyBalance;
+pub use run::estimate::{ErrorEstimate, ErrorPart};
+pub use run::identity::{BodyId, ConstraintId, ControlId};
+pub use run::resolution::Resolved;
+pub use run::saved::SavedRun;
+pub use run::sleep::Sleep;
+pub use run::{Edit, Stepper};
+pub use step::choice::Chosen;
+pub use step::forces::RowForces;

@@ -300,7 +300,4 @@ pub(crate) struct Fired {
     pub(crate) names: Vec<String>,
     /// The force that each of them waited for, as it was met \[N].
     pub(crate) forces: Vec<Option<f64>>,
-    /// Largest measure of each event of the scene over the sub-steps: the force \[N], or minus the
-    /// distance \[m].
-    pub(crate) met: Vec<f64>,
 }

@@ -78,11 +78,11 @@ fn columns_through_the_joints_and_passes_count() {
     {
         counted.step().expect("a step");
     }
-    assert!(counted.effort.all > 0.0);
+    assert!(counted.step.effort.all > 0.0);
     let scene = taut_model::GantryParams::default().build().expect("built");
     let mut free = Stepper::new(scene, StepOptions::default()).expect("sound");
     free.step().expect("a step");
-    assert_eq!(free.effort.all, 0.0);
+    assert_eq!(free.step.effort.all, 0.0);
     let guard = Some(crate::Guard {
         tolerance: 1e-15,
         ..crate::Guard::default()
@@ -93,14 +93,14 @@ fn columns_through_the_joints_and_passes_count() {
     };
     free.set_options(guarded).expect("sound");
     let passes = free.step().expect("a step");
-    assert!(passes.redone && free.effort.all > 0.0);
+    assert!(passes.redone && free.step.effort.all > 0.0);
 }
 
 #[test]
 fn a_step_that_crushes_cables_ends_within_its_limit() {
     let mut stepper = pile(1e9, 1e6);
     let done = stepper.step();
-    let spent = stepper.effort.all;
+    let spent = stepper.step.effort.all;
     match done {
         Ok(report) => assert!(report.undecided > 0),
         Err(error) => assert!(matches!(error, StepError::TooMuchWork { .. }), "{error}"),
@@ -114,7 +114,7 @@ fn a_step_at_its_limit_ends_in_the_state_that_it_began_with() {
     let mut stepper = pile(1e6, 1e6);
     stepper.stop_by(Arc::default());
     let before = stepper.save().expect("sound");
-    stepper.effort.limit = 2e10;
+    stepper.step.effort.limit = 2e10;
     let error = stepper.step().expect_err("too much");
     assert!(matches!(error, StepError::TooMuchWork { .. }), "{error}");
     assert!(stepper.save().expect("sound") == before);

@@ -78,7 +78,7 @@ fn accelerations(scene: Scene, options: StepOptions) -> Vec<f64> {
         .map(|_| {
             stepper.step().unwrap();
             let now = stepper.scene().bodies.velocity[last].z;
-            let a = -(now - before) / stepper.options.dt;
+            let a = -(now - before) / stepper.step.options.dt;
             before = now;
             a
         })
@@ -202,7 +202,7 @@ pub(super) fn tensions(stepper: &Stepper) -> Vec<f64> {
     let parts = stepper.scene().constraints.iter().enumerate();
     let parts = parts.filter(|(_, c)| matches!(c, Constraint::MasslessCable(_)));
     let row = |c: usize| stepper.linearized().row_range(c).start;
-    let of = |(c, _)| -stepper.multipliers()[row(c)] / stepper.mu_dt;
+    let of = |(c, _)| -stepper.multipliers()[row(c)] / stepper.step.mu_dt;
     parts.map(of).collect()
 }
 

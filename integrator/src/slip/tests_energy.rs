@@ -16,8 +16,8 @@ fn residual_of_the_step(stepper: &mut Stepper) -> f64 {
     let before = stepper.scene().clone();
     let phi = stepper.linearized().phi.clone();
     stepper.step().unwrap();
-    let dt = stepper.options.dt;
-    let (system_data, bodies) = (&stepper.system_data, &before.bodies);
+    let dt = stepper.step.options.dt;
+    let (system_data, bodies) = (&stepper.step.system_data, &before.bodies);
     let halves = |[x, y, z, p, q, r]: [f64; 6]| [Vector3::new(x, y, z), Vector3::new(p, q, r)];
     let mut gained = 0.0;
     for i in before.dynamic_bodies() {
@@ -66,8 +66,11 @@ fn the_energy_of_each_step_is_accounted_for() {
             // the loss ½ (φ̂ − φ)²/ε.
             for bound in &stepper.linearized().bounds {
                 let r = bound.row;
-                let (mu, predicted) = (stepper.multipliers()[r], stepper.system_data.predicted[r]);
-                let law = mu + stepper.options.dt * predicted / compliance[r];
+                let (mu, predicted) = (
+                    stepper.multipliers()[r],
+                    stepper.step.system_data.predicted[r],
+                );
+                let law = mu + stepper.step.options.dt * predicted / compliance[r];
                 assert!(
                     mu == 0.0 || law.abs() < 1e-9 * mu.abs(),
                     "{seed}, {step}: {law:e}"

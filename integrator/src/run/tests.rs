@@ -1,0 +1,394 @@
+use super::*;
+use crate::Form;
+use nalgebra::{Matrix3, Vector3};
+use taut_model::{Body, Constraint, Frame, Motion, RowLaw, Spherical};
+
+const DT: f64 = 1.0 / 60.0;
+
+fn options(form: Form) -> StepOptions {
+    let dense = taut_solver::Backend::Dense(taut_solver::DenseOptions::default());
+    StepOptions {
+        dt: DT,
+        form,
+        backend: dense,
+        ..StepOptions::paper()
+    }
+}
+
+/// A body of 2 kg at `x` held at its centre to the world's origin, without gravity.
+fn held(x: Vector3<f64>, law: RowLaw, motion: Motion) -> Scene {
+    let mut scene = Scene::new("held");
+    scene.gravity = Vector3::zeros();
+    let body = scene.add_body("ball", Body::sphere(0.1, 2.0).at(x));
+    let world = Frame::world(Vector3::zeros()).moving(motion);
+    let frames = [world, Frame::body(body, Vector3::zeros())];
+    scene.add_constraint(
+        "spring",
+        Constraint::Spherical(Spherical {
+            frames,
+            stretch: law,
+        }),
+        0,
+    );
+    scene
+}
+
+#[test]
+fn a_free_body_falls_as_symplectic_euler_says() {
+    let mut scene = Scene::new("free");
+    scene.gravity = Vector3::new(0.0, 0.0, -10.0);
+    scene.add_body("ball", Body::sphere(0.1, 2.0));
+    for form in [Form::Schur, Form::Kkt] {
+        let mut stepper = Stepper::new(scene.clone(), options(form)).unwrap();
+        for n in 1..=60 {
+            stepper.step().unwrap();
+            let exact = -10.0 * DT * DT * f64::from(n * (n + 1)) / 2.0;
+            assert!((stepper.scene().bodies.position[0].z - exact).abs() < 1e-13);
+        }
+    }
+}
+
+/// The step is implicit Euler on a deformation mode of frequency ω: eigenvalues (1 ± iωΔt)/(1 + ω²Δt²), so that
+/// with determinants of three consecutive amplitudes their squared modulus is 1/(1 + ω²Δt²) to rounding.
+#[test]
+fn a_deformation_mode_is_damped_by_its_law() {
+    let (mass, compliance) = (2.0_f64, 1e-3_f64);
+    let scene = held(
+        Vector3::new(0.01, 0.0, 0.0),
+        RowLaw::new(compliance, 0.0),
+        Motion::Fixed,
+    );
+    for form in [Form::Schur, Form::Kkt] {
+        let mut stepper = Stepper::new(scene.clone(), options(form)).unwrap();
+        let mut x = vec![0.01];
+        for _ in 0..8 {
+            stepper.step().unwrap();
+            x.push(stepper.scene().bodies.position[0].x);
+        }
+        let law = 1.0 / (1.0 + DT * DT / (mass * compliance));
+        for w in x.windows(4) {
+            let ratio = (w[2] * w[2] - w[3] * w[1]) / (w[1] * w[1] - w[2] * w[0]);
+            assert!((ratio / law - 1.0).abs() < 1e-10, "{form}: {ratio} {law}");
+        }
+    }
+}
+
+/// τ turns a gap without inertia in the way into an exponential: φ⁺ = φ/(1 + Δt/τ) for ε = 0.
+#[test]
+fn a_gap_relaxes_with_its_damping_time() {
+    let tau = 0.1;
+    let scene = held(
+        Vector3::new(0.0, 0.02, 0.0),
+        RowLaw::new(0.0, tau),
+        Motion::Fixed,
+    );
+    let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
+    let mut exact = 0.02;
+    for _ in 0..20 {
+        stepper.step().unwrap();
+        exact /= 1.0 + DT / tau;
+        assert!((stepper.scene().bodies.position[0].y - exact).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn a_rigid_row_follows_a_moving_anchor_without_lag() {
+    let displacement = Vector3::new(0.5, -0.2, 0.1);
+    let motion = Motion::Smooth {
+        displacement,
+        start: 0.1,
+        duration: 0.5,
+    };
+    let scene = held(Vector3::zeros(), RowLaw::RIGID, motion);
+    for form in [Form::Schur, Form::Kkt] {
+        let mut stepper = Stepper::new(scene.clone(), options(form)).unwrap();
+        for _ in 0..60 {
+            stepper.step().unwrap();
+            let anchor = motion.displacement(stepper.time());
+            assert!((stepper.scene().bodies.position[0] - anchor).norm() < 1e-14);
+        }
+        assert_eq!(motion.displacement(stepper.time()), displacement);
+    }
+}
+
+#[test]
+fn a_spin_about_a_principal_axis_turns_by_its_angle() {
+    let mut scene = Scene::new("top");
+    scene.gravity = Vector3::zeros();
+    let mut body = Body::new(1.0, Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0)));
+    body.angular_velocity = Vector3::new(0.0, 0.0, 2.0);
+    scene.add_body("top", body);
+    let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
+    for _ in 0..60 {
+        stepper.step().unwrap();
+    }
+    let turned = stepper.scene().bodies.orientation[0].scaled_axis();
+    assert!(
+        (turned - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-13,
+        "{turned}"
+    );
+}
+
+#[test]
+fn a_failed_solve_names_the_constraint() {
+    let mut scene = held(Vector3::zeros(), RowLaw::RIGID, Motion::Fixed);
+    let again = scene.constraints[0].clone();
+    scene.add_constraint("again", again, 0);
+    let error = Stepper::new(scene, options(Form::Schur))
+        .unwrap()
+        .step()
+        .unwrap_err();
+    assert!(error.to_string().contains("`again`"), "{error}");
+}
+
+/// A hanging cable, and a stepper on it with the default scheme and stiffness.
+fn hanging(guard: Option<crate::Guard>) -> Stepper {
+    let params = taut_model::HoistParams {
+        segments: 3,
+        seed: 1,
+        // A twist row would remember the turns of a motion that is lost.
+        twist: Some(false),
+        ..taut_model::HoistParams::default()
+    };
+    let options = StepOptions {
+        guard,
+        ..StepOptions {
+            backend: options(Form::Schur).backend,
+            ..StepOptions::default()
+        }
+    };
+    Stepper::new(params.hanging_equilibrium().unwrap(), options).unwrap()
+}
+
+/// The tension of a motion that is lost makes M̃ overflow: with it, no later step would succeed.
+#[test]
+fn a_failed_step_leaves_no_tension_behind() {
+    for guard in [None, Some(crate::Guard::default())] {
+        let mut stepper = hanging(guard);
+        let good = stepper.scene().bodies.clone();
+        let from_good = |stepper: &mut Stepper| {
+            stepper.set_state(&good, 0.0).unwrap();
+            stepper.step().map(|_| stepper.multipliers().to_vec())
+        };
+        let expected = from_good(&mut hanging(guard));
+        assert!(expected.is_ok());
+        // Implicit sub-steps bring to rest what has a square.
+        let speeds = [1e100, 1e160, 1e200, 1e300];
+        for &speed in &speeds[usize::from(guard.is_some())..] {
+            let mut bad = good.clone();
+            bad.velocity[0].x = speed;
+            stepper.set_state(&bad, 0.0).unwrap();
+            let failed = (0..10_000).any(|_| stepper.step().is_err());
+            assert!(failed, "{speed:e}, {guard:?}");
+            assert_eq!(from_good(&mut stepper), expected, "{speed:e}, {guard:?}");
+        }
+    }
+}
+
+/// A step that is redone has the tension that it began with, whatever guess its solves start from.
+#[test]
+fn the_tension_of_a_step_that_is_taken_back_comes_back() {
+    let guard = crate::Guard {
+        tolerance: f64::MIN_POSITIVE,
+        ..crate::Guard::default()
+    };
+    let [a, b] = [0.0, -10.0].map(|guess| {
+        let mut stepper = hanging(Some(guard));
+        let bodies = stepper.scene().bodies.clone();
+        let rows = stepper.multipliers().len();
+        stepper.set_state(&bodies, 0.0).unwrap();
+        stepper.set_multipliers(&vec![guess; rows]).unwrap();
+        stepper.set_tension(&vec![-100.0; rows]).unwrap();
+        assert!(stepper.step().unwrap().redone);
+        stepper.into_scene()
+    });
+    assert_eq!(a, b);
+}
+
+/// Largest distance from the axis of a cable of EI = 30 N m², GJ = 25 N m², 2 m, between a clamp and a grip that slides
+/// and turns, in 3 s of the default step.
+fn off_axis(segments: usize, force: f64, torque: f64) -> f64 {
+    let params = taut_model::SpecimenParams {
+        segments,
+        length: 2.0,
+        ei: Some(30.0),
+        gj: Some(25.0),
+        ea: Some(1e6),
+        force: Some(force),
+        torque: Some(torque),
+        bearing: true,
+        seed: 4,
+        ..taut_model::SpecimenParams::new(taut_model::Specimen::Twist)
+    };
+    let mut stepper = Stepper::new(params.build().unwrap(), StepOptions::default()).unwrap();
+    let mut farthest = 0.0_f64;
+    for _ in 0..180 {
+        stepper.step().unwrap();
+        let bodies = &stepper.scene().bodies;
+        let off = bodies.position.iter().map(|x| x.y.hypot(x.z));
+        farthest = off.fold(farthest, f64::max);
+    }
+    farthest
+}
+
+/// The chain's own loads, by the eigenvalues of its linearised balance.
+#[test]
+fn a_twisted_cable_leaves_its_axis_at_greenhills_torque() {
+    for (segments, force, torque) in [
+        (8, 740.22, 390.184),
+        (20, 400.0, 246.437),
+        (60, 0.0, 135.027),
+    ] {
+        for part in [0.6, 0.95] {
+            let off = off_axis(segments, force, part * torque);
+            assert!(off < 1e-5, "{segments} {part}: {off}");
+        }
+        let off = off_axis(segments, force, 1.1 * torque);
+        assert!(off > 1e-3, "{segments}: {off}");
+    }
+}
+
+/// A body without symmetry, free and held at its centre: guards see no gap of it.
+#[test]
+fn a_whirled_body_keeps_its_energy() {
+    for rate in [47.0, 150.0, 200.0, 1000.0] {
+        for is_held in [false, true] {
+            let mut scene = held(Vector3::zeros(), RowLaw::RIGID, Motion::Fixed);
+            if !is_held {
+                scene.constraints.clear();
+                scene.constraint_names.clear();
+                scene.groups.clear();
+            }
+            scene.bodies.inertia[0] = Body::cuboid(Vector3::new(0.1, 0.3, 1.0), 2.0).inertia;
+            scene.bodies.angular_velocity[0] = Vector3::new(0.5, 0.7, 0.3) * rate;
+            let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+            let start = stepper.energy().total();
+            for _ in 0..600 {
+                stepper.step().unwrap();
+                let gain = stepper.energy().total() / start - 1.0;
+                assert!(gain.abs() < 1e-3, "{rate}: {gain}");
+            }
+        }
+    }
+}
+
+/// An iteration starts from the last step's multipliers unless it is told not to, and is the shorter for it.
+#[test]
+#[cfg(feature = "cg")]
+fn a_warm_start_is_the_default_and_saves_iterations() {
+    let params = taut_model::HoistParams {
+        segments: 9,
+        mass_ratio: 100.0,
+        initial_angle: 0.4,
+        seed: 3,
+        ..taut_model::HoistParams::default()
+    };
+    let options = StepOptions {
+        backend: "cg:jacobi:tolerance=1e-6".parse().unwrap(),
+        refinements: 0,
+        guard: None,
+        ..StepOptions::default()
+    };
+    assert!(options.warm_start);
+    let iterations = [true, false].map(|warm_start| {
+        let options = StepOptions {
+            warm_start,
+            ..options.clone()
+        };
+        let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();
+        (0..30)
+            .map(|_| stepper.step().unwrap().iterations)
+            .sum::<usize>()
+    });
+    assert!(iterations[0] < iterations[1], "{iterations:?}");
+}
+
+fn hoist() -> Scene {
+    let params = taut_model::HoistParams {
+        segments: 4,
+        move_x: 0.5,
+        ..taut_model::HoistParams::default()
+    };
+    params.build().unwrap()
+}
+
+fn any() -> Capabilities {
+    Capabilities {
+        indefinite: true,
+        iterative: false,
+    }
+}
+
+/// The stepper with the solver that its options name, handed over as a value.
+fn given(scene: Scene, options: StepOptions) -> Stepper {
+    let solver = options.backend.create().unwrap();
+    Stepper::with_solver(scene, options, solver, any()).unwrap()
+}
+
+#[test]
+fn a_solver_handed_over_steps_as_the_one_of_that_name() {
+    for form in [Form::Schur, Form::Kkt] {
+        let mut scene = hoist();
+        scene.start_in_equilibrium = true;
+        let named = Stepper::new(scene.clone(), options(form)).unwrap();
+        let mut named = Stepper::new(named.into_scene(), options(form)).unwrap();
+        let mut given = given(named.scene().clone(), options(form));
+        let order = |stepper: &Stepper| stepper.elimination().constraints.clone();
+        assert_eq!(order(&given), order(&named));
+        for _ in 0..30 {
+            named.step().unwrap();
+            given.step().unwrap();
+        }
+        assert_eq!(given.scene(), named.scene());
+        assert_eq!(given.multipliers(), named.multipliers());
+        assert_eq!(given.options().backend.name(), "dense");
+        Stepper::with_solver(scene, options(form), named.step.solver, any()).unwrap();
+    }
+}
+
+#[test]
+fn a_solver_handed_over_is_not_given_what_it_does_not_take() {
+    let solver = options(Form::Kkt).backend.create().unwrap();
+    let definite = Capabilities::default();
+    let e = Stepper::with_solver(hoist(), options(Form::Kkt), solver, definite).err();
+    assert!(
+        matches!(e, Some(StepError::FormNotAccepted { .. })),
+        "{e:?}"
+    );
+}
+
+#[test]
+fn a_solver_handed_over_stays_through_changes_and_those_that_fail() {
+    let mut named = Stepper::new(hoist(), options(Form::Schur)).unwrap();
+    let mut given = given(hoist(), options(Form::Schur));
+    for stepper in [&mut named, &mut given] {
+        for pass in 0..3 {
+            stepper.step().unwrap();
+            let mass = if pass == 1 { f64::NAN } else { 2.0 };
+            let changed = stepper.change(|edit| {
+                let body = edit.add_body(format!("ball {pass}"), Body::sphere(0.1, mass));
+                let at = Frame::body(edit.body_index(body)?, Vector3::zeros());
+                let spring = Spherical {
+                    frames: [Frame::world(Vector3::zeros()), at],
+                    stretch: RowLaw::new(1e-3, 0.0),
+                };
+                edit.add_constraint(format!("spring {pass}"), Constraint::Spherical(spring), 0);
+                Ok(())
+            });
+            assert_eq!(changed.is_err(), pass == 1, "{changed:?}");
+        }
+        stepper.step().unwrap();
+    }
+    assert_eq!(given.scene(), named.scene());
+    assert_eq!(given.multipliers(), named.multipliers());
+}
+
+#[test]
+fn a_run_of_a_solver_handed_over_is_restored_where_that_is_registered() {
+    let run = given(hoist(), options(Form::Schur)).save().unwrap();
+    let e = Stepper::restore(run)
+        .err()
+        .expect("no such solver")
+        .to_string();
+    assert!(e.contains("register it"), "{e}");
+}

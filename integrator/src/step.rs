@@ -1,0 +1,364 @@
+//! The step, [SL Algorithm 1] with the whole scene as one group: M̃ and J of the scene, one linear solve, and what its impulses
+//! make of velocities and positions.
+//!
+//! ```text
+//! linearise     J, φ, M̃ of the present state; Σ and c of the scheme                            linearize
+//! assemble      A = J M̃⁻¹ Jᵀ + Σ                    b = c − J (v + M̃⁻¹ Δt f)                   system
+//! factorise     A = L D Lᵀ                                                                     the backend
+//! solve         μ = A⁻¹ b,   refined by A d = b − A μ                                          system
+//! update        v⁺ = v + M̃⁻¹ (Δt f + Jᵀ μ),   x⁺ = x + Δt v⁺,   e⁺ = exp(Δt ω⁺) ⊗ e            update
+//! guard         φ(q⁺) beside φ + Δt (J v⁺ + ∂φ/∂t): taken, divided or redone                   guarded
+//! ```
+//!
+//! Runs repeat it and do what happens between steps; nothing here knows of them.
+
+pub(crate) mod choice;
+pub(crate) mod contact_solve;
+mod divided;
+pub(crate) mod forces;
+pub(crate) mod guarded;
+mod linearize;
+mod potential;
+mod reference;
+pub(crate) mod sample;
+mod slipping;
+mod start;
+mod system;
+pub(crate) mod told;
+mod update;
+mod winch_cuts;
+pub(crate) mod work;
+
+use crate::activation::Activation;
+use crate::active_set::ActiveSet;
+use crate::assembly_map::AssemblyMap;
+use crate::contact::Contacts;
+use crate::curvature::Curvature;
+use crate::effort::Effort;
+use crate::elimination::{self, EliminationOrder};
+use crate::history::{History, State};
+use crate::report::Tally;
+use crate::slip::Slip;
+use crate::system_data::SystemData;
+use crate::{GeometricStiffness, Phase, StepError, StepOptions, equilibrium};
+use taut_lanes::Aligned;
+use taut_model::{Constraint, Scene};
+use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
+
+use divided::Division;
+use potential::Search;
+use sample::Sample;
+use told::Told;
+use work::Account;
+
+/// A scene in its present state, its linear system, the solver, and what a step leaves for the next one.
+pub(crate) struct Step {
+    pub(crate) scene: Scene,
+    pub(crate) options: StepOptions,
+    pub(crate) time: f64,
+    pub(crate) solver: Box<dyn LinearSolver>,
+    pub(crate) elimination: EliminationOrder,
+    /// The solver that [`Backend::Auto`] stands for.
+    pub(crate) chosen: Option<choice::Chosen>,
+    pub(crate) assembly_map: AssemblyMap,
+    pub(crate) matrix: SymBlockMatrix,
+    /// Right-hand side and solution of the linear system, length `matrix.dim()`.
+    pub(crate) rhs: Aligned,
+    pub(crate) x: Aligned,
+    scratch: RefineScratch,
+    /// Multipliers and a residual in the order of the scene's rows.
+    pub(crate) in_rows: [Aligned; 2],
+    /// Linearisation and system of the present state. ∂φ/∂t in `pieces.rows` is the last step's.
+    pub(crate) system_data: SystemData,
+    /// Active set of the rows with bounds.
+    pub(crate) active_set: ActiveSet,
+    pub(crate) activation: Activation,
+    pub(crate) curvature: Curvature,
+    /// Slip of cables over their sheaves.
+    pub(crate) slip: Slip,
+    /// Constraints where cables of segments leave their winches.
+    pub(crate) fairleads: Vec<usize>,
+    /// Constraints of cables with winches, massless and of segments.
+    pub(crate) winches: Vec<usize>,
+    pub(crate) contacts: Contacts,
+    /// Right-hand sides and solutions for responses to sheaves and contacts.
+    pub(crate) columns: [Vec<f64>; 2],
+    pub(crate) history: History,
+    /// Impulses μ = Δt λ of the last solve, one a row.
+    pub(crate) mu: Aligned,
+    /// Length of the step that `mu` belongs to \[s].
+    pub(crate) mu_dt: f64,
+    /// Forces that the last step tells.
+    pub(crate) told: Told,
+    /// λ that the geometric stiffness is made of, one a row \[N, N m].
+    pub(crate) tension: Aligned,
+    /// Set once `tension` has the forces of a solve.
+    pub(crate) tension_known: bool,
+    /// Set once the first step has begun.
+    pub(crate) started: bool,
+    /// Bodies added since the last step, whose velocities still belong to the same instant as the
+    /// positions.
+    pub(crate) fresh: Vec<usize>,
+    pub(crate) stage: Stage,
+    /// Steps that the guard still takes implicitly.
+    pub(crate) holding: usize,
+    /// State of a step divided because a rope catches or is thrown slack.
+    pub(crate) division: Division,
+    pub(crate) account: Account,
+    /// States at the beginning of the step and of its sub-step.
+    pub(crate) step_start: State,
+    pub(crate) substep_start: State,
+    /// The guard's search along its Newton steps.
+    pub(crate) search: Search,
+    /// Totals since the last call that returned a report.
+    pub(crate) tally: Tally,
+    /// Work of the present step and its bound.
+    pub(crate) effort: Effort,
+    /// Samples of the error of the linear algebra, where it is estimated.
+    pub(crate) sample: Option<Box<Sample>>,
+}
+
+/// State that the multipliers and the system's data belong to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Stage {
+    /// Nothing that may be advanced: the present state is unsolved, was changed or was taken back.
+    Unsolved,
+    /// The present state, which may be advanced.
+    Solved,
+    /// The sub-step of `dt` (s) that led to the present state; an `implicit` one has its forces at its end.
+    Advanced {
+        /// Its length.
+        dt: f64,
+        /// True if the guard redid it.
+        implicit: bool,
+    },
+}
+
+impl Stage {
+    /// Length of the sub-step that led to the present state and that the system's data still hold; 0 for none \[s].
+    pub(crate) fn advanced(self) -> f64 {
+        match self {
+            Self::Advanced { dt, .. } => dt,
+            _ => 0.0,
+        }
+    }
+
+    /// The system of the present state has changed.
+    pub(crate) fn unsolve(&mut self) {
+        if *self == Self::Solved {
+            *self = Self::Unsolved;
+        }
+    }
+}
+
+/// Largest turn of a sheave, or of a motor that holds an angle, in a sub-step \[rad]: of half a one and more the direction is
+/// lost.
+const FASTEST: f64 = 3.0;
+
+/// Reasons of [`StepError::OffPath`].
+const LOST: &str = "has no way over its sheaves any more";
+const TOO_FAST: &str = "runs over a sheave that turns by more than half a turn a step: use a smaller time step, or a \
+                        larger sheave";
+const SPINS: &str = "turns by more than half a turn a step, and its motor cannot tell which way: use a smaller time step, or \
+                     more sub-steps";
+
+/// A solver's error before the first step.
+pub(crate) fn at_start(source: SolveError) -> StepError {
+    StepError::Solve {
+        source,
+        culprit: None,
+        time: 0.0,
+    }
+}
+
+impl Step {
+    /// A step of the scene with the solver, which is taken where nothing fails, or else with one that the options name. A scene
+    /// that asks for its static equilibrium is put there.
+    pub(crate) fn build(
+        mut scene: Scene,
+        options: StepOptions,
+        given: &mut Option<Box<dyn LinearSolver>>,
+    ) -> Result<Self, StepError> {
+        scene.validate()?;
+        options.validate()?;
+        if std::mem::take(&mut scene.start_in_equilibrium) {
+            scene = equilibrium::static_equilibrium(scene, &options.backend)?;
+        }
+        scene.lay_cables(0.0);
+        Self::new(scene, options, given)
+    }
+
+    /// [`build`](Self::build) for a valid scene and valid options, with cables laid and at
+    /// equilibrium.
+    pub(crate) fn new(
+        scene: Scene,
+        options: StepOptions,
+        given: &mut Option<Box<dyn LinearSolver>>,
+    ) -> Result<Self, StepError> {
+        let mut system_data = SystemData::new(&scene);
+        elimination::check_size(&scene, &system_data.rows)?;
+        let (elimination, chosen) = choice::order_and_solver(&options, &scene, &system_data.rows)?;
+        let order = &elimination.constraints;
+        let form = options.form;
+        let assembly_map =
+            AssemblyMap::new(form, &scene, &system_data.rows, order).map_err(at_start)?;
+        let backend = chosen.as_ref().map_or(&options.backend, |c| &c.backend);
+        elimination::check_fill(form, backend, &elimination, &assembly_map.pattern)
+            .map_err(at_start)?;
+        let mut solver = match given.take() {
+            Some(solver) => solver,
+            None => backend.create().map_err(at_start)?,
+        };
+        if let Err(e) = solver.analyze(&assembly_map.pattern) {
+            *given = Some(solver);
+            return Err(at_start(e));
+        }
+        system_data.rows.update(&scene, 0.0);
+        let (dim, rows) = (assembly_map.pattern.dim(), system_data.rows.rows());
+        let dt = options.dt / options.substeps as f64;
+        system_data.rows.drive(&scene, -dt, 0.0);
+        let mut history = History::new(rows, scene.bodies.len());
+        history.forget(&system_data.rows.phi_t);
+        let state = State::new(&scene, rows);
+        let slip = Slip::new(&scene, &system_data);
+        let contacts = Contacts::new(&scene, &system_data);
+        Ok(Self {
+            time: 0.0,
+            solver,
+            matrix: SymBlockMatrix::zeros(assembly_map.pattern.clone()),
+            rhs: Aligned::new(dim),
+            x: Aligned::new(dim),
+            scratch: RefineScratch::new(dim),
+            in_rows: [(); 2].map(|()| Aligned::new(rows)),
+            history,
+            mu: Aligned::new(rows),
+            mu_dt: dt,
+            told: Told::new(rows),
+            tension: Aligned::new(rows),
+            tension_known: false,
+            started: false,
+            fresh: Vec::new(),
+            stage: Stage::Unsolved,
+            holding: 0,
+            division: Division::new(rows, system_data.rows.bounds.len()),
+            account: Account::default(),
+            step_start: state.clone(),
+            substep_start: state,
+            search: Search::new(rows, scene.bodies.len()),
+            tally: Tally::start(),
+            effort: Effort::default(),
+            sample: None,
+            active_set: {
+                let mut bounded = ActiveSet::new(&system_data);
+                bounded.join(slip.chains());
+                bounded
+            },
+            slip,
+            fairleads: scene.fairleads().collect(),
+            winches: winch_cuts::winches(&scene),
+            contacts,
+            columns: Default::default(),
+            curvature: Curvature::new(&scene),
+            activation: Activation::new(system_data.rows.rows(), system_data.rows.bounds.len()),
+            system_data,
+            elimination,
+            chosen,
+            assembly_map,
+            scene,
+            options,
+        })
+    }
+
+    /// Length of a sub-step, or of a part of a divided one \[s].
+    pub(crate) fn substep(&self) -> f64 {
+        let parts = self.options.substeps as f64 * f64::from(self.division.parts);
+        self.options.dt / parts * f64::from(self.division.taken)
+    }
+
+    /// All cables have a way over their sheaves.
+    pub(crate) fn check_paths(&self) -> Result<(), StepError> {
+        let rows = &self.system_data.rows;
+        for &c in rows.others() {
+            let Constraint::MasslessCable(cable) = &self.scene.constraints[c] else {
+                continue;
+            };
+            if rows.phi[rows.row_range(c).start].is_nan() {
+                let known = rows.lost.filter(|(lost, _)| *lost == c);
+                return Err(self.off_path(c, known.map_or(LOST, |(_, reason)| reason)));
+            }
+            if cable.turn_of_sheaves(&self.scene.bodies) * self.substep() > FASTEST {
+                return Err(self.off_path(c, TOO_FAST));
+            }
+        }
+        Ok(())
+    }
+
+    /// Motors that hold an angle know it at the end of the next sub-step.
+    pub(crate) fn check_motors(&self) -> Result<(), StepError> {
+        for &c in self.system_data.rows.others() {
+            if let Constraint::Hinge(hinge) = &self.scene.constraints[c]
+                && hinge.turn(&self.scene.bodies) * self.substep() > FASTEST
+            {
+                return Err(self.off_path(c, SPINS));
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn off_path(&self, constraint: usize, reason: &'static str) -> StepError {
+        StepError::OffPath {
+            cable: self.scene.constraint_names[constraint].clone(),
+            reason,
+            time: self.time,
+        }
+    }
+
+    /// A sub-step, or what the guard makes of one.
+    pub(crate) fn take_substep(&mut self) -> Result<(), StepError> {
+        match self.options.guard {
+            None => self.linear_substep(),
+            Some(guard) => self.guarded_substep(guard),
+        }
+    }
+
+    /// A sub-step of the scheme: linearised, solved, updated.
+    fn linear_substep(&mut self) -> Result<(), StepError> {
+        self.solve_scheme(self.options.stiffness)?;
+        self.update()?;
+        self.accept_linear()
+    }
+
+    /// Solves the scheme's linear system at the present state.
+    pub(crate) fn solve_scheme(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
+        self.linearize(stiffness)?;
+        self.solve_linearized(self.substep())
+    }
+
+    /// A sub-step of the scheme stands, with the blows at its end.
+    pub(crate) fn accept_linear(&mut self) -> Result<(), StepError> {
+        let dt = self.stage.advanced();
+        self.account(dt, false);
+        self.accept();
+        self.tally.end(Phase::Update);
+        if !self.contacts.is_empty() {
+            self.rebound()?;
+        }
+        self.tell(dt);
+        Ok(())
+    }
+
+    /// The totals of a step, or of another call that solves, begin.
+    pub(crate) fn begin_tally(&mut self) {
+        self.told.forget();
+        self.system_data.rows.lost = None;
+    }
+
+    /// Clears what failed work has left: of any size, so that the next solve finds its tension anew, and starts from zero.
+    pub(crate) fn clear_failure(&mut self) {
+        self.stage.unsolve();
+        self.tension_known = false;
+        self.mu.fill(0.0);
+        self.account.close();
+        self.told.met.clear();
+    }
+}

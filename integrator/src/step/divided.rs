@@ -1,0 +1,435 @@
+//! Steps that are divided: those in which a rope catches or is thrown slack, and those in which bodies turn too far.
+//!
+//! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone.
+//! Where a load lands and its rope catches it again, bodies keep velocities for a part of the step
+//! that they had lost, and the error is of first order. Such a step is taken back and made of
+//! [`PARTS`] or more steps of the same scheme. The condition is a row, stiff in its eyes, that is caught,
+//! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
+//! in a step. Cables that slip over sheaves with friction divide no step: their parts share one length.
+//!
+//! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
+//! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row swings
+//! fast, until it is slack ([`crate::activation`]). At the ends of a division half a kick is taken back or added; there
+//! the gap tells whether the row is closed: without the force of a row that is, the speed is off by Ω²/12 of a part.
+//!
+//! A body that turns by θ = |ω| Δt in a step parts the gaps from their prediction by the lever arm times θ²/2, d of it. Where the
+//! turns at the beginning of the step explain its disagreement d so, and not a blow in it, the scheme holds in parts: n of them
+//! leave d/n² each. Such a step is made of the least power of two of parts that leaves an eighth of the guard's tolerance, at most
+//! [`PARTS`]. The companion of the error's estimate, whose steps are longer by a factor k, is allowed k² times the tolerance: with
+//! as many parts as the run its error is the larger one. Where a part disagrees too, all that is left of the step is implicit.
+//! Scenes of joints and motors alone divide such steps: whips under loads of 10⁶ segments, bodies that struck a floor and elastic
+//! ropes that caught them gained energy in parts.
+//!
+//! A staggered scheme keeps velocities half a step before the positions. Before the first part they
+//! go forward by half of the Δv that the whole step has with all rows as they were and without
+//! blows of contacts, then half a part back. After the last part they go forward to its end, with
+//! Δv of a part. From there the next step begins as the first step of a run does. If it is divided too, it goes back to those
+//! velocities.
+//!
+//! Whole steps leave gaps that they do not feel, as (v Δt)²/2L on a circle. This drift of the rows at the beginning goes in
+//! proportion to time over the parts ([`crate::activation`]): parts would take it for stretch, or take it back at once.
+//!
+//! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts, from which the next step
+//! starts: a catch in the last one is no force that lasts.
+
+use super::{Stage, Step};
+use crate::activation::Activation;
+use crate::active_set::{RowState, jacobian, response_of};
+use crate::contact::rebound::slowest;
+use crate::system_data::SystemData;
+use crate::{Guard, StepError};
+use nalgebra::Vector3;
+use taut_lanes::Aligned;
+use taut_model::{Constraint, Drive};
+
+/// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
+/// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
+const PARTS: u32 = 32;
+
+/// Least number of parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, then takes four of them or more.
+const SWING: f64 = 1.5;
+
+/// Least rate that divides a step, over the largest one without restitution: |g| Δt.
+pub(super) const LEAST: f64 = 10.0;
+
+/// Part of a disagreement that the turns at the beginning of a step have to make.
+const EXPLAINED: f64 = 0.5;
+
+/// Largest change of an angular velocity in a step over the largest one that is a turn and no blow.
+const STEADY: f64 = 0.25;
+
+/// Largest change of a velocity in a step over that of a curve and of gravity.
+const CURVED: f64 = 1.5;
+
+/// Tolerance of the guard over the disagreement of a part: parts that turn by 0.035 rad at the default leave gaps of 0.6 mm in 1 m.
+const LEFT: f64 = 8.0;
+
+/// Sizes of a velocity and of an angular velocity.
+fn halves([x, y, z, p, q, r]: [f64; 6]) -> [f64; 2] {
+    [[x, y, z], [p, q, r]].map(|v| Vector3::from(v).norm())
+}
+
+/// State of a divided step.
+#[derive(Debug, Clone)]
+pub(crate) struct Division {
+    /// Parts of the present step; 1 if it is not divided.
+    pub(crate) parts: u32,
+    /// Parts that the present sub-step takes at once.
+    pub(crate) taken: u32,
+    /// Parts that an implicit sub-step takes at once: those left of a step divided because bodies turn, else 1.
+    pub(super) left: u32,
+    /// Places of the bounded rows at the beginning of the step, and ∂φ/∂t of the step before.
+    places: Vec<RowState>,
+    phi_t: Vec<f64>,
+    /// True if the step before was divided or implicit.
+    pub(crate) goes_on: bool,
+    /// True if an elastic rope is caught, whose swing the parts resolve.
+    swings: bool,
+    /// True if the velocities of all bodies went half a step back just now, from those of the [`Stepper::substep_start`].
+    pub(super) from_start: bool,
+    /// Length of this run's steps over that of the run that it accompanies.
+    pub(crate) coarseness: f64,
+    /// Sum of the parts' multipliers, one a row.
+    sum: Aligned,
+}
+
+impl Division {
+    /// Buffers for a scene with `rows` rows, `bounded` of them with bounds.
+    pub(crate) fn new(rows: usize, bounded: usize) -> Self {
+        Self {
+            parts: 1,
+            taken: 1,
+            left: 1,
+            places: Vec::with_capacity(bounded),
+            phi_t: Vec::with_capacity(bounded),
+            goes_on: false,
+            swings: false,
+            from_start: false,
+            coarseness: 1.0,
+            sum: Aligned::new(rows),
+        }
+    }
+}
+
+impl Step {
+    /// Keeps whether the last step was divided or implicit, before a solve of the present state replaces the stage.
+    pub(super) fn note_stage(&mut self) {
+        if let Stage::Advanced { implicit, .. } = self.stage {
+            self.division.goes_on = implicit;
+        }
+    }
+
+    /// Before a step that may come to be divided.
+    pub(super) fn begin_division(&mut self) {
+        if self.division.parts > 1 {
+            return;
+        }
+        let (division, bounds) = (&mut self.division, &self.system_data.rows.bounds);
+        division.places.clear();
+        division.places.extend(self.active_set.places());
+        division.phi_t.clear();
+        let phi_t = bounds.iter().map(|b| self.history.phi_t[b.row]);
+        division.phi_t.extend(phi_t);
+    }
+
+    /// Parts that the step just taken needs for this disagreement of its gaps with their prediction: 1 if it stands, `None` if it
+    /// has to be implicit.
+    pub(super) fn parts(&mut self, disagreement: f64, tolerance: f64) -> Option<u32> {
+        let explains =
+            || self.is_smooth() && 2.0 * EXPLAINED * disagreement <= self.steady_turn().powi(2);
+        let is_turn = disagreement > tolerance && explains();
+        let is_part = self.division.parts > 1;
+        let allowed = match is_turn {
+            true => tolerance * self.division.coarseness.powi(2),
+            false => tolerance,
+        };
+        let holds = disagreement <= allowed;
+        if !holds && (!is_turn || is_part) {
+            return None;
+        }
+        let caught = self.caught();
+        self.division.swings = caught.is_some_and(|omega| omega > 0.0);
+        if let Some(omega) = caught {
+            // Parts of one length in run and companion would have the same error, which no estimate sees.
+            let parts = (SWING * omega / self.division.coarseness) as u32;
+            return Some(parts.next_power_of_two().max(PARTS));
+        }
+        let least = if holds {
+            1.0
+        } else {
+            (LEFT * disagreement / allowed).sqrt()
+        };
+        (least <= f64::from(PARTS)).then(|| (least.ceil() as u32).next_power_of_two())
+    }
+
+    /// True if no rope can catch, no shape strike, no cable slip and no segment whip: a blow inside a step in parts gains energy.
+    fn is_smooth(&self) -> bool {
+        use Constraint::{Cosserat, Fairlead, Paper};
+        let bends = |c: &Constraint| matches!(c, Cosserat(_) | Fairlead(_) | Paper(_));
+        let strikes = !self.active_set.is_empty() || self.contacts.can_be();
+        !strikes && self.slip.is_empty() && !self.scene.constraints.iter().any(bends)
+    }
+
+    /// Largest angle θ by which a body turns in a step at its velocity from the beginning \[rad]; 0 where bodies are struck: where
+    /// their angular velocities change by more than [`STEADY`] allows, or velocities v by more than θ |v| and gravity.
+    fn steady_turn(&self) -> f64 {
+        let SystemData { v, dv, .. } = &self.system_data;
+        let (mut rate, mut change) = (0.0_f64, 0.0_f64);
+        for i in self.scene.dynamic_bodies() {
+            rate = rate.max(halves(v.get(i))[1]);
+            change = change.max(halves(dv.get(i))[1]);
+        }
+        let turn = rate * self.substep();
+        let fall = self.scene.gravity.norm() * self.substep();
+        let is_struck = |i: usize| {
+            let [speed, _] = halves(v.get(i));
+            let [change, _] = halves(dv.get(i));
+            change > CURVED * (turn * speed + fall)
+        };
+        if change > STEADY * rate || self.scene.dynamic_bodies().any(is_struck) {
+            return 0.0;
+        }
+        turn
+    }
+
+    /// The largest Ω of the rows with bounds that were hit so fast in the step just taken that it has to be divided.
+    fn caught(&self) -> Option<f64> {
+        if self.active_set.is_empty() || self.division.parts > 1 {
+            return None;
+        }
+        let dt = self.substep();
+        let driven = [&*self.division.phi_t, &*self.history.phi_t];
+        let lands = self.contacts.lands();
+        let landing = |k| if lands { self.landing(k) } else { 0.0 };
+        let loaded = |k| match self.slip.holds(k) || self.is_beside_made(k) {
+            true => 0.0,
+            false => self.loaded_response(k),
+        };
+        self.activation.struck(
+            (&self.system_data, &self.active_set),
+            (&self.history.rate, driven),
+            (dt, LEAST * slowest(&self.scene, dt), self.division.goes_on),
+            landing,
+            loaded,
+        )
+    }
+
+    /// Direction in which bounded row `k` pulls a body with this J.
+    fn pull(&self, k: usize, j: &[f64; 6]) -> Vector3<f64> {
+        Vector3::new(j[0], j[1], j[2]) * -self.system_data.rows.bounds[k].side()
+    }
+
+    /// J M̃⁻¹ Jᵀ of bounded row `k`, whose bodies move with the heaviest that it pulls each against \[1/kg]: a light plate that
+    /// ropes hold bounces with what has landed on it.
+    fn loaded_response(&self, k: usize) -> f64 {
+        let parts = jacobian(&self.system_data, k).map(|(body, j)| {
+            let own = self.scene.bodies.mass[body];
+            let load = self
+                .contacts
+                .heaviest_on(&self.scene, body, &self.pull(k, &j));
+            response_of(&self.system_data, body, &j) * own / (own + load)
+        });
+        parts.sum()
+    }
+
+    /// Fastest speed at which a body of bounded row `k` lands in the step on what takes its load \[m/s].
+    fn landing(&self, k: usize) -> f64 {
+        let v = &self.system_data.v;
+        let speeds = jacobian(&self.system_data, k)
+            .map(|(body, j)| self.contacts.landing(body, v, &self.pull(k, &j)));
+        speeds.fold(0.0, f64::max)
+    }
+
+    /// Returns true if bounded row `k` holds a body that a row which an event has just made holds too. A divided step goes on
+    /// from the motion before, and the blow of the new row does not belong to that motion.
+    fn is_beside_made(&self, k: usize) -> bool {
+        let rows = &self.system_data.rows;
+        let slots = |constraint| &rows.slots[rows.slot_range(constraint)];
+        let own = slots(rows.bounds[k].constraint);
+        let just = self.activation.made().iter().filter(|row| row.age == 0);
+        just.flat_map(|row| slots(row.constraint))
+            .any(|made| own.iter().any(|slot| slot.body == made.body))
+    }
+
+    /// The step in `parts`, after it was taken back: because a body `turns`, or a rope catches.
+    pub(super) fn divide(
+        &mut self,
+        guard: Guard,
+        parts: u32,
+        turns: bool,
+    ) -> Result<(), StepError> {
+        self.active_set.put(&self.division.places);
+        for (bound, phi_t) in self
+            .system_data
+            .rows
+            .bounds
+            .iter()
+            .zip(&self.division.phi_t)
+        {
+            self.history.phi_t[bound.row] = *phi_t;
+        }
+        self.history.known = false;
+        self.tally.divided += 1;
+        let end = self.time + self.substep();
+        if self.division.from_start {
+            self.substep_start.restore(&mut self.scene.bodies);
+        } else if self.options.scheme.is_staggered() {
+            self.bring_forward(true)?;
+        }
+        self.division.parts = parts;
+        let done = self.take_parts(guard, parts, turns);
+        (self.division.parts, self.division.taken, self.division.left) = (1, 1, 1);
+        if done.is_ok() {
+            // To the last bit, as a restored run begins.
+            self.time = end;
+            self.system_data.rows.update_state(&self.scene, end);
+            self.activation.make_young(&self.system_data.rows);
+        }
+        done
+    }
+
+    fn take_parts(&mut self, guard: Guard, parts: u32, turns: bool) -> Result<(), StepError> {
+        self.activation
+            .take_drift(&self.system_data.rows, &self.tension, true);
+        let goes_on = self.division.goes_on || self.division.from_start;
+        self.activation
+            .drop_resolved_drift(&self.system_data, goes_on, self.substep());
+        (self.activation.left, self.activation.share) = (1.0, 0.0);
+        self.started = false;
+        // An elastic row that closes at the beginning had no force before.
+        self.active_set.frozen = self.division.swings && !self.division.goes_on;
+        let started = self.start();
+        self.active_set.frozen = false;
+        started?;
+        self.division.sum.fill(0.0);
+        let mut left = parts;
+        while left > 0 {
+            (self.division.taken, self.division.left) = (1, if turns { left } else { 1 });
+            self.activation.left = f64::from(left - 1) / f64::from(parts);
+            self.activation.share = f64::from(parts).recip();
+            let implicit = self.tally.implicit_substeps;
+            self.guarded_substep(guard)?;
+            if self.tally.implicit_substeps > implicit {
+                // Implicit sub-steps take back all of it.
+                self.activation.forget_drift();
+            }
+            self.measure_events();
+            left -= self.division.taken;
+        }
+        self.told.add(&self.division.sum, 1.0);
+        if self.is_late() {
+            self.bring_forward(false)?;
+        }
+        if !self.active_set.is_empty() {
+            self.mu.copy_from_slice(&self.division.sum);
+            self.mu_dt = self.options.dt / self.options.substeps as f64;
+            for (tension, mu) in self.tension.iter_mut().zip(&self.mu[..]) {
+                *tension = mu / self.mu_dt;
+            }
+        }
+        self.begin_anew();
+        Ok(())
+    }
+
+    pub(super) fn is_divided(&self) -> bool {
+        self.division.parts > 1
+    }
+
+    /// A part of the step stands, or an implicit sub-step of it.
+    pub(super) fn add_part(&mut self) {
+        for (sum, mu) in self.division.sum.iter_mut().zip(&self.mu[..]) {
+            *sum += mu;
+        }
+    }
+
+    /// The next step starts from velocities of the present, and takes its half step back by its own rows.
+    fn begin_anew(&mut self) {
+        self.history.known = false;
+        self.stage = Stage::Advanced {
+            dt: self.mu_dt,
+            implicit: true,
+        };
+        self.started = false;
+    }
+
+    /// True if velocities lag half a step behind.
+    fn is_late(&self) -> bool {
+        self.options.scheme.is_staggered() && self.started
+    }
+
+    /// Brings late velocities up to the present state with the forces of the rows that are about to go: a load that is let go
+    /// has their force until now. Impulses stay those of the step.
+    ///
+    /// # Errors
+    /// Those of a solve.
+    pub(crate) fn catch_up(&mut self) -> Result<(), StepError> {
+        if !self.is_late() {
+            return Ok(());
+        }
+        self.keep_substep_start();
+        self.bring_forward(false)?;
+        let (mu, tension) = (&mut self.mu, &mut self.tension);
+        self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
+        self.begin_anew();
+        Ok(())
+    }
+
+    /// Before a control gets this value. Where a drive jumps by more than gravity's speed in a step, what rides on it leaves with
+    /// the velocity of now.
+    ///
+    /// # Errors
+    /// Those of a solve.
+    pub(crate) fn let_riders_go(&mut self, control: usize, value: f64) -> Result<(), StepError> {
+        // Contacts as a restored run knows them. Slip goes on from the step before.
+        if self.contacts.known().0.is_empty() || !self.slip.is_empty() {
+            return Ok(());
+        }
+        let least = self.scene.gravity.norm() * self.substep();
+        let jumps = |drive: &Drive| {
+            let before = self.scene.drive_value(drive);
+            before.is_some_and(|before| ((value - before) * drive.gain).abs() > least)
+        };
+        if self.scene.controls[control].drives.iter().any(jumps) {
+            self.catch_up()?;
+        }
+        Ok(())
+    }
+
+    /// Brings velocities that lag half a step behind up to the present state. No row opens or
+    /// closes and no shapes arrive meanwhile. If `past`, drives go on as in the step before,
+    /// without a jump.
+    fn bring_forward(&mut self, past: bool) -> Result<(), StepError> {
+        (self.active_set.frozen, self.contacts.begins) = (true, true);
+        let solved = self.solve_frozen(past);
+        (self.active_set.frozen, self.contacts.begins) = (false, false);
+        solved?;
+        self.account_up_to_now();
+        self.system_data.update_velocity_change(&self.mu);
+        self.take_half_back(0..self.scene.bodies.len(), -1.0);
+        self.stage = Stage::Unsolved;
+        Ok(())
+    }
+
+    fn solve_frozen(&mut self, past: bool) -> Result<(), StepError> {
+        self.linearize(self.options.stiffness)?;
+        let dt = self.substep();
+        let system_data = &mut self.system_data;
+        let rate = &self.history.rate_now;
+        let ahead = if past { 0.0 } else { dt };
+        Activation::close_by_gaps(&mut self.active_set, system_data, rate, dt, ahead);
+        let before = system_data.rows.bounds.iter().zip(&self.division.phi_t);
+        // The drives of cables that slip hold their slip, which is solved for anew.
+        let drives = before
+            .enumerate()
+            .filter(|(k, _)| past && !self.slip.holds(*k));
+        for (_, (bound, phi_t)) in drives {
+            let jump = system_data.rows.phi_t[bound.row] - phi_t;
+            system_data.rows.phi_t[bound.row] -= jump;
+            system_data.rate[bound.row] += jump;
+        }
+        self.solve_linearized(dt)
+    }
+}
+
+#[cfg(test)]
+mod tests;

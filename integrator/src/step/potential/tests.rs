@@ -1,0 +1,217 @@
+use super::*;
+use crate::step::guarded::Pass;
+use crate::{Scheme, StepOptions, Stepper};
+use taut_model::HoistParams;
+
+/// The derivative of Ψ is −λ', with compliance and without, inside the limits and at them; with e = ε it is g²/(2ε).
+#[test]
+fn the_force_is_the_derivative_of_the_energy() {
+    let none = (f64::NEG_INFINITY, f64::INFINITY);
+    let (lambda, h) = (-3.0, 1e-6);
+    for (own, soft) in [(0.5, 0.5), (0.0, 0.5), (0.2, 0.5)] {
+        for limits in [none, (f64::NEG_INFINITY, 0.0), (-2.0, 2.0)] {
+            for g in [-4.0, -0.3, 0.01, 0.7, 5.0] {
+                let at = |g: f64| energy(g, lambda, own, soft, limits);
+                let slope = (at(g + h).0 - at(g - h).0) / (2.0 * h);
+                assert!(
+                    (slope + at(g).1).abs() < 1e-8,
+                    "{own} {soft} {limits:?} {g}"
+                );
+                assert!(limits.0 <= at(g).1 && at(g).1 <= limits.1);
+                if own == soft && limits == none {
+                    assert!((at(g).0 - g * g / (2.0 * own)).abs() < 1e-14 * g * g / own);
+                }
+            }
+        }
+    }
+}
+
+/// A swinging cable of four segments after its first pass, its search about to begin.
+fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
+    let params = HoistParams {
+        segments: 4,
+        initial_angle: 1.0,
+        seed: 1,
+        seed_rate: 2.0,
+        damping,
+        ea,
+        ..HoistParams::default()
+    };
+    let options = StepOptions {
+        scheme: Scheme::LinearlyImplicit,
+        ..StepOptions::default()
+    };
+    let dt = options.dt;
+    let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();
+    for _ in 0..20 {
+        stepper.step().unwrap();
+    }
+    let bodies = &stepper.step.scene.bodies;
+    let (mu, tension) = (&stepper.step.mu, &stepper.step.tension);
+    (stepper.step.substep_start).save(
+        &stepper.step.scene,
+        stepper.step.time,
+        (mu, stepper.step.mu_dt),
+        tension,
+        &stepper.step.contacts,
+    );
+    stepper.step.system_data.load_velocities(bodies);
+    stepper.step.system_data.dv.clear();
+    let end = stepper.step.time + dt;
+    stepper
+        .step
+        .system_data
+        .rows
+        .drive(&stepper.step.scene, stepper.step.time, end);
+    stepper.step.begin_search(true, dt);
+    let pass = stepper.step.newton_pass(Pass::First, dt, end);
+    assert!(pass.unwrap().is_finite());
+    stepper.step.search.soften(&stepper.step.system_data, dt);
+    (stepper, dt)
+}
+
+/// Φ after a `part` of the step.
+fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -> f64 {
+    let (from, rows) = (stepper.step.search.from.clone(), stepper.step.mu.len());
+    stepper
+        .step
+        .system_data
+        .dv
+        .combine((1.0, &from), (part, step));
+    stepper
+        .step
+        .substep_start
+        .restore(&mut stepper.step.scene.bodies);
+    stepper.step.move_bodies(dt).unwrap();
+    let end = stepper.step.time + dt;
+    stepper
+        .step
+        .system_data
+        .rows
+        .update_state(&stepper.step.scene, end);
+    let mut gaps = vec![0.0; rows];
+    stepper.step.gaps(&mut gaps, dt);
+    stepper
+        .step
+        .potential(&stepper.step.system_data.dv, &gaps, dt)
+        .0
+}
+
+/// The slope of Φ is that of its differences; it is negative, and as large as a system that is solved exactly has it:
+/// twice what Φ loses where it is a parabola.
+#[test]
+fn the_slope_is_that_of_the_potential() {
+    for (damping, ea) in [(0.0, None), (0.05, None), (5.0, None), (0.0, Some(1e4))] {
+        let (mut stepper, dt) = after_a_pass(damping, ea);
+        stepper
+            .step
+            .search
+            .to
+            .copy_from(&stepper.step.system_data.dv);
+        let slope = stepper.step.slope(dt);
+        let mut step = stepper.step.search.to.clone();
+        step.combine(
+            (1.0, &stepper.step.search.to),
+            (-1.0, &stepper.step.search.from),
+        );
+        let h = 1e-5;
+        let [more, less] = [h, -h].map(|part| potential_at(&mut stepper, part, &step, dt));
+        let difference = (more - less) / (2.0 * h);
+        assert!(slope < 0.0);
+        assert!(
+            (difference / slope - 1.0).abs() < 1e-5,
+            "{difference} {slope}"
+        );
+    }
+}
+
+/// A step that leads too far is shortened until it is of use, and one that is right is taken.
+#[test]
+fn a_step_too_far_is_shortened() {
+    for (times, taken) in [(1.0, true), (30.0, false)] {
+        let (mut stepper, dt) = after_a_pass(0.0, None);
+        let from = stepper.step.search.from.clone();
+        let to = stepper.step.system_data.dv.clone();
+        let mut step = to.clone();
+        step.combine((1.0, &to), (-1.0, &from));
+        let begin = potential_at(&mut stepper, 0.0, &step, dt);
+        potential_at(&mut stepper, times, &step, dt);
+        let end = stepper.step.time + dt;
+        stepper.step.search(true, true, dt, end).unwrap();
+        let [there, far] =
+            [&stepper.step.system_data.dv, &stepper.step.search.to].map(|dv| dv.get(1));
+        assert_eq!(there == far, taken, "{there:?} {far:?}");
+        let dv = stepper.step.system_data.dv.clone();
+        let mut gaps = vec![0.0; stepper.step.mu.len()];
+        stepper.step.gaps(&mut gaps, dt);
+        assert!(stepper.step.potential(&dv, &gaps, dt).0 < begin);
+    }
+}
+
+/// The energy gained is that of velocities and gravity where all rows keep their gaps; velocities lose it.
+#[test]
+fn a_gain_is_lost() {
+    let (mut stepper, dt) = after_a_pass(0.0, None);
+    let before = stepper.step.gained(dt);
+    let kinetic = stepper.step.scene.kinetic_energy();
+    assert!(before.abs() < 1e-2 * kinetic, "{before} of {kinetic}");
+    for velocity in &mut stepper.step.scene.bodies.velocity {
+        *velocity *= 2.0;
+    }
+    let (gain, all) = (stepper.step.gained(dt), stepper.step.scene.kinetic_energy());
+    assert!(gain > kinetic, "{gain} of {kinetic}");
+    stepper.step.lose_gain(dt);
+    let left = stepper.step.scene.kinetic_energy();
+    assert!((left - (all - gain)).abs() < 1e-12 * all, "{left}");
+}
+
+/// A change of the angular velocity turns a body further by as much, to the square of the change: a rod that swings, and
+/// one that spins fast besides.
+#[test]
+fn changes_turn_further() {
+    let (mut stepper, dt) = after_a_pass(0.0, None);
+    let start = stepper.step.substep_start.clone();
+    let long = start.orientation(1) * Vector3::z();
+    let across = |x: f64, y: f64, z: f64| {
+        let v = Vector3::new(x, y, z);
+        v - long * long.dot(&v)
+    };
+    let v = stepper.step.system_data.v.get(1);
+    let mut axis_after = |omega: Vector3<f64>| {
+        start.restore(&mut stepper.step.scene.bodies);
+        stepper.step.system_data.dv.clear();
+        let [a, b, c] = [omega.x - v[3], omega.y - v[4], omega.z - v[5]];
+        stepper.step.system_data.dv.set(1, [0.0, 0.0, 0.0, a, b, c]);
+        stepper.step.move_bodies(dt).unwrap();
+        stepper.step.scene.bodies.orientation[1] * Vector3::z()
+    };
+    for spin in [0.0, 300.0] {
+        let last = across(50.0, -60.0, 80.0) + long * spin;
+        for h in [1e-1, 1e-2, 1e-3] {
+            let change = across(30.0, 40.0, 5.0) * h;
+            let further = crate::step::guarded::swing_further(&long, &(last * dt), &change);
+            let turned = nalgebra::UnitQuaternion::from_scaled_axis(change * dt);
+            let expected = turned * axis_after(last);
+            let [off, plain] = [further, change].map(|c| axis_after(last + c).angle(&expected));
+            let second_order = (change.norm() * dt).powi(2);
+            assert!(
+                off < second_order + 1e-7,
+                "{spin} {h}: {off} {second_order}"
+            );
+            assert!(plain > 0.05 * change.norm() * dt, "{plain}");
+        }
+    }
+}
+
+/// A body without an axis of symmetry turns by the whole of its angular velocity.
+#[test]
+fn turns_follow_each_other() {
+    let turn = |u: Vector3<f64>| nalgebra::UnitQuaternion::from_scaled_axis(u);
+    let (u, all) = (Vector3::new(0.8, -1.0, 1.3), Vector3::new(0.5, 0.7, 0.1));
+    for h in [1e-1, 1e-2, 1e-3] {
+        let change = all * h;
+        let further = crate::step::guarded::turn_further(&u, &change);
+        let off = turn(u + further).angle_to(&(turn(change) * turn(u)));
+        assert!(off < change.norm_squared(), "{off}");
+    }
+}

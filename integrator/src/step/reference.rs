@@ -1,0 +1,186 @@
+//! The linear system of the last solve in either form, and its solution in extended precision: the KKT system of M̃, J, Σ and c
+//! as rounded to doubles, to the last digit. The oracle for every form and backend.
+
+use super::Step;
+use crate::active_set::{ActiveSet, Outcome};
+use crate::assembly_map::AssemblyMap;
+use crate::slip::Slip;
+use crate::system_data::SystemData;
+use crate::{Elimination, Form, StepError, elimination};
+use taut_solver::{Backend, SolveError, SymBlockMatrix};
+
+impl Step {
+    /// Matrix and right-hand side of the last solve in either form, assembled anew.
+    pub(crate) fn assembled(
+        &mut self,
+        form: Form,
+    ) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
+        let dt = self.mu_dt;
+        self.active_set.hold(&mut self.system_data, dt);
+        // The right-hand side is found by way of Δv, which belongs to the solution until then.
+        let dv = self.system_data.dv.clone();
+        let assembled = self.assemble_as(form);
+        self.system_data.dv = dv;
+        self.active_set.release(&mut self.system_data);
+        assembled
+    }
+
+    fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
+        let order = &self.elimination.constraints;
+        let assembly_map = AssemblyMap::new(form, &self.scene, &self.system_data.rows, order);
+        Ok(self.fill_system(form, &mut assembly_map.map_err(|e| self.at_state(e))?))
+    }
+
+    /// Matrix and right-hand side of a plan of the form, from the present pieces.
+    fn fill_system(
+        &mut self,
+        form: Form,
+        assembly_map: &mut AssemblyMap,
+    ) -> (SymBlockMatrix, Vec<f64>) {
+        let mut a = SymBlockMatrix::zeros(assembly_map.pattern.clone());
+        let mut b = vec![0.0; a.dim()];
+        let SystemData {
+            rows,
+            inertia,
+            regularization,
+            rate,
+            ..
+        } = &self.system_data;
+        assembly_map.fill(rows, inertia, regularization, &mut a);
+        match form {
+            Form::Schur => {
+                let [residual, _] = &mut self.in_rows;
+                self.system_data.free_residual(residual);
+                assembly_map.gather(&self.system_data.rows, None, residual, 1.0, &mut b);
+            }
+            Form::Kkt => assembly_map.gather(rows, Some(&inertia.impulse), rate, 1.0, &mut b),
+        }
+        (a, b)
+    }
+
+    /// The exact impulses of the next sub-step from the present state, one a row \[N s, N m s].
+    pub(crate) fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
+        self.find_tension()?;
+        self.linearize(self.options.stiffness)?;
+        let dt = self.substep();
+        // The stepper's own solves start from what they know, not from what is found here.
+        let (mut bounded, mut slip) = (self.active_set.clone(), self.slip.clone());
+        bounded.begin();
+        self.contacts.keep(&self.system_data.inertia, false);
+        loop {
+            bounded.hold(&mut self.system_data, dt);
+            self.contacts.keep(&self.system_data.inertia, true);
+            let solved = self.touch_extended(&mut slip, &bounded, dt);
+            bounded.release(&mut self.system_data);
+            slip.release(&mut self.system_data);
+            self.contacts.apply(&mut self.system_data.inertia, false);
+            let mut mu = solved?;
+            match bounded.judge(&mut self.system_data, &mut mu, dt, false) {
+                Outcome::Settled => return Ok(mu),
+                Outcome::Changed => self.contacts.take_out(&mut self.system_data.inertia, false),
+                Outcome::NotConverged => return Err(StepError::Undecided { time: self.time }),
+            }
+        }
+    }
+
+    /// The multipliers with contacts: those of solves in extended precision, their impulses through the backend's factor
+    /// until nothing is left to correct.
+    fn touch_extended(
+        &mut self,
+        slip: &mut Slip,
+        bounded: &ActiveSet,
+        dt: f64,
+    ) -> Result<Vec<f64>, StepError> {
+        self.contacts.apply(&mut self.system_data.inertia, true);
+        let stuck = self.solve_extended(None)?;
+        let mu = self.slip_extended(slip, bounded, stuck)?;
+        if self.contacts.is_empty() {
+            return Ok(mu);
+        }
+        let own = (self.mu.clone(), self.mu_dt);
+        self.assemble(dt);
+        let factorized = self.solver.factorize(&self.matrix);
+        factorized.map_err(|e| self.culprit(e))?;
+        self.mu.copy_from_slice(&mu);
+        let done = self.pass_through(dt, 0.0, |stepper| {
+            slip.take_out(&mut stepper.system_data);
+            let stuck = stepper.solve_extended(None)?;
+            let mu = stepper.slip_extended(slip, bounded, stuck)?;
+            stepper.mu.copy_from_slice(&mu);
+            Ok(())
+        });
+        let mu = std::mem::replace(&mut self.mu, own.0);
+        self.mu_dt = own.1;
+        done.map(|_| mu.to_vec())
+    }
+
+    /// The multipliers with cables that slip, from those of none, with every solve in extended precision.
+    fn slip_extended(
+        &mut self,
+        slip: &mut Slip,
+        bounded: &ActiveSet,
+        stuck: Vec<f64>,
+    ) -> Result<Vec<f64>, StepError> {
+        if slip.is_empty() {
+            return Ok(stuck);
+        }
+        slip.take_out(&mut self.system_data);
+        slip.begin();
+        let mut mu = stuck.clone();
+        let speed = self
+            .system_data
+            .rate
+            .iter()
+            .fold(0.0, |m: f64, r| m.max(r.abs()));
+        for pass in 0.. {
+            while let Some((i, column)) = slip.wanted(bounded) {
+                let response = self.solve_extended(Some(column))?;
+                slip.learn(i, &response);
+            }
+            match slip.settle(&stuck, &mut mu, speed, pass) {
+                Some(true) => break,
+                Some(false) => {}
+                None => return Err(StepError::Undecided { time: self.time }),
+            }
+        }
+        if slip.slips() {
+            slip.apply(&mut self.system_data, bounded);
+            mu = self.solve_extended(None)?;
+            slip.correct(&mut mu);
+        }
+        Ok(mu)
+    }
+
+    /// μ of the KKT system of the present pieces, or with this part of the rows alone on the right, in extended precision.
+    fn solve_extended(&mut self, column: Option<&[f64]>) -> Result<Vec<f64>, StepError> {
+        // The order of `banded`, whatever the backend of the run: the reference eliminates all blocks.
+        let (auto, all) = (Elimination::Auto, &Backend::Banded);
+        let order = elimination::order_of(auto, &self.scene, &self.system_data.rows, all)
+            .map_err(|e| self.at_state(e))?;
+        let mut assembly_map = AssemblyMap::new(
+            Form::Kkt,
+            &self.scene,
+            &self.system_data.rows,
+            &order.constraints,
+        )
+        .map_err(|e| self.at_state(e))?;
+        let (a, mut b) = self.fill_system(Form::Kkt, &mut assembly_map);
+        if let Some(column) = column {
+            assembly_map.gather(&self.system_data.rows, None, column, 1.0, &mut b);
+        }
+        let x = taut_solver::reference_solution(&a, &b).map_err(|e| self.at_state(e))?;
+        let rows = &self.system_data.rows;
+        let mut mu = vec![0.0; rows.rows()];
+        assembly_map.scatter_multipliers(rows, &x, -1.0, &mut mu);
+        Ok(mu)
+    }
+
+    /// A solver's error at the present time, whatever its block.
+    fn at_state(&self, source: SolveError) -> StepError {
+        StepError::Solve {
+            source,
+            culprit: None,
+            time: self.time,
+        }
+    }
+}

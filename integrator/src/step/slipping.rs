@@ -1,0 +1,87 @@
+//! The step's solve with cables that slip over their sheaves: see [`crate::slip`].
+
+use super::Step;
+use crate::StepError;
+use crate::contact::operator::Factor;
+
+impl Step {
+    /// After a solve in which all sheaves stick: the solution with those that slip.
+    pub(crate) fn solve_slip(&mut self) -> Result<(), StepError> {
+        self.slip.begin();
+        let mut stuck = std::mem::take(&mut self.in_rows[0]);
+        stuck.copy_from_slice(&self.mu);
+        let settled = self.settle_slip(&stuck);
+        self.in_rows[0] = stuck;
+        self.tally.undecided += usize::from(!settled?);
+        if !self.slip.slips() {
+            return Ok(());
+        }
+        self.slip.apply(&mut self.system_data, &self.active_set);
+        self.right_hand_side();
+        self.solve_assembled()?;
+        // The law of friction to the last digits: what the rates lack now is rounding.
+        // The system stays the one that was solved.
+        self.slip.correct(&mut self.mu);
+        self.slip.drive(&mut self.system_data);
+        Ok(())
+    }
+
+    /// μ of the factorised system for another Δt f. The slip that the last solve found leaves c first: each solve finds the whole
+    /// of it anew.
+    pub(crate) fn solve_rows_again(&mut self) -> Result<(), StepError> {
+        self.slip.take_out(&mut self.system_data);
+        self.right_hand_side();
+        self.solve_rows()
+    }
+
+    /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
+    fn respond(&mut self, i: usize) -> Result<(), StepError> {
+        let mut response = std::mem::take(&mut self.slip.column);
+        let mut factor = Factor {
+            solver: &mut *self.solver,
+            matrix: &self.matrix,
+            assembly_map: &self.assembly_map,
+            form: self.options.form,
+            rows: &self.system_data.rows,
+            slip: None,
+            system: &mut self.columns,
+            effort: &mut self.effort,
+        };
+        let report = factor.respond(&mut response);
+        self.slip.learn(i, &response);
+        self.slip.column = response;
+        let report = report.map_err(|e| self.culprit(e))?;
+        self.tally.add_part(report);
+        Ok(())
+    }
+
+    /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system.
+    pub(crate) fn end_slip(&mut self) {
+        let mut w = std::mem::take(&mut self.in_rows[0]);
+        self.active_set
+            .residuals(&self.system_data, &self.mu, &mut w);
+        self.slip.share_slack(&mut w, &self.active_set);
+        self.in_rows[0] = w;
+        self.slip.release(&mut self.system_data);
+    }
+
+    /// Searches a pattern of sticking and slipping; false if none was found.
+    fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
+        let speed = self
+            .system_data
+            .rate
+            .iter()
+            .fold(0.0, |m: f64, r| m.max(r.abs()));
+        for pass in 0.. {
+            while let Some((i, _)) = self.slip.wanted(&self.active_set) {
+                self.respond(i)?;
+            }
+            match self.slip.settle(stuck, &mut self.mu, speed, pass) {
+                Some(true) => return Ok(true),
+                Some(false) => self.tally.slip_passes += 1,
+                None => break,
+            }
+        }
+        Ok(false)
+    }
+}

@@ -1,0 +1,188 @@
+//! The start of a run: velocities that the rows allow, multipliers for the geometric stiffness, and velocities half a step back
+//! for the schemes that keep them there.
+//!
+//! **Velocities that rows do not allow.** A row that is rigid in the step's eyes, with r = J v + ∂φ/∂t ≠ 0 at the start, would
+//! end the first step with r⁺ = (q − s)/p r = −1.5 r: a scheme of second order looks back at rates from before the row was there. What
+//! moves against rods when a run starts has struck them: it ends in a blow without restitution, before the first step,
+//!
+//! ```text
+//! (J M⁻¹ Jᵀ + Σ) μ = −r,    v ← v + M⁻¹ Jᵀ μ,    Σ = Ω_c² ε/Δt²
+//! ```
+//!
+//! which leaves a mode of the frequency Ω/Δt the part Ω_c²/(Ω² + Ω_c²) of its rate: the blow of a rod, the swing of a spring that
+//! the step resolves. Rows with bounds take no part: they close as ropes and stops do ([`crate::activation`]). Nor do cables of
+//! segments, in which waves begin so. The first step of the linearly implicit scheme, r⁺ = −φ/Δt, is such a blow.
+
+use super::Step;
+use crate::active_set::response_of_row;
+use crate::contact::rebound::slowest;
+use crate::system_data::SystemData;
+use crate::{GeometricStiffness, StepError};
+use nalgebra::Vector3;
+use taut_model::Scene;
+
+/// Ω_c. The first step turns the rate of a spring into −1.5 of it at most, and into less than it was where Ω < 3.2; with 9 or less
+/// no spring leaves the first step faster than it came.
+const RIGID: f64 = 9.0;
+
+/// Part of the first step whose ∂φ/∂t counts as that of the beginning: over the whole step a support that speeds up is half a
+/// step ahead.
+const INSTANT: f64 = 1e-3;
+
+impl Step {
+    /// A solve without geometric stiffness, where there are no multipliers to make it of.
+    pub(crate) fn find_tension(&mut self) -> Result<(), StepError> {
+        if self.options.stiffness == GeometricStiffness::Off || self.tension_known {
+            return Ok(());
+        }
+        self.solve_scheme(GeometricStiffness::Off)
+    }
+
+    /// The multipliers of the geometric stiffness; before the first step of a body also its velocity half a step back for
+    /// the schemes that keep it there, v_0 − (Δt/2) a_0.
+    pub(crate) fn start(&mut self) -> Result<(), StepError> {
+        self.division.from_start = false;
+        self.note_stage();
+        if self.started && self.fresh.is_empty() {
+            return self.find_tension();
+        }
+        // Contacts at rest alone: a blow's acceleration does not belong to the motion before it. Between divided steps half kicks
+        // are added and taken back alike.
+        let is_first = self.division.parts == 1 && !self.division.goes_on;
+        (self.contacts.begins, self.activation.begins) = (true, is_first);
+        let done = self.start_bodies();
+        (self.contacts.begins, self.activation.begins) = (false, false);
+        done
+    }
+
+    fn start_bodies(&mut self) -> Result<(), StepError> {
+        self.find_tension()?;
+        if self.options.scheme.is_staggered() {
+            self.keep_substep_start();
+            self.solve_scheme(self.options.stiffness)?;
+            self.system_data.update_velocity_change(&self.mu);
+            if self.started {
+                let fresh = std::mem::take(&mut self.fresh);
+                self.take_half_back(fresh.into_iter(), 1.0);
+                // Bodies and rows from before go on as if nothing had been solved.
+                let (mu, tension) = (&mut self.mu, &mut self.tension);
+                self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
+                self.substep_start.restore_contacts(&mut self.contacts);
+            } else {
+                self.take_half_back(0..self.scene.bodies.len(), 1.0);
+                self.division.from_start = true;
+            }
+        }
+        self.fresh.clear();
+        self.stage = super::Stage::Unsolved;
+        self.started = true;
+        Ok(())
+    }
+
+    /// Velocities of the bodies v − `sign` Δv/2: half a step back, or ahead where the sign is −1.
+    pub(crate) fn take_half_back(&mut self, numbers: impl Iterator<Item = usize>, sign: f64) {
+        self.add_velocity_change(numbers, -0.5 * sign);
+    }
+
+    /// Velocities of the bodies v + `part` Δv.
+    fn add_velocity_change(&mut self, numbers: impl Iterator<Item = usize>, part: f64) {
+        let bodies = &mut self.scene.bodies;
+        for i in numbers {
+            let [x, y, z, p, q, r] = self.system_data.dv.get(i);
+            bodies.velocity[i] += Vector3::new(x, y, z) * part;
+            bodies.angular_velocity[i] += Vector3::new(p, q, r) * part;
+        }
+    }
+
+    /// Before the first step of a run, the blow of what moves against rigid rows.
+    pub(crate) fn strike_at_start(&mut self) -> Result<(), StepError> {
+        let is_first = !self.started && self.time == 0.0;
+        if is_first && self.options.scheme.is_staggered() {
+            self.strike_rigid_rows()?;
+        }
+        Ok(())
+    }
+
+    /// The blow of rigid rows at the velocities of the start, where these rows are faster than the slowest blow of contacts.
+    fn strike_rigid_rows(&mut self) -> Result<(), StepError> {
+        let dt = self.substep();
+        let system_data = &mut self.system_data;
+        system_data.load_velocities(&self.scene.bodies);
+        let jv = &mut self.in_rows[0];
+        system_data.rows.times_jacobian(&system_data.v, jv);
+        system_data
+            .rows
+            .drive(&self.scene, self.time, self.time + INSTANT * dt);
+        for (rate, phi_t) in jv.iter_mut().zip(&system_data.rows.phi_t[..]) {
+            *rate += phi_t;
+        }
+        let least = slowest(&self.scene, dt);
+        if !jv.iter().any(|rate| rate.abs() > least) {
+            return Ok(());
+        }
+        system_data.geometric.clear();
+        self.update_inertia(dt, 0.0)?;
+        let (scene, rate) = (&self.scene, &self.in_rows[0]);
+        if !prepare_blow(scene, &mut self.system_data, rate, least, dt) {
+            return Ok(());
+        }
+        self.mu.fill(0.0);
+        self.assemble(dt);
+        self.solver
+            .factorize(&self.matrix)
+            .map_err(|e| self.culprit(e))?;
+        // The estimate of the error samples solves of steps.
+        let sample = self.sample.take();
+        let solved = self.solve_assembled();
+        self.sample = sample;
+        solved?;
+        self.system_data.update_velocity_change(&self.mu);
+        self.add_velocity_change(0..self.scene.bodies.len(), 1.0);
+        // What is known belongs to the velocities of before.
+        self.mu.fill(0.0);
+        (self.tension_known, self.history.known) = (false, false);
+        self.activation.forget();
+        for k in 0..self.system_data.rows.bounds.len() {
+            self.active_set.start(k, &self.system_data);
+        }
+        Ok(())
+    }
+}
+
+/// Σ and right-hand side of the blow at the rates `rate` of the rows; false where no rigid row is faster than `least`.
+fn prepare_blow(
+    scene: &Scene,
+    system_data: &mut SystemData,
+    rate: &[f64],
+    least: f64,
+    dt: f64,
+) -> bool {
+    let (mut strikes, mut takes_part) = (false, vec![true; rate.len()]);
+    for joint in scene.cables.iter().flat_map(|cable| &cable.joints) {
+        takes_part[system_data.rows.row_range(*joint)].fill(false);
+    }
+    for bound in &system_data.rows.bounds {
+        takes_part[bound.row] = false;
+    }
+    system_data.inertia.impulse.clear();
+    for c in 0..system_data.rows.constraints() {
+        for r in system_data.rows.row_range(c) {
+            let response = response_of_row(system_data, c, r);
+            let (sigma, wanted) = if !takes_part[r] || system_data.is_transverse(r) {
+                (response.max(f64::MIN_POSITIVE) / f64::EPSILON, 0.0)
+            } else if system_data.is_speed(r) {
+                (0.0, -rate[r])
+            } else {
+                let sigma = RIGID * RIGID * system_data.rows.compliance[r] / (dt * dt);
+                strikes |= rate[r].abs() * response > least * (response + sigma);
+                (sigma, -rate[r])
+            };
+            system_data.regularization.sigma[r] = sigma;
+            system_data.rate[r] = wanted;
+        }
+    }
+    strikes
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,298 @@
+//! The linear system of the system's data: assembled, factorised, solved and refined.
+//!
+//! In the Schur form the unknown is μ, in the symmetric KKT form (Δv, −μ):
+//!
+//! ```text
+//! Schur    (J M̃⁻¹ Jᵀ + Σ) μ = c − J (v + M̃⁻¹ Δt f)
+//! KKT      [M̃ Jᵀ; J −Σ] (Δv, −μ) = (Δt f, c − J v)
+//! ```
+//!
+//! Where rows have bounds it is solved until all of them keep theirs.
+
+use super::{Stage, Step};
+use crate::active_set::Outcome;
+use crate::assembly_map::{AssemblyMap, BlockOf};
+use crate::system_data::SystemData;
+use crate::{Form, Phase, StepError};
+use taut_lanes::{Isa, Kernel, Level, dispatch};
+use taut_solver::{SolveError, SolveReport};
+
+impl Step {
+    /// Assembles, factorises, solves and refines the system of the system's data, for a step `dt` long: once, or until all rows
+    /// with bounds keep them.
+    pub(crate) fn solve_linearized(&mut self, dt: f64) -> Result<(), StepError> {
+        self.active_set.begin();
+        self.contacts.keep(&self.system_data.inertia, false);
+        loop {
+            self.active_set.hold(&mut self.system_data, dt);
+            self.contacts.keep(&self.system_data.inertia, true);
+            let solved = self.solve_once(dt);
+            self.active_set.release(&mut self.system_data);
+            solved?;
+            self.contacts.apply(&mut self.system_data.inertia, false);
+            self.slip.release(&mut self.system_data);
+            let presses = self.contacts.presses();
+            let verdict = self
+                .active_set
+                .judge(&mut self.system_data, &mut self.mu, dt, presses);
+            self.tally.undecided += usize::from(verdict == Outcome::NotConverged);
+            if verdict != Outcome::Changed {
+                break;
+            }
+            self.slip.take_out(&mut self.system_data);
+            self.contacts.take_out(&mut self.system_data.inertia, false);
+        }
+        if !self.slip.is_empty() {
+            self.end_slip();
+        }
+        self.mu_dt = dt;
+        let tension = Multiply(1.0 / dt, &self.mu, &mut self.tension);
+        dispatch(Level::best(), tension);
+        self.tension_known = true;
+        self.stage = Stage::Solved;
+        Ok(())
+    }
+
+    /// One linear system: μ of all rows as if none had bounds.
+    fn solve_once(&mut self, dt: f64) -> Result<(), StepError> {
+        self.contacts.apply(&mut self.system_data.inertia, true);
+        self.assemble(dt);
+        self.tally.end(Phase::Assemble);
+        self.solver
+            .factorize(&self.matrix)
+            .map_err(|e| self.culprit(e))?;
+        self.tally.end(Phase::Factorize);
+        self.solve_rows()?;
+        if self.contacts.is_empty() {
+            return Ok(());
+        }
+        self.solve_contacts(dt)
+    }
+
+    /// μ of the factorised system and its right-hand side.
+    pub(crate) fn solve_assembled(&mut self) -> Result<(), StepError> {
+        let report = self.solve_factorized().map_err(|e| self.culprit(e))?;
+        self.tally.end(Phase::Solve);
+        let refined = self.refine().map_err(|e| self.culprit(e))?;
+        self.tally.end(Phase::Refine);
+        self.tally.add(report, refined);
+        let sign = self.multiplier_sign();
+        self.assembly_map
+            .scatter_multipliers(&self.system_data.rows, &self.x, sign, &mut self.mu);
+        if let Some(mut sample) = self.sample.take_if(|sample| sample.is_due) {
+            sample.take(self);
+            self.sample = Some(sample);
+        }
+        Ok(())
+    }
+
+    /// Error d of the solution `x`, by its residual r and the factor: A d = r. The multipliers of d
+    /// go into `d`, one a row. Overwrites Δv of the system's data.
+    pub(crate) fn correction(&mut self, d: &mut [f64]) -> Result<(), SolveError> {
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            system_data,
+            assembly_map,
+            in_rows: [mu, residual],
+            columns: [r, solution],
+            ..
+        } = self;
+        r.resize(x.len(), 0.0);
+        solution.resize(x.len(), 0.0);
+        if solver.takes_guess() {
+            solution.fill(0.0);
+        }
+        match self.options.form {
+            Form::Schur => schur_residual(assembly_map, system_data, x, [mu, residual], r),
+            Form::Kkt => matrix.subtract_product(rhs, x, r),
+        }
+        solver.solve_unjudged(matrix, r, solution)?;
+        let sign = self.multiplier_sign();
+        let [_, solution] = &self.columns;
+        self.assembly_map
+            .scatter_multipliers(&self.system_data.rows, solution, sign, d);
+        Ok(())
+    }
+
+    fn solve_factorized(&mut self) -> Result<SolveReport, SolveError> {
+        let sweeps = self.refinements();
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            ..
+        } = self;
+        if sweeps > 0 {
+            // The refinement judges by the residuals that it takes anyway.
+            solver.solve_unjudged(matrix, rhs, x)
+        } else {
+            solver.solve(matrix, rhs, x)
+        }
+    }
+
+    /// The matrix, the right-hand side, and the guess in `x`.
+    pub(crate) fn assemble(&mut self, dt: f64) {
+        let SystemData {
+            rows,
+            inertia,
+            regularization,
+            ..
+        } = &self.system_data;
+        self.assembly_map
+            .fill(rows, inertia, regularization, &mut self.matrix);
+        if dt != self.mu_dt {
+            // The guess keeps the forces, over another time.
+            let factor = dt / self.mu_dt;
+            self.mu.iter_mut().for_each(|mu| *mu *= factor);
+            self.mu_dt = dt;
+        }
+        self.right_hand_side();
+    }
+
+    /// The right-hand side of the system's data, and the guess in `x`.
+    pub(crate) fn right_hand_side(&mut self) {
+        let sign = self.multiplier_sign();
+        match self.options.form {
+            Form::Schur => {
+                if self.assembly_map.in_scene_order {
+                    self.system_data.free_residual(&mut self.rhs);
+                } else {
+                    let [residual, _] = &mut self.in_rows;
+                    self.system_data.free_residual(residual);
+                    let rows = &self.system_data.rows;
+                    self.assembly_map
+                        .gather(rows, None, residual, 1.0, &mut self.rhs);
+                }
+            }
+            Form::Kkt => {
+                let SystemData {
+                    rows,
+                    inertia,
+                    rate,
+                    dv,
+                    ..
+                } = &mut self.system_data;
+                dv.clear();
+                self.assembly_map
+                    .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
+            }
+        }
+        if !self.solver.takes_guess() {
+            return;
+        }
+        if self.options.warm_start {
+            if self.options.form == Form::Kkt {
+                self.system_data.update_velocity_change(&self.mu);
+            }
+            let SystemData { rows, dv, .. } = &self.system_data;
+            let bodies = (self.options.form == Form::Kkt).then_some(dv);
+            self.assembly_map
+                .gather(rows, bodies, &self.mu, sign, &mut self.x);
+        } else {
+            self.x.fill(0.0);
+        }
+    }
+
+    /// The report of the last refinement, if there was one, with the iterations of all.
+    fn refine(&mut self) -> Result<Option<SolveReport>, SolveError> {
+        let sweeps = self.refinements();
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            scratch,
+            system_data,
+            assembly_map,
+            in_rows: [mu, residual],
+            ..
+        } = self;
+        match self.options.form {
+            Form::Schur => {
+                taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
+                    schur_residual(assembly_map, system_data, x, [mu, residual], r);
+                })
+            }
+            Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
+                matrix.subtract_product(rhs, x, r);
+            }),
+        }
+    }
+
+    /// Refinements of a solve: one chosen that iterates to its own tolerance has none.
+    pub(crate) fn refinements(&self) -> usize {
+        match &self.chosen {
+            Some(chosen) if chosen.backend.is_iterative() => 0,
+            _ => self.options.refinements,
+        }
+    }
+
+    /// The unknown of the symmetric KKT form is −μ.
+    fn multiplier_sign(&self) -> f64 {
+        match self.options.form {
+            Form::Schur => 1.0,
+            Form::Kkt => -1.0,
+        }
+    }
+
+    pub(crate) fn not_finite(&self, body: usize) -> StepError {
+        StepError::NonFinite {
+            body: self.scene.body_names[body].clone(),
+            time: self.time,
+        }
+    }
+
+    /// A solver's error with its block's name.
+    pub(crate) fn culprit(&self, source: SolveError) -> StepError {
+        let block = match &source {
+            SolveError::Singular { block }
+            | SolveError::NotPositiveDefinite { block }
+            | SolveError::OutOfRange { block }
+            | SolveError::NonFinite { block, .. } => Some(*block),
+            _ => None,
+        };
+        let name = |b: usize| match self.assembly_map.block.get(b)? {
+            BlockOf::Body(i) => self.scene.body_names.get(*i),
+            BlockOf::Constraint(c) => self.scene.constraint_names.get(*c),
+        };
+        StepError::Solve {
+            culprit: block.and_then(name).cloned(),
+            source,
+            time: self.time,
+        }
+    }
+}
+
+/// The residual of the Schur form at `x` from the system's data, into `r`; `mu` and `residual` are one number a row.
+fn schur_residual(
+    assembly_map: &AssemblyMap,
+    system_data: &mut SystemData,
+    x: &[f64],
+    [mu, residual]: [&mut [f64]; 2],
+    r: &mut [f64],
+) {
+    if assembly_map.in_scene_order {
+        return system_data.residual(x, r);
+    }
+    assembly_map.scatter_multipliers(&system_data.rows, x, 1.0, mu);
+    system_data.residual(mu, residual);
+    assembly_map.gather(&system_data.rows, None, residual, 1.0, r);
+}
+
+/// y ← a x.
+struct Multiply<'a>(f64, &'a [f64], &'a mut [f64]);
+
+impl Kernel for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (y, x) in self.2.iter_mut().zip(self.1) {
+            *y = self.0 * x;
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Forces of a step against the change of momentum in it, where several solves or a blow share it.
+
+use crate::contact::tests::{add, ground, rough};
+use crate::{StepOptions, Stepper};
+use nalgebra::Vector3;
+use taut_model::collide::{Shape, Surface};
+use taut_model::{Body, Constraint, Distance, Frame, MasslessCable, RowLaw, Scene, Winch};
+
+const DT: f64 = 1.0 / 60.0;
+const MASS: f64 = 50.0;
+const RADIUS: f64 = 0.25;
+
+fn options(substeps: usize) -> StepOptions {
+    StepOptions {
+        substeps,
+        ..StepOptions::default()
+    }
+}
+
+/// Force that all constraints and contacts tell of body 0.
+fn told(stepper: &Stepper) -> Vector3<f64> {
+    let constraints = 0..stepper.scene().constraints.len();
+    let joints = constraints.map(|c| stepper.force(c).expect("a constraint").force);
+    joints.sum::<Vector3<f64>>() + stepper.contacts().map(|c| c.on(0)).sum::<Vector3<f64>>()
+}
+
+/// Most that the told force of a step differs from what accelerates body 0, over the largest force, in so many steps; the largest
+/// force \[N]. A divided step leaves velocities of its end.
+fn most_apart(stepper: &mut Stepper, steps: usize) -> (f64, f64) {
+    let (mut most, mut largest, mut divided) = (0.0_f64, 0.0_f64, true);
+    for _ in 0..steps {
+        let before = stepper.scene().bodies.velocity[0];
+        let is_divided = stepper.step().expect("a step").divided > 0;
+        let scene = stepper.scene();
+        let rate = (scene.bodies.velocity[0] - before) / DT;
+        let needed = (rate - scene.gravity) * scene.bodies.mass[0];
+        let told = told(stepper);
+        largest = largest.max(told.norm());
+        if !is_divided && !divided {
+            most = most.max((told - needed).norm());
+        }
+        divided = is_divided;
+    }
+    (most / largest, largest)
+}
+
+/// A load on a rope that is `slack` (m) longer than its way, of this compliance.
+fn falling(slack: f64, compliance: f64) -> Scene {
+    let mut scene = Scene {
+        gravity: Vector3::z() * -9.81,
+        ..Scene::default()
+    };
+    let load = scene.add_body("load", Body::sphere(RADIUS, MASS));
+    let law = RowLaw {
+        compliance,
+        damping: 0.0,
+    };
+    let frames = vec![
+        Frame::world(Vector3::z() * 2.0),
+        Frame::body(load, Vector3::zeros()),
+    ];
+    let cable = MasslessCable::new(frames, 2.0 + slack, law);
+    scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+    scene
+}
+
+#[test]
+fn a_catch_is_told_whatever_the_sub_step_that_has_it() {
+    for substeps in [1, 2, 4, 7] {
+        let scene = falling(0.3, 1e-5);
+        let mut stepper = Stepper::new(scene, options(substeps)).expect("a sound scene");
+        let (apart, largest) = most_apart(&mut stepper, 40);
+        assert!(apart < 1e-12, "{substeps}: {apart:e}");
+        assert!(largest > 10.0 * MASS * 9.81, "{substeps}: {largest}");
+    }
+}
+
+#[test]
+fn the_impulse_of_a_rigid_catch_is_that_of_the_load() {
+    for substeps in [1, 4] {
+        let scene = falling(0.3, 0.0);
+        let mut stepper = Stepper::new(scene, options(substeps)).expect("a sound scene");
+        let mut impulse = 0.0;
+        for _ in 0..120 {
+            stepper.step().expect("a step");
+            impulse += stepper.tension(0).expect("a tension") * DT;
+        }
+        // It hangs at rest.
+        let exact = MASS * 9.81 * 2.0;
+        assert!(
+            (impulse / exact - 1.0).abs() < 5e-3,
+            "{substeps}: {impulse} N s of {exact}"
+        );
+    }
+}
+
+/// A ball that strikes a wall, on a rod of 2 m.
+#[test]
+fn a_blow_that_passes_through_a_rod_is_in_its_force() {
+    for substeps in [1, 3] {
+        let surface = Surface {
+            restitution: 0.7,
+            ..rough(0.3)
+        };
+        let mut scene = ground(0.5, surface);
+        let shape = Shape::Sphere { radius: RADIUS };
+        let at = Vector3::z() * (RADIUS + 0.05);
+        let ball = add(
+            &mut scene,
+            Body::sphere(RADIUS, MASS).at(at),
+            shape,
+            surface,
+        );
+        let (far, own) = (at + Vector3::new(-1.8, 0.0, 0.6), Vector3::zeros());
+        let rod = Distance {
+            frames: [Frame::world(far), Frame::body(ball, own)],
+            length: (far - at).norm(),
+            law: RowLaw::RIGID,
+            transverse: false,
+        };
+        scene.add_constraint("rod", Constraint::Distance(rod), 0);
+        let mut stepper = Stepper::new(scene, options(substeps)).expect("a sound scene");
+        let (apart, _) = most_apart(&mut stepper, 60);
+        // The rod turns by up to 0.02 rad in a step.
+        assert!(apart < 2e-2, "{substeps}: {apart:e}");
+    }
+}
+
+/// A winch lowers a load on a taut rope: the blow of the ground leaves the rope slack.
+#[test]
+fn a_rope_does_not_push_in_a_blow() {
+    for (compliance, e) in [(0.0, 0.5), (0.0, 0.9), (1e-7, 0.5), (1e-6, 0.5)] {
+        let surface = Surface {
+            restitution: e,
+            ..rough(0.5)
+        };
+        let mut scene = ground(0.0, surface);
+        let shape = Shape::Sphere { radius: RADIUS };
+        let at = Vector3::z() * (RADIUS + 0.2);
+        let load = add(
+            &mut scene,
+            Body::sphere(RADIUS, MASS).at(at),
+            shape,
+            surface,
+        );
+        scene.bodies.velocity[load].z = -1.0;
+        let law = RowLaw {
+            compliance,
+            damping: 0.0,
+        };
+        let top = at + Vector3::z() * 3.0;
+        let frames = vec![Frame::world(top), Frame::body(load, Vector3::zeros())];
+        let mut cable = MasslessCable::new(frames, 3.0 - compliance * MASS * 9.81, law);
+        cable.winch = Some(Winch {
+            speed: 1.0,
+            ..Winch::new()
+        });
+        let rope = scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+        let mut stepper = Stepper::new(scene, options(1)).expect("a sound scene");
+        let mut fastest = 0.0_f64;
+        for _ in 0..40 {
+            let report = stepper.step().expect("a step");
+            let tension = stepper.tension(rope).expect("a tension");
+            assert!(tension >= 0.0, "{compliance} {e}: {tension} N");
+            if report.contacts.touching > 0 {
+                let pressed = stepper.contacts().map(|c| c.force.z).sum::<f64>();
+                assert!(pressed < 10e3, "{compliance} {e}: {pressed} N");
+            }
+            let bodies = &stepper.scene().bodies;
+            let (height, v) = (bodies.position[load].z - RADIUS, bodies.velocity[load].z);
+            if fastest == 0.0 && v > 0.0 {
+                // The speed with which it left the ground, within a divided step too.
+                fastest = (v * v + 2.0 * 9.81 * height.max(0.0)).sqrt();
+            }
+        }
+        assert!(
+            (fastest / e - 1.0).abs() < 1e-2,
+            "{compliance} {e}: {fastest} m/s"
+        );
+    }
+}
+
+#[test]
+fn a_restored_run_tells_the_same() {
+    let mut stepper = Stepper::new(falling(0.3, 1e-5), options(4)).expect("a sound scene");
+    for _ in 0..17 {
+        stepper.step().expect("a step");
+    }
+    let restored = Stepper::restore(stepper.save().expect("a run")).expect("a run");
+    let force = stepper.row_forces(0).expect("a rope");
+    assert!(
+        force[0] < -1e3 && stepper.step.told.forces().is_some(),
+        "{force:?}"
+    );
+    assert_eq!(force, restored.row_forces(0).expect("a rope"));
+}

@@ -1,0 +1,161 @@
+//! Cables of segments at their winches: what a step does with the first segment.
+//!
+//! A step sees the speed of a winch as ∂φ/∂t of the row along its cable ([`taut_model::Fairlead`]). When it stands, the first
+//! segment is cut to the length that is off the drum, and after it splits or merges where that is due
+//! ([`taut_model::scene::winding`]). A drum that slips pays out as that of a massless cable does. What a winch feeds takes its
+//! energy along, so that the energy balance begins anew with each cut.
+
+use super::Step;
+use crate::StepError;
+use crate::active_set::ActiveSet;
+use crate::system_data::SystemData;
+use taut_model::{Constraint, Scene};
+
+/// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
+const FASTEST: f64 = 0.25;
+
+impl Step {
+    /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
+    /// have paid out.
+    pub(crate) fn accept(&mut self) {
+        self.activation.accept(&self.active_set);
+        let rows = &mut self.system_data.rows;
+        let mut slipped = rows.follow_windings(&mut self.scene, self.time);
+        let dt = self.stage.advanced();
+        for k in self.active_set.at_lower() {
+            let bound = rows.bounds[k];
+            let constraint = &mut self.scene.constraints[bound.constraint];
+            if let Constraint::MasslessCable(cable) = constraint {
+                let spring = self.activation.spring_of_limit(rows, k, dt);
+                let paid = cable.settle(rows.phi[bound.row], spring, self.time);
+                // The step took the cable to be as long as the winch alone would have it.
+                self.history.phi_t[bound.row] -= paid / dt;
+                slipped |= paid > 0.0;
+            }
+        }
+        for bound in self.active_set.emptied().map(|k| rows.bounds[k]) {
+            let constraint = &mut self.scene.constraints[bound.constraint];
+            if let Constraint::MasslessCable(cable) = constraint {
+                slipped |= cable.run_out(self.time);
+            }
+        }
+        if slipped {
+            self.system_data.rows.update_state(&self.scene, self.time);
+        }
+        // A drum that stalls has fed its cable until now.
+        self.cut_at_winches();
+        let mut stalled = false;
+        for n in 0..self.winches.len() {
+            stalled |= self.stall(self.winches[n]);
+        }
+        if stalled {
+            self.system_data.rows.update_state(&self.scene, self.time);
+        }
+        if slipped || stalled || self.slip.slips() {
+            self.system_data.rescale(&self.scene);
+        }
+    }
+
+    /// No winch feeds more in a step than its first segment can lose.
+    pub(crate) fn check_winches(&self) -> Result<(), StepError> {
+        for &i in &self.fairleads {
+            let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
+                continue;
+            };
+            let fed = lead.winch.speed.abs() * self.options.dt;
+            if !lead.winch.brake && fed > FASTEST * lead.segment {
+                return Err(StepError::NotControllable {
+                    what: format!("the winch at `{}`", self.scene.constraint_names[i]),
+                    reason: "feeds more than a quarter of a segment in a step: make it slower, the time step smaller, or \
+                             the segments longer",
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// First segments are as long as the present state has them.
+    pub(super) fn cut_at_winches(&mut self) {
+        let mut cut = false;
+        for n in 0..self.fairleads.len() {
+            let i = self.fairleads[n];
+            let paid = self.paid_out(i);
+            if self.scene.cut_at_winch(i, self.time, paid)
+                && let Some(body) = self.scene.constraints[i].frames()[1].body_index()
+            {
+                self.system_data.inertia.renew(&self.scene.bodies, body);
+                if let Some(cable) = self.scene.cable_at(i) {
+                    let joints = &self.scene.cables[cable].joints;
+                    let first = &joints[..joints.len().min(2)];
+                    self.system_data.renew(&self.scene, first);
+                }
+                cut = true;
+            }
+        }
+        if cut {
+            self.system_data.rows.update(&self.scene, self.time);
+            self.account.close();
+        }
+    }
+
+    /// Stalls winch `i` at its empty drum, or lets it haul in again, by the tension of the last step. Returns true on a change.
+    pub(super) fn stall(&mut self, i: usize) -> bool {
+        let row = self.system_data.rows.row_range(i).start;
+        let (tension, time) = (-self.mu[row] / self.mu_dt, self.time);
+        match &mut self.scene.constraints[i] {
+            Constraint::MasslessCable(cable) => cable.stall(tension, time),
+            Constraint::Fairlead(lead) => lead.stall(tension, time),
+            _ => false,
+        }
+    }
+
+    /// Rope that the slipping drum of fairlead `i` has paid out in the last sub-step \[m]; takes it
+    /// out of the drive ∂φ/∂t.
+    fn paid_out(&mut self, i: usize) -> f64 {
+        let rows = &self.system_data.rows;
+        let mut slipping = self.active_set.at_lower();
+        let Some(k) = slipping.find(|k| rows.bounds[*k].constraint == i) else {
+            return 0.0;
+        };
+        let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
+            return 0.0;
+        };
+        let (row, dt) = (rows.bounds[k].row, self.stage.advanced());
+        let spring = self.activation.spring_of_limit(rows, k, dt);
+        let paid = lead.paid_out(rows.phi[row], spring, self.time);
+        self.history.phi_t[row] -= paid / dt;
+        paid
+    }
+}
+
+/// Takes the rope left on the drums of massless cables at the end of a step, at time `end` (s).
+pub(super) fn leave_room(
+    bounded: &mut ActiveSet,
+    scene: &Scene,
+    system_data: &SystemData,
+    end: f64,
+) {
+    bounded.forget_room();
+    for (k, bound) in system_data.rows.bounds.iter().enumerate() {
+        let Constraint::MasslessCable(cable) = &scene.constraints[bound.constraint] else {
+            continue;
+        };
+        if let Some(winch) = cable.winch.filter(|w| w.longest < f64::INFINITY) {
+            bounded.leave_room(k, (winch.longest - cable.length_at(end)).max(0.0));
+        }
+    }
+}
+
+/// The constraints that are cables with winches.
+pub(super) fn winches(scene: &Scene) -> Vec<usize> {
+    let has_winch = |constraint: &Constraint| match constraint {
+        Constraint::MasslessCable(cable) => cable.winch.is_some(),
+        other => matches!(other, Constraint::Fairlead(_)),
+    };
+    let all = scene.constraints.iter().enumerate();
+    all.filter_map(|(i, constraint)| has_winch(constraint).then_some(i))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! Work of the drives in a sub-step, and of contacts that undo penetrations: the running sums that a balance of energy
+//! judges.
+
+use super::Step;
+use crate::active_set::RowState;
+use crate::contact::Touch;
+use taut_model::Mobility;
+use taut_model::linearized::dot;
+
+/// Steps that an excess has to last.
+pub(crate) const LASTING: usize = 8;
+
+/// Steps that it has to last for the next balance to begin with it.
+const OWED: usize = 3;
+
+/// Running sums of the balance.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Account {
+    /// Energy before the first step, once there was one.
+    pub(crate) start: Option<f64>,
+    /// Work up to the beginning of the last sub-step, and the work in it without that of the next
+    /// forces.
+    pub(crate) work: f64,
+    pub(crate) pending: f64,
+    /// Work of recovery, split likewise.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) recovery: [f64; 2],
+    /// Rest of the deepest penetration of the start \[m].
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) overlap: f64,
+    /// Half the drives' rates in the last sub-step \[m/s, rad/s], at which the next impulses act,
+    /// and the last forces λ, one a row.
+    pub(crate) open: Vec<f64>,
+    pub(crate) lambda: Vec<f64>,
+    /// Excess in the last steps \[J], and that of the balance before.
+    pub(crate) recent: [f64; LASTING],
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) owed: f64,
+    /// Largest kinetic energy without excess, and largest work \[J].
+    pub(crate) scale: f64,
+    /// Weight times extent, and as much as a motion at [`STILL`] needs \[J].
+    pub(crate) potential: f64,
+}
+
+impl Account {
+    /// Numbers that are finite in a sound account, and the vectors with one number a row, which are
+    /// empty before the first step.
+    pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 2]) {
+        let sums = [
+            &self.work,
+            &self.pending,
+            &self.owed,
+            &self.overlap,
+            &self.scale,
+            &self.potential,
+        ];
+        (
+            sums.into_iter().chain(&self.recovery).chain(&self.start),
+            [&self.open, &self.lambda],
+        )
+    }
+
+    /// What a changed scene's balance begins with.
+    pub(crate) fn left(&self) -> Self {
+        let last = &self.recent[LASTING - OWED..];
+        Self {
+            recent: self.recent,
+            owed: last.iter().copied().fold(f64::INFINITY, f64::min),
+            ..Self::default()
+        }
+    }
+
+    /// A new balance of so many rows, whose steps allocate nothing.
+    pub(crate) fn begin(&mut self, rows: usize) {
+        (self.open, self.lambda) = (vec![0.0; rows], vec![0.0; rows]);
+    }
+
+    /// Becomes a copy of `other`. Allocates only where this one has fewer rows.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);
+        open.clone_from(&other.open);
+        lambda.clone_from(&other.lambda);
+        *self = Self {
+            open,
+            lambda,
+            ..*other
+        };
+    }
+
+    /// The next step begins a new balance.
+    pub(crate) fn close(&mut self) {
+        let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);
+        open.fill(0.0);
+        lambda.fill(0.0);
+        *self = Self {
+            open,
+            lambda,
+            ..Self::default()
+        };
+    }
+}
+
+impl Step {
+    /// A sub-step of `dt` is done, whose forces belong to its beginning or, where it is `implicit`, to its end: its work.
+    pub(crate) fn account(&mut self, dt: f64, implicit: bool) {
+        if self.options.energy_tolerance.is_none() {
+            return;
+        }
+        let [_, scratch] = &mut self.in_rows;
+        let mut moved = std::mem::take(scratch);
+        self.drives(dt, &mut moved);
+        let loads = self.work_of_loads(dt);
+        let by_contacts = 0.5 * self.work_by_contacts();
+        let recovery = 0.5 * self.work_of_recovery(dt);
+        let account = &mut self.account;
+        account.open.resize(self.mu.len(), 0.0);
+        account.lambda.resize(self.mu.len(), 0.0);
+        account.work += account.pending + by_contacts;
+        account.pending = loads + by_contacts;
+        account.recovery[0] += account.recovery[1] + recovery;
+        account.recovery[1] = recovery;
+        let last = account.open.iter_mut().zip(&mut account.lambda);
+        for ((mu, moved), (open, lambda)) in self.mu.iter().zip(&moved).zip(last) {
+            // An impulse acts at the mean of the rates before it and after it, however long their steps are; the force of an
+            // implicit step over half its motion, and the force before it over the other half.
+            let (force, half) = (mu / dt, 0.5 * moved);
+            account.work -= *open * mu;
+            if implicit {
+                account.pending -= half * (force + *lambda);
+            } else {
+                account.pending -= half * force;
+            }
+            (*open, *lambda) = (if implicit { 0.0 } else { half / dt }, force);
+        }
+        if implicit {
+            account.work += std::mem::take(&mut account.pending);
+            account.recovery[0] += std::mem::take(&mut account.recovery[1]);
+        }
+        self.in_rows[1] = moved;
+    }
+
+    /// The present impulses bring the velocities to their own time: the work of the half before it, as far as drives do some.
+    pub(crate) fn account_up_to_now(&mut self) {
+        for (open, mu) in self.account.open.iter_mut().zip(&self.mu[..]) {
+            self.account.work -= std::mem::take(open) * mu;
+        }
+    }
+
+    /// The contacts' impulses are those of a blow after the sub-step: its work.
+    pub(crate) fn account_for_blow(&mut self) {
+        if self.options.energy_tolerance.is_some() {
+            self.account.pending += self.work_by_contacts();
+        }
+    }
+
+    /// Work of driven bodies by the contacts' impulses \[J].
+    fn work_by_contacts(&self) -> f64 {
+        let bodies = &self.scene.bodies;
+        let mut work = 0.0;
+        for touch in &self.contacts.touches {
+            for (k, p) in touch.impulse.iter().enumerate() {
+                let driven = touch
+                    .row(k)
+                    .filter(|(i, _)| bodies.mobility[*i] == Mobility::Driven);
+                work -= p * driven
+                    .map(|(i, row)| dot(&row, &bodies.rates(i)))
+                    .sum::<f64>();
+            }
+        }
+        work
+    }
+
+    /// Work of the contacts' impulses in the last sub-step of `dt` that undo the penetrations of the start \[J].
+    fn work_of_recovery(&mut self, dt: f64) -> f64 {
+        let (account, touches) = (&mut self.account, &self.contacts.touches);
+        let rate = |touch: &Touch| match touch.impulse[0] {
+            p if p > 0.0 => (-touch.offset - touch.softness * p).max(0.0),
+            _ => 0.0,
+        };
+        let (mut deepest, mut fastest, mut work) = (0.0_f64, 0.0_f64, 0.0);
+        for touch in touches {
+            deepest = deepest.max(-touch.found.gap);
+            fastest = fastest.max(rate(touch));
+            work += touch.impulse[0] * rate(touch);
+        }
+        account.overlap = match account.start {
+            None => deepest,
+            Some(_) => account.overlap.min(deepest),
+        };
+        let undone = account.overlap.min(dt * fastest);
+        account.overlap -= undone;
+        if undone > 0.0 {
+            work * undone / (dt * fastest)
+        } else {
+            0.0
+        }
+    }
+
+    /// Into `moved` by how much driven bodies and ∂φ/∂t have changed the rows in the last sub-step of `dt`: dt (J_d v_d + ∂φ/∂t).
+    fn drives(&self, dt: f64, moved: &mut [f64]) {
+        let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
+        for (moved, phi_t) in moved.iter_mut().zip(&rows.phi_t) {
+            *moved = dt * phi_t;
+        }
+        for (s, slot) in rows.slots.iter().enumerate() {
+            if bodies.mobility[slot.body] == Mobility::Driven {
+                let velocity = bodies.rates(slot.body);
+                let moved = &mut moved[rows.row_range(slot.constraint)];
+                for (moved, j) in moved.iter_mut().zip(rows.block(s).rows()) {
+                    *moved += dt * dot(j, &velocity);
+                }
+            }
+        }
+    }
+
+    /// Work of external loads and of rows at their limits of force in the last sub-step of `dt` \[J].
+    fn work_of_loads(&self, dt: f64) -> f64 {
+        let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
+        let mut work = 0.0;
+        let bounds = rows.bounds.iter().zip(self.active_set.places());
+        for (k, (bound, place)) in bounds.enumerate() {
+            let mu = self.mu[bound.row];
+            if place == RowState::Inside || mu == 0.0 {
+                continue;
+            }
+            if self.scene.constraints[bound.constraint].motor().is_none() {
+                // The slip: the path at the end beyond the stretch at the limit, or at the beginning. Rates at the beginning
+                // would miss the turn of the path.
+                let force = mu / dt;
+                let kept = (-rows.compliance[bound.row] * force).max(self.activation.begun(k));
+                work += force * (rows.phi[bound.row] - kept);
+                continue;
+            }
+            let first = rows.row_range(bound.constraint).start;
+            for s in rows.slot_range(bound.constraint) {
+                let body = rows.slots[s].body;
+                let j = rows.block(s).rows()[bound.row - first];
+                work += mu * dot(&j, &bodies.rates(body));
+            }
+            work += mu * rows.phi_t[bound.row];
+        }
+        for i in self.scene.dynamic_bodies() {
+            work += dt
+                * (bodies.force[i].dot(&bodies.velocity[i])
+                    + bodies.torque[i].dot(&bodies.angular_velocity[i]));
+        }
+        work
+    }
+}
