@@ -72,30 +72,36 @@
 //! # Map
 //! | module | holds |
 //! |---|---|
-//! | `stepper` | the step: phases in order, nothing allocated after the first; `system`: its linear system |
-//! | `stepper/balance` | energy of a motion beyond the work of its drives |
-//! | `access` | values set between steps: states, loads, motors, winches, controls |
-//! | `change` | bodies, constraints and controls added and removed between steps |
-//! | `events` | events after a step: ropes that break, hooks that catch |
-//! | `stepper/winch_cuts` | cables of segments at their winches |
-//! | `stepper/resolution` | cables that merge and split their segments by rule |
-//! | `identity` | stable handles of bodies and constraints |
-//! | `observe` | queries: forces, loads, the linear system, exact multipliers |
+//! | `step` | the step: phases in order, nothing allocated after the first |
+//! | `step/linearize`, `step/system`, `step/update` | these phases |
+//! | `step/start` | velocities and multipliers of a start |
+//! | `step/guarded`, `step/divided` | the guard: its implicit sub-steps, its steps in parts |
+//! | `step/potential` | the incremental potential that implicit sub-steps minimise, and the search along their Newton steps |
+//! | `step/slipping`, `step/contact_solve` | the solve with cables that slip, and with contacts |
+//! | `step/winch_cuts` | what a step does with cables at their winches |
+//! | `step/forces`, `step/told`, `step/work` | what a step tells: forces, their means over it, the work of its drives |
+//! | `step/reference` | the exact multipliers |
+//! | `step/choice` | the solver that `auto` stands for |
+//! | `run` | [`Stepper`]: steps one after the other, and what happens between them |
+//! | `run/access` | values set between steps: states, loads, motors, winches, controls |
+//! | `run/change` | bodies, constraints and controls added and removed |
+//! | `run/events` | events after a step: ropes that break, hooks that catch |
+//! | `run/resolution` | cables that merge and split their segments by rule |
+//! | `run/balance` | energy of a motion beyond the work of its drives |
+//! | `run/estimate` | the error of the load's position, by a companion run of longer steps |
+//! | `run/sleep` | scenes at rest, whose steps cost no solve |
+//! | `run/saved` | runs saved and taken up again, to the same bits |
+//! | `run/identity` | stable handles of bodies and constraints |
+//! | `run/observe` | queries: forces, loads, energies, the linear system |
 //! | `energy` | kinetic, gravitational and elastic energy |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
-//! | `saved` | runs saved and taken up again, to the same bits |
-//! | `stepper/sleep` | scenes at rest, whose steps cost no solve |
-//! | `elimination`, `choice` | the order in which the constraints are eliminated; which solver `auto` stands for |
-//! | `stepper/guarded` | the guard, and its implicit sub-steps |
-//! | `stepper/estimate` | the error of the load's position, by a companion run of longer steps |
-//! | `stepper/potential` | the incremental potential that these minimise, and the search along their Newton steps |
-//! | `equilibrium` | static equilibrium by solves |
-//! | `equilibrium_residual` | residual forces and law violations of a state at rest |
+//! | `elimination` | the order in which the constraints are eliminated |
+//! | `equilibrium`, `equilibrium_residual` | static equilibrium by solves; residual forces and law violations of a state at rest |
 //! | `active_set` | rows with bounds: cables that cannot push, motors of limited force |
-//! | `slip`, `stepper/slipping` | cables that slip over sheaves with friction |
-//! | `contact`, `contact/operator`, `stepper/contact_solve` | contacts with friction: rows, dense operator, the solve with them |
-//! | `effort` | the work that a step may spend on contacts, and the flag that ends it |
 //! | `activation` | how such rows close and open without energy from nowhere |
+//! | `slip` | cables that slip over sheaves with friction |
+//! | `contact`, `contact/operator` | contacts with friction: rows, dense operator |
+//! | `effort` | the work that a step may spend on contacts, and the flag that ends it |
 //! | `curvature` | dampers of ropes and rods that swing |
 //! | `system_data` | data of the linear system, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
@@ -108,6 +114,8 @@
 //! | `serde_forms` | options by their names, times in seconds, for `serde` |
 //! | `report` | report of a step, time of each phase |
 //! | `error` | [`StepError`]: why there is no step, with the names of constraints |
+//!
+//! `run` uses `step`, never the reverse.
 
 mod activation;
 mod active_set;

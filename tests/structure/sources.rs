@@ -210,6 +210,36 @@ fn sources_name_only_the_crates_below_them() {
     }
 }
 
+/// A step knows nothing of what a run does between steps: of the integrator only `run`, the crate's root and the vocabulary of
+/// options and reports name it.
+#[test]
+fn the_step_knows_no_run() {
+    let src = "integrator/src/";
+    let knows = [
+        "lib.rs",
+        "run.rs",
+        "run/",
+        "options.rs",
+        "report.rs",
+        "serde_forms.rs",
+    ];
+    let mut looked = 0;
+    for (file, text) in rust_files("integrator/src") {
+        let own = file.strip_prefix(src).unwrap_or(&file);
+        if knows.iter().any(|known| own.starts_with(known)) || own.contains("/tests") {
+            continue;
+        }
+        looked += 1;
+        // Tests drive the whole.
+        let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for (line, code) in code(text) {
+            let names_it = code.contains("run::") || words(code).any(|word| word == "Stepper");
+            assert!(!names_it, "{file}:{line}");
+        }
+    }
+    assert!(looked > 30, "{looked} files");
+}
+
 /// Conditional compilation by feature stays where backends are made; `serde` brings attributes alone, and one module.
 #[test]
 fn features_stand_in_two_files_of_the_solver() {
