@@ -375,19 +375,28 @@ impl Step {
     }
 
     /// Before a control gets this value. Where a drive jumps by more than gravity's speed in a step, what rides on it leaves with
-    /// the velocity of now.
+    /// the velocity of now; so does what hangs on a massless rope that pays out faster.
     ///
     /// # Errors
     /// Those of a solve.
     pub(crate) fn let_riders_go(&mut self, control: usize, value: f64) -> Result<(), StepError> {
-        // Contacts as a restored run knows them. Slip goes on from the step before.
-        if self.contacts.known().0.is_empty() || !self.slip.is_empty() {
+        // Slip goes on from the step before.
+        if !self.slip.is_empty() {
             return Ok(());
         }
+        // Contacts as a restored run knows them.
+        let rides = !self.contacts.known().0.is_empty();
         let least = self.scene.gravity.norm() * self.substep();
         let jumps = |drive: &Drive| {
-            let before = self.scene.drive_value(drive);
-            before.is_some_and(|before| ((value - before) * drive.gain).abs() > least)
+            let Some(before) = self.scene.drive_value(drive) else {
+                return false;
+            };
+            let faster = (value - before) * drive.gain;
+            let hangs = matches!(
+                self.scene.constraints[drive.constraint],
+                Constraint::MasslessCable(_)
+            );
+            rides && faster.abs() > least || hangs && faster > least
         };
         if self.scene.controls[control].drives.iter().any(jumps) {
             self.catch_up()?;

@@ -1,7 +1,8 @@
 use crate::{StepOptions, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use taut_model::{
-    Body, Constraint, Frame, Hinge, MasslessCable, Motor, RowLaw, Scene, Spherical, Target,
+    Body, Constraint, Control, Frame, Hinge, MasslessCable, Motor, RowLaw, Scene, Spherical,
+    Target, Winch,
 };
 
 /// A body that is held to the world's origin by a ball joint at `point` of it.
@@ -125,4 +126,44 @@ fn a_motor_that_holds_an_angle_refuses_more_than_half_a_turn_a_step() {
         "{error}"
     );
     assert!(first(4).is_ok());
+}
+
+/// A winch that pays out at once leaves its load in free fall from rest, until the rope is taut again: the load fell with the
+/// velocity of half a step more.
+#[test]
+fn what_hangs_on_a_rope_that_pays_out_falls_from_rest() {
+    for (mass, compliance, substeps) in [(100.0, 1e-7, 1), (100.0, 1e-7, 4), (5e4, 1e-9, 1)] {
+        let mut scene = Scene::new("paid out");
+        scene.gravity = Vector3::z() * -9.81;
+        let load = scene.add_body("load", Body::sphere(0.2, mass));
+        let rope = MasslessCable {
+            winch: Some(Winch::new()),
+            ..MasslessCable::new(
+                vec![
+                    Frame::world(Vector3::z() * 3.0),
+                    Frame::body(load, Vector3::zeros()),
+                ],
+                3.0,
+                RowLaw::new(compliance, 0.0),
+            )
+        };
+        let rope = scene.add_constraint("rope", rope, 0);
+        scene.controls.push(Control::of("hoist", rope, 1.0));
+        scene.start_in_equilibrium = true;
+        let options = StepOptions {
+            substeps,
+            ..StepOptions::default()
+        };
+        let dt = options.dt;
+        let mut stepper = Stepper::new(scene, options).unwrap();
+        let start = stepper.scene().bodies.position[0].z;
+        stepper.step().unwrap();
+        stepper.set_control(0, 1.0).unwrap();
+        for step in 1..=10 {
+            stepper.step().unwrap();
+            let t = f64::from(step) * dt;
+            let off = stepper.scene().bodies.position[0].z - (start - 0.5 * 9.81 * t * t);
+            assert!(off.abs() < 2e-4, "{mass} {substeps}: {off} m after {t} s");
+        }
+    }
 }
