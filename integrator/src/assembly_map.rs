@@ -460,7 +460,7 @@ mod tests {
                 .unwrap();
             stepper.step.assemble(stepper.step.options.dt);
             let (assembly_map, sigma) = (
-                &stepper.step.assembly_map,
+                &stepper.step.system.assembly_map,
                 &stepper.step.system_data.regularization.sigma,
             );
             let constraints: Vec<usize> = (assembly_map.block.iter())
@@ -481,7 +481,7 @@ mod tests {
                         let sigma = if on_diagonal { sigma[first + r] } else { 0.0 };
                         let at =
                             |block: usize, k: usize| assembly_map.pattern.rows(block).start + k;
-                        let found = stepper.step.matrix.get(at(i, r), at(j, c));
+                        let found = stepper.step.system.matrix.get(at(i, r), at(j, c));
                         let error = (found - (exact + sigma)).abs();
                         assert!(
                             error <= 16.0 * f64::EPSILON * (size + sigma),

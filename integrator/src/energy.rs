@@ -36,7 +36,7 @@ impl Step {
     pub(crate) fn energy(&self) -> Energy {
         let bodies = &self.scene.bodies;
         // The forces of an implicit step are those at its end.
-        let dt = match self.stage {
+        let dt = match self.progress.stage {
             Stage::Advanced {
                 dt,
                 implicit: false,
@@ -69,9 +69,12 @@ impl Step {
     /// See [`Stepper::elastic_energy`](crate::Stepper::elastic_energy).
     pub(crate) fn elastic_energy(&self) -> f64 {
         let rows = &self.system_data.rows;
-        let is_mean = matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        let is_mean = matches!(self.progress.stage, Stage::Advanced { implicit: true, .. });
         let stored = |r: usize| {
-            let (compliance, lambda) = (rows.compliance[r], self.mu[r] / self.mu_dt);
+            let (compliance, lambda) = (
+                rows.compliance[r],
+                self.multipliers.mu[r] / self.multipliers.mu_dt,
+            );
             let by_force = compliance * lambda.powi(2);
             match is_mean {
                 true => by_force.min(rows.phi[r].powi(2) / compliance),
@@ -83,7 +86,10 @@ impl Step {
         let is_slack =
             |b: &&RowBounds| is_mean && stores(&b.row) && b.side() * rows.phi[b.row] < 0.0;
         let slack = rows.bounds.iter().filter(is_slack);
-        let all: f64 = (0..self.mu.len()).filter(stores).map(stored).sum();
+        let all: f64 = (0..self.multipliers.mu.len())
+            .filter(stores)
+            .map(stored)
+            .sum();
         0.5 * (all - slack.map(|b| stored(b.row)).sum::<f64>())
     }
 
@@ -92,7 +98,7 @@ impl Step {
     /// of a row which the step resolves.
     pub(crate) fn stretch(&self, constraint: usize, row: usize) -> f64 {
         let rows = &self.system_data.rows;
-        let by_force = rows.compliance[row] * (self.mu[row] / self.mu_dt);
+        let by_force = rows.compliance[row] * (self.multipliers.mu[row] / self.multipliers.mu_dt);
         let is_at_bound = || {
             let bounded = rows.bounds.binary_search_by_key(&row, |bound| bound.row);
             bounded.is_ok_and(|k| self.active_set.place(k) != RowState::Inside)
@@ -103,7 +109,7 @@ impl Step {
         let first = rows.row_range(constraint).start;
         let rate = |s: usize| {
             let body = rows.slots[s].body;
-            let rates = match self.stage {
+            let rates = match self.progress.stage {
                 Stage::Advanced {
                     implicit: false, ..
                 } => self.system_data.rates_after_solve(body),
@@ -112,7 +118,9 @@ impl Step {
             dot(&rows.block(s).rows()[row - first], &rates)
         };
         let moved: f64 = rows.slot_range(constraint).map(rate).sum();
-        let stiff = self.mu_dt * self.mu_dt * response_of_row(&self.system_data, constraint, row);
+        let stiff = self.multipliers.mu_dt
+            * self.multipliers.mu_dt
+            * response_of_row(&self.system_data, constraint, row);
         let soft = rows.compliance[row] / (rows.compliance[row] + stiff);
         by_force + soft * rows.damping[row] * (moved + rows.phi_t[row])
     }

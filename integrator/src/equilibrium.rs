@@ -280,12 +280,12 @@ impl Step {
         let bodies = &mut self.scene.bodies;
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
-        let before = (&*self.mu, self.mu_dt);
-        self.substep_start.save(
+        let before = (&*self.multipliers.mu, self.multipliers.mu_dt);
+        self.guarded.substep_start.save(
             &self.scene,
             self.time,
             before,
-            &self.tension,
+            &self.multipliers.tension,
             &self.contacts,
         );
         self.system_data.load_velocities(&self.scene.bodies);
@@ -297,7 +297,7 @@ impl Step {
         self.slip.grip(&self.scene);
         self.activation.begin(&self.system_data.rows);
         self.activation
-            .take_drift(&self.system_data.rows, &self.tension, false);
+            .take_drift(&self.system_data.rows, &self.multipliers.tension, false);
         self.activation.left = (1.0 - dt / FIRST).max(0.0);
         let pass = Pass::FromRest(ACCELERATION);
         let disagreement = match self.newton_pass(pass, dt, self.time) {
@@ -313,15 +313,15 @@ impl Step {
                 .follow_windings(&mut self.scene, self.time);
             return Ok(Some(self.largest_motion(dt)));
         }
-        let start = std::mem::take(&mut self.substep_start);
+        let start = std::mem::take(&mut self.guarded.substep_start);
         self.go_back(&start);
-        self.substep_start = start;
+        self.guarded.substep_start = start;
         Ok(None)
     }
 
     /// Largest change of an angular row in `dt` \[rad]: |J v| dt of the last iterate.
     fn largest_turn(&mut self, dt: f64) -> f64 {
-        let [rates, _] = &mut self.in_rows;
+        let [rates, _] = &mut self.system.in_rows;
         self.system_data.rates_after(rates);
         let angular = rates
             .iter()

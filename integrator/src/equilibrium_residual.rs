@@ -55,7 +55,7 @@ impl Step {
     /// The equilibrium_residual of the present state, as a part of the largest forces.
     pub(crate) fn equilibrium_residual(&self) -> f64 {
         let (scene, rows) = (&self.scene, &self.system_data.rows);
-        let mut lambda = self.tension.clone();
+        let mut lambda = self.multipliers.tension.clone();
         // At rest they do nothing.
         for row in rows
             .transverse

@@ -193,7 +193,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Solve`].
     pub fn begin(&mut self) -> Result<(), StepError> {
-        if self.step.started && self.step.fresh.is_empty() {
+        if self.step.progress.started && self.step.progress.fresh.is_empty() {
             return Ok(());
         }
         let begin = |stepper: &mut Self| {
@@ -226,7 +226,7 @@ impl Stepper {
     pub fn advance(&mut self) -> Result<(), StepError> {
         self.tallied(|stepper| stepper.step.update())?;
         self.step.accept_linear()?;
-        self.step.told.forget();
+        self.step.record.told.forget();
         Ok(())
     }
 }

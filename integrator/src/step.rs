@@ -35,7 +35,7 @@ use crate::assembly_map::AssemblyMap;
 use crate::contact::Contacts;
 use crate::curvature::Curvature;
 use crate::effort::Effort;
-use crate::elimination::{self, EliminationOrder};
+use crate::elimination;
 use crate::history::{History, State};
 use crate::report::Tally;
 use crate::slip::Slip;
@@ -46,9 +46,12 @@ use taut_model::{Constraint, Scene};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
 use divided::Division;
+use guarded::Guarded;
 use potential::Search;
 use sample::Sample;
+use system::{LinearSystem, Multipliers};
 use told::Told;
+use winch_cuts::Winches;
 use work::Account;
 
 /// A scene in its present state, its linear system, the solver, and what a step leaves for the next one.
@@ -56,18 +59,7 @@ pub(crate) struct Step {
     pub(crate) scene: Scene,
     pub(crate) options: StepOptions,
     pub(crate) time: f64,
-    pub(crate) solver: Box<dyn LinearSolver>,
-    pub(crate) elimination: EliminationOrder,
-    /// The solver that [`Backend::Auto`] stands for.
-    pub(crate) chosen: Option<choice::Chosen>,
-    pub(crate) assembly_map: AssemblyMap,
-    pub(crate) matrix: SymBlockMatrix,
-    /// Right-hand side and solution of the linear system, length `matrix.dim()`.
-    pub(crate) rhs: Aligned,
-    pub(crate) x: Aligned,
-    scratch: RefineScratch,
-    /// Multipliers and a residual in the order of the scene's rows.
-    pub(crate) in_rows: [Aligned; 2],
+    pub(crate) system: LinearSystem,
     /// Linearisation and system of the present state. ∂φ/∂t in `pieces.rows` is the last step's.
     pub(crate) system_data: SystemData,
     /// Active set of the rows with bounds.
@@ -76,46 +68,36 @@ pub(crate) struct Step {
     pub(crate) curvature: Curvature,
     /// Slip of cables over their sheaves.
     pub(crate) slip: Slip,
-    /// Constraints where cables of segments leave their winches.
-    pub(crate) fairleads: Vec<usize>,
-    /// Constraints of cables with winches, massless and of segments.
-    pub(crate) winches: Vec<usize>,
+    pub(crate) winches: Winches,
     pub(crate) contacts: Contacts,
-    /// Right-hand sides and solutions for responses to sheaves and contacts.
-    pub(crate) columns: [Vec<f64>; 2],
     pub(crate) history: History,
-    /// Impulses μ = Δt λ of the last solve, one a row.
-    pub(crate) mu: Aligned,
-    /// Length of the step that `mu` belongs to \[s].
-    pub(crate) mu_dt: f64,
+    pub(crate) multipliers: Multipliers,
+    pub(crate) record: Record,
+    pub(crate) progress: Progress,
+    pub(crate) guarded: Guarded,
+    /// Totals since the last call that returned a report.
+    pub(crate) tally: Tally,
+    /// Work of the present step and its bound.
+    pub(crate) effort: Effort,
+}
+
+/// What a step tells besides its report.
+pub(crate) struct Record {
     /// Forces that the last step tells.
     pub(crate) told: Told,
-    /// λ that the geometric stiffness is made of, one a row \[N, N m].
-    pub(crate) tension: Aligned,
-    /// Set once `tension` has the forces of a solve.
-    pub(crate) tension_known: bool,
+    pub(crate) account: Account,
+    /// Samples of the error of the linear algebra, where it is estimated.
+    pub(crate) sample: Option<Box<Sample>>,
+}
+
+/// How far the present state is.
+pub(crate) struct Progress {
     /// Set once the first step has begun.
     pub(crate) started: bool,
     /// Bodies added since the last step, whose velocities still belong to the same instant as the
     /// positions.
     pub(crate) fresh: Vec<usize>,
     pub(crate) stage: Stage,
-    /// Steps that the guard still takes implicitly.
-    pub(crate) holding: usize,
-    /// State of a step divided because a rope catches or is thrown slack.
-    pub(crate) division: Division,
-    pub(crate) account: Account,
-    /// States at the beginning of the step and of its sub-step.
-    pub(crate) step_start: State,
-    pub(crate) substep_start: State,
-    /// The guard's search along its Newton steps.
-    pub(crate) search: Search,
-    /// Totals since the last call that returned a report.
-    pub(crate) tally: Tally,
-    /// Work of the present step and its bound.
-    pub(crate) effort: Effort,
-    /// Samples of the error of the linear algebra, where it is estimated.
-    pub(crate) sample: Option<Box<Sample>>,
 }
 
 /// State that the multipliers and the system's data belong to.
@@ -222,48 +204,56 @@ impl Step {
         let state = State::new(&scene, rows);
         let slip = Slip::new(&scene, &system_data);
         let contacts = Contacts::new(&scene, &system_data);
+        let mut active_set = ActiveSet::new(&system_data);
+        active_set.join(slip.chains());
+        let bounded = system_data.rows.bounds.len();
         Ok(Self {
             time: 0.0,
-            solver,
-            matrix: SymBlockMatrix::zeros(assembly_map.pattern.clone()),
-            rhs: Aligned::new(dim),
-            x: Aligned::new(dim),
-            scratch: RefineScratch::new(dim),
-            in_rows: [(); 2].map(|()| Aligned::new(rows)),
-            history,
-            mu: Aligned::new(rows),
-            mu_dt: dt,
-            told: Told::new(rows),
-            tension: Aligned::new(rows),
-            tension_known: false,
-            started: false,
-            fresh: Vec::new(),
-            stage: Stage::Unsolved,
-            holding: 0,
-            division: Division::new(rows, system_data.rows.bounds.len()),
-            account: Account::default(),
-            step_start: state.clone(),
-            substep_start: state,
-            search: Search::new(rows, scene.bodies.len()),
+            system: LinearSystem {
+                solver,
+                elimination,
+                chosen,
+                matrix: SymBlockMatrix::zeros(assembly_map.pattern.clone()),
+                assembly_map,
+                rhs: Aligned::new(dim),
+                x: Aligned::new(dim),
+                scratch: RefineScratch::new(dim),
+                in_rows: [(); 2].map(|()| Aligned::new(rows)),
+                columns: Default::default(),
+            },
+            multipliers: Multipliers {
+                mu: Aligned::new(rows),
+                mu_dt: dt,
+                tension: Aligned::new(rows),
+                tension_known: false,
+            },
+            progress: Progress {
+                started: false,
+                fresh: Vec::new(),
+                stage: Stage::Unsolved,
+            },
+            guarded: Guarded {
+                holding: 0,
+                division: Division::new(rows, bounded),
+                step_start: state.clone(),
+                substep_start: state,
+                search: Search::new(rows, scene.bodies.len()),
+            },
+            record: Record {
+                told: Told::new(rows),
+                account: Account::default(),
+                sample: None,
+            },
+            winches: Winches::new(&scene),
+            curvature: Curvature::new(&scene),
+            activation: Activation::new(rows, bounded),
             tally: Tally::start(),
             effort: Effort::default(),
-            sample: None,
-            active_set: {
-                let mut bounded = ActiveSet::new(&system_data);
-                bounded.join(slip.chains());
-                bounded
-            },
+            history,
+            active_set,
             slip,
-            fairleads: scene.fairleads().collect(),
-            winches: winch_cuts::winches(&scene),
             contacts,
-            columns: Default::default(),
-            curvature: Curvature::new(&scene),
-            activation: Activation::new(system_data.rows.rows(), system_data.rows.bounds.len()),
             system_data,
-            elimination,
-            chosen,
-            assembly_map,
             scene,
             options,
         })
@@ -271,8 +261,8 @@ impl Step {
 
     /// Length of a sub-step, or of a part of a divided one \[s].
     pub(crate) fn substep(&self) -> f64 {
-        let parts = self.options.substeps as f64 * f64::from(self.division.parts);
-        self.options.dt / parts * f64::from(self.division.taken)
+        let parts = self.options.substeps as f64 * f64::from(self.guarded.division.parts);
+        self.options.dt / parts * f64::from(self.guarded.division.taken)
     }
 
     /// All cables have a way over their sheaves.
@@ -336,7 +326,7 @@ impl Step {
 
     /// A sub-step of the scheme stands, with the blows at its end.
     pub(crate) fn accept_linear(&mut self) -> Result<(), StepError> {
-        let dt = self.stage.advanced();
+        let dt = self.progress.stage.advanced();
         self.account(dt, false);
         self.accept();
         self.tally.end(Phase::Update);
@@ -349,16 +339,16 @@ impl Step {
 
     /// The totals of a step, or of another call that solves, begin.
     pub(crate) fn begin_tally(&mut self) {
-        self.told.forget();
+        self.record.told.forget();
         self.system_data.rows.lost = None;
     }
 
     /// Clears what failed work has left: of any size, so that the next solve finds its tension anew, and starts from zero.
     pub(crate) fn clear_failure(&mut self) {
-        self.stage.unsolve();
-        self.tension_known = false;
-        self.mu.fill(0.0);
-        self.account.close();
-        self.told.met.clear();
+        self.progress.stage.unsolve();
+        self.multipliers.tension_known = false;
+        self.multipliers.mu.fill(0.0);
+        self.record.account.close();
+        self.record.told.met.clear();
     }
 }

@@ -16,10 +16,10 @@ impl Stepper {
     /// [`SolveError::Dimension`] in [`StepError::Solve`].
     pub fn set_multipliers(&mut self, mu: &[f64]) -> Result<(), StepError> {
         self.check_rows(mu)?;
-        self.step.mu.copy_from_slice(mu);
-        self.step.mu_dt = self.step.substep();
-        self.step.told.forget();
-        self.step.stage.unsolve();
+        self.step.multipliers.mu.copy_from_slice(mu);
+        self.step.multipliers.mu_dt = self.step.substep();
+        self.step.record.told.forget();
+        self.step.progress.stage.unsolve();
         self.wake();
         Ok(())
     }
@@ -31,9 +31,9 @@ impl Stepper {
     /// [`SolveError::Dimension`] in [`StepError::Solve`].
     pub fn set_tension(&mut self, lambda: &[f64]) -> Result<(), StepError> {
         self.check_rows(lambda)?;
-        self.step.tension.copy_from_slice(lambda);
-        self.step.tension_known = true;
-        self.step.stage.unsolve();
+        self.step.multipliers.tension.copy_from_slice(lambda);
+        self.step.multipliers.tension_known = true;
+        self.step.progress.stage.unsolve();
         self.wake();
         Ok(())
     }
@@ -42,17 +42,17 @@ impl Stepper {
     pub fn set_contact_impulses(&mut self, impulses: &ContactImpulses) {
         let known = impulses.known.clone();
         self.step.contacts.put(known, impulses.dt);
-        self.step.stage.unsolve();
+        self.step.progress.stage.unsolve();
         self.wake();
     }
 
     fn check_rows(&self, rows: &[f64]) -> Result<(), StepError> {
-        if rows.len() == self.step.mu.len() {
+        if rows.len() == self.step.multipliers.mu.len() {
             return Ok(());
         }
         let source = SolveError::Dimension {
             what: "multipliers",
-            expected: self.step.mu.len(),
+            expected: self.step.multipliers.mu.len(),
             found: rows.len(),
         };
         Err(StepError::Solve {
@@ -110,11 +110,11 @@ impl Stepper {
             .copy_from_slice(&bodies.angular_velocity);
         self.step.time = time;
         self.outdate_companion();
-        self.step.account.close();
-        self.step.stage = Stage::Unsolved;
-        self.step.started = true;
-        self.step.fresh.clear();
-        self.step.holding = 0;
+        self.step.record.account.close();
+        self.step.progress.stage = Stage::Unsolved;
+        self.step.progress.started = true;
+        self.step.progress.fresh.clear();
+        self.step.guarded.holding = 0;
         self.step.activation.forget();
         let rows = &mut self.step.system_data.rows;
         rows.drive(
@@ -165,7 +165,7 @@ impl Stepper {
                 own.clone_from(other);
             }
         }
-        self.step.stage.unsolve();
+        self.step.progress.stage.unsolve();
         self.wake();
         Ok(())
     }
@@ -210,7 +210,7 @@ impl Stepper {
         let changes = (bodies.force[body], bodies.torque[body]) != (force, torque);
         bodies.force[body] = force;
         bodies.torque[body] = torque;
-        self.step.stage.unsolve();
+        self.step.progress.stage.unsolve();
         if changes {
             self.outdate_companion();
             self.wake();
@@ -265,7 +265,7 @@ impl Stepper {
             }
         }
         self.outdate_companion();
-        self.step.stage.unsolve();
+        self.step.progress.stage.unsolve();
         Ok(())
     }
 
@@ -297,7 +297,7 @@ impl Stepper {
         motor.validate(what)?;
         if own.target != motor.target && !matches!(motor.target, Target::Speed(_)) {
             // Another position is energy of its own.
-            self.step.account.close();
+            self.step.record.account.close();
         }
         let changes = *own != motor;
         *own = motor;
@@ -370,7 +370,7 @@ impl Stepper {
         self.step.scene.set_control(control, value, self.step.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
         self.step.system_data.rescale(&self.step.scene);
-        self.step.stage.unsolve();
+        self.step.progress.stage.unsolve();
         Ok(())
     }
 
@@ -416,7 +416,7 @@ impl Stepper {
 
     /// Laws and bounds are those of the present state again; its solve no longer is. What `changes` them wakes the scene.
     fn changed(&mut self, changes: bool) {
-        self.step.stage.unsolve();
+        self.step.progress.stage.unsolve();
         if changes {
             self.outdate_companion();
             self.wake();

@@ -62,13 +62,14 @@ impl Stepper {
     /// Where a balance begins with this step, the energy of the present motion, without what is elastic. The velocities of a
     /// step of the scheme stand half a sub-step before: they go on as they changed in it.
     pub(crate) fn motion_at_start(&self) -> Option<Energy> {
-        if self.step.options.energy_tolerance.is_none() || self.step.account.start.is_some() {
+        if self.step.options.energy_tolerance.is_none() || self.step.record.account.start.is_some()
+        {
             return None;
         }
         let mut kinetic = self.step.scene.kinetic_energy();
         if let Stage::Advanced {
             implicit: false, ..
-        } = self.step.stage
+        } = self.step.progress.stage
         {
             // T(v + Δv/2) = T(v) + v·M Δv/2 + Δv·M Δv/8.
             let (linear, square) = works(&self.step.scene.bodies, &self.step.system_data.dv);
@@ -86,7 +87,7 @@ impl Stepper {
     /// with a jump do not tell it: they hold the damper's force and look ahead.
     pub(crate) fn opening(&mut self, given: Option<Energy>) -> Option<Energy> {
         let motion = given.or_else(|| self.motion_at_start())?;
-        let account = &mut self.step.account;
+        let account = &mut self.step.record.account;
         (account.work, account.pending, account.recovery) = (0.0, 0.0, [0.0; 2]);
         Some(Energy {
             elastic: self.gap_energy(),
@@ -123,9 +124,10 @@ impl Stepper {
         let start = self
             .start_of(opening, self.in_account(self.energy()))
             .total();
-        self.step.account.start = Some(start - std::mem::take(&mut self.step.account.owed));
+        self.step.record.account.start =
+            Some(start - std::mem::take(&mut self.step.record.account.owed));
         let still = 0.5 * self.step.scene.mass() * STILL * STILL;
-        self.step.account.potential = self.weight_times_extent() + still / LEAST;
+        self.step.record.account.potential = self.weight_times_extent() + still / LEAST;
     }
 
     /// The balance after a step, where it is asked for.
@@ -133,15 +135,16 @@ impl Stepper {
     /// # Errors
     /// [`StepError::EnergyGain`] beyond the tolerance of the options, and where the energy is infinite or no number.
     pub(crate) fn weigh(&mut self) -> Result<(), StepError> {
-        let (Some(tolerance), Some(start)) =
-            (self.step.options.energy_tolerance, self.step.account.start)
-        else {
+        let (Some(tolerance), Some(start)) = (
+            self.step.options.energy_tolerance,
+            self.step.record.account.start,
+        ) else {
             return Ok(());
         };
         let told = self.energy();
         let energy = self.in_account(told);
         let total = energy.total();
-        let account = &mut self.step.account;
+        let account = &mut self.step.record.account;
         let gained = total - start;
         let [recovery, _] = account.recovery;
         let excess = gained - account.work - recovery;
@@ -183,14 +186,20 @@ impl Stepper {
     /// begins with a blow begins with the motion before.
     fn start_of(&mut self, opening: Energy, energy: Energy) -> Energy {
         let contacts = self.stored_in_contacts();
-        let implicit = matches!(self.step.stage, Stage::Advanced { implicit: true, .. });
+        let implicit = matches!(
+            self.step.progress.stage,
+            Stage::Advanced { implicit: true, .. }
+        );
         if !implicit && self.has_blow() {
             return Energy {
                 elastic: opening.elastic + contacts,
                 ..opening
             };
         }
-        (self.step.account.work, self.step.account.recovery[0]) = (0.0, 0.0);
+        (
+            self.step.record.account.work,
+            self.step.record.account.recovery[0],
+        ) = (0.0, 0.0);
         let gaps = if implicit {
             self.gap_energy()
         } else {

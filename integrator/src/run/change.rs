@@ -354,7 +354,7 @@ impl Stepper {
         &mut self,
         work: impl FnOnce(&mut Edit) -> Result<T, StepError>,
     ) -> Result<T, StepError> {
-        if self.step.stage == Stage::Solved {
+        if self.step.progress.stage == Stage::Solved {
             return Err(self.step.culprit(SolveError::OutOfOrder {
                 called: "change",
                 needs: "advance",
@@ -377,12 +377,12 @@ impl Stepper {
             let moved = Moved::new(self, &edit);
             let mut changed = self.rebuilt(self.run_of(edit.scene).moved(&moved))?;
             changed.begin_past(&moved);
-            changed.step.fresh = moved.fresh(&self.step.fresh);
+            changed.step.progress.fresh = moved.fresh(&self.step.progress.fresh);
             changed.ids = edit.ids;
             changed.carry_over(self, &edit.parted, &edit.closed);
             changed.begin_past_of(&edit.reshaped);
             // The parts of a segment have their past from the whole.
-            if changed.step.started && edit.parted.is_empty() && edit.closed.is_empty() {
+            if changed.step.progress.started && edit.parted.is_empty() && edit.closed.is_empty() {
                 changed.begin_young(&moved);
             }
             changed.companion = self.companion.take();
@@ -402,12 +402,16 @@ impl Stepper {
         }
         let placeholder = Backend::Dense(DenseOptions::default()).create();
         let placeholder = placeholder.map_err(|e| self.step.culprit(e))?;
-        let mut solver = Some(std::mem::replace(&mut self.step.solver, placeholder));
+        let mut solver = Some(std::mem::replace(&mut self.step.system.solver, placeholder));
         let changed = Self::restore_with(run, &mut solver);
         if let Some(solver) = solver {
-            self.step.solver = solver;
+            self.step.system.solver = solver;
             // It may have analysed the other pattern. Each solve factorises first, and tells what fails here.
-            let _ = self.step.solver.analyze(&self.step.assembly_map.pattern);
+            let _ = self
+                .step
+                .system
+                .solver
+                .analyze(&self.step.system.assembly_map.pattern);
         }
         changed
     }
@@ -421,7 +425,7 @@ impl Stepper {
         );
         let mut v = BodyVectors::new(scene.bodies.len());
         v.load(&scene.bodies.velocity, &scene.bodies.angular_velocity);
-        let jv = &mut self.step.in_rows[0];
+        let jv = &mut self.step.system.in_rows[0];
         system_data.rows.times_jacobian(&v, jv);
         let mut driven = system_data.rows.phi_t.clone();
         let dt = self.step.options.dt / self.step.options.substeps as f64;
@@ -442,7 +446,7 @@ impl Stepper {
             self.step.active_set.start(k, &self.step.system_data);
         }
         if self.step.options.energy_tolerance.is_some() {
-            self.step.account.begin(moved.rows.len());
+            self.step.record.account.begin(moved.rows.len());
         }
     }
 

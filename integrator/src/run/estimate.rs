@@ -198,12 +198,15 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     // The run's own happen to both.
     scene.events.clear();
     scene.keep_resolution();
-    if of.step.started
+    if of.step.progress.started
         && of.step.options.scheme.is_staggered()
-        && !matches!(of.step.stage, Stage::Advanced { implicit: true, .. })
+        && !matches!(
+            of.step.progress.stage,
+            Stage::Advanced { implicit: true, .. }
+        )
     {
         // Its velocities are half a step old.
-        let fresh = |i: &usize| !of.step.fresh.contains(i);
+        let fresh = |i: &usize| !of.step.progress.fresh.contains(i);
         for i in (0..scene.bodies.len()).filter(fresh) {
             let [x, y, z, p, q, r] = of.step.system_data.dv.get(i);
             scene.bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
@@ -213,7 +216,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     scene.lay_cables(time);
     let mut run = Stepper::build(scene, options, &mut None)?;
     run.step.effort.follow(&of.step.effort);
-    run.step.division.coarseness = every as f64;
+    run.step.guarded.division.coarseness = every as f64;
     run.step.time = time;
     let (rows, scene) = (&mut run.step.system_data.rows, &run.step.scene);
     rows.drive(scene, time - run.step.options.dt, time);
@@ -266,7 +269,7 @@ impl Stepper {
         if self.companion.as_ref().is_none_or(|c| c.stale) {
             let companion = Companion::of(self, every, self.companion.as_deref());
             let sample = Sample::new(&self.step, companion.estimate.algebra);
-            self.step.sample = Some(Box::new(sample));
+            self.step.record.sample = Some(Box::new(sample));
             self.companion = Some(Box::new(companion));
         }
     }
@@ -283,7 +286,7 @@ impl Stepper {
     pub(crate) fn estimate(&mut self, report: &StepReport) -> Option<ErrorEstimate> {
         let every = self.step.options.estimate?;
         let mut companion = self.companion.take()?;
-        if let Some(sample) = &mut self.step.sample {
+        if let Some(sample) = &mut self.step.record.sample {
             companion.estimate.algebra = sample.moved;
             sample.is_due = companion.steps.is_multiple_of(SAMPLED);
         }

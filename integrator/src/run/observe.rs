@@ -46,7 +46,7 @@ impl Stepper {
     /// guard may have shortened: see [`row_forces`](Self::row_forces).
     #[must_use]
     pub fn multipliers(&self) -> &[f64] {
-        &self.step.mu
+        &self.step.multipliers.mu
     }
 
     /// Forces λ of the rows of constraint `constraint`, means over the last step with all its sub-steps, those of the guard
@@ -127,7 +127,7 @@ impl Stepper {
 
     /// The contacts of the last step: those that carried a force in it, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
-        let told = self.step.told.contacts();
+        let told = self.step.record.told.contacts();
         let last = || self.step.contacts.told(&self.step.system_data);
         let own = told.is_none().then(last).into_iter().flatten();
         let own = own.map(|(_, contact)| contact);
@@ -164,19 +164,19 @@ impl Stepper {
     /// The order of the constraints in the linear system, and what it costs.
     #[must_use]
     pub fn elimination(&self) -> &EliminationOrder {
-        &self.step.elimination
+        &self.step.system.elimination
     }
 
     /// The solver that was chosen, and why, where [`StepOptions::backend`] is [`Backend::Auto`].
     #[must_use]
     pub fn chosen(&self) -> Option<&Chosen> {
-        self.step.chosen.as_ref()
+        self.step.system.chosen.as_ref()
     }
 
     /// The backend at work: that of the options, or the one chosen.
     #[must_use]
     pub fn backend(&self) -> &Backend {
-        let chosen = self.step.chosen.as_ref();
+        let chosen = self.step.system.chosen.as_ref();
         chosen.map_or(&self.step.options.backend, |chosen| &chosen.backend)
     }
 
@@ -193,7 +193,11 @@ impl Stepper {
     /// rows of the KKT matrix. Its blocks stand in the order of [`elimination`](Self::elimination).
     #[must_use]
     pub fn system(&self) -> (&SymBlockMatrix, &[f64], &[f64]) {
-        (&self.step.matrix, &self.step.rhs, &self.step.x)
+        (
+            &self.step.system.matrix,
+            &self.step.system.rhs,
+            &self.step.system.x,
+        )
     }
 
     /// Matrix and right-hand side of the last [`solve`](Self::solve) in either form, assembled anew from the same pieces,
@@ -324,7 +328,7 @@ mod tests {
                 let report = stepper.step().unwrap();
                 let [balance, law] = apart(&stepper, &before);
                 // The forces of second order are those of the beginning of a divided step's last part.
-                if stepper.step.mu_dt < 0.9 * stepper.step.substep() && report.divided == 0 {
+                if stepper.step.multipliers.mu_dt < 0.9 * stepper.step.substep() && report.divided == 0 {
                     assert!(report.implicit_substeps > 1);
                     assert!(law < 0.1, "{substeps}: {law}");
                     shortened += 1;

@@ -318,7 +318,7 @@ impl Stepper {
     /// [`advance`](Self::advance); [`StepError::Scene`] and [`StepError::Saved`] where a step that failed or a setting
     /// has left numbers that are not finite.
     pub fn save(&self) -> Result<SavedRun, StepError> {
-        if self.step.stage == Stage::Solved {
+        if self.step.progress.stage == Stage::Solved {
             return Err(StepError::Solve {
                 source: SolveError::OutOfOrder {
                     called: "save",
@@ -331,7 +331,12 @@ impl Stepper {
         self.step.scene.validate()?;
         let saved = self.run_of(self.step.scene.clone());
         let (bodies, capstans) = (self.step.scene.bodies.len(), self.step.scene.capstans.len());
-        let counts = [self.step.mu.len(), bodies, saved.places.len(), capstans];
+        let counts = [
+            self.step.multipliers.mu.len(),
+            bodies,
+            saved.places.len(),
+            capstans,
+        ];
         saved.check(counts)?;
         Ok(saved)
     }
@@ -340,7 +345,7 @@ impl Stepper {
     pub(crate) fn run_of(&self, scene: Scene) -> SavedRun {
         let mut run = SavedRun::empty(scene, self.step.options.clone());
         self.fill(&mut run);
-        if !self.step.tension_known {
+        if !self.step.multipliers.tension_known {
             run.tension = None;
         }
         run.watch = self.rest.as_ref().map(|rest| rest.watch.clone());
@@ -356,21 +361,21 @@ impl Stepper {
             refill(to, (0..bodies).map(|i| of.get(i)));
         };
         run.time = self.step.time;
-        run.started = self.step.started;
-        run.fresh.clone_from(&self.step.fresh);
-        run.advanced = self.step.stage.advanced();
-        run.holding = self.step.holding;
-        run.implicit = match self.step.stage {
+        run.started = self.step.progress.started;
+        run.fresh.clone_from(&self.step.progress.fresh);
+        run.advanced = self.step.progress.stage.advanced();
+        run.holding = self.step.guarded.holding;
+        run.implicit = match self.step.progress.stage {
             Stage::Advanced { implicit, .. } => implicit,
             // A question about the next step came between.
-            _ => !self.step.started && self.step.division.goes_on,
+            _ => !self.step.progress.started && self.step.guarded.division.goes_on,
         };
-        refill(&mut run.impulses, self.step.mu.iter().copied());
-        run.impulse_time = self.step.mu_dt;
-        let told = self.step.told.forces().into_iter().flatten();
+        refill(&mut run.impulses, self.step.multipliers.mu.iter().copied());
+        run.impulse_time = self.step.multipliers.mu_dt;
+        let told = self.step.record.told.forces().into_iter().flatten();
         refill(&mut run.told, told.copied());
         let tension = run.tension.get_or_insert_default();
-        refill(tension, self.step.tension.iter().copied());
+        refill(tension, self.step.multipliers.tension.iter().copied());
         refill(&mut run.places, self.step.active_set.places());
         refill(&mut run.ages, self.step.activation.ages().iter().copied());
         refill(&mut run.made, self.step.activation.made().iter().copied());
@@ -384,7 +389,7 @@ impl Stepper {
             &mut run.drive,
             self.step.system_data.rows.phi_t.iter().copied(),
         );
-        run.account.copy_from(&self.step.account);
+        run.account.copy_from(&self.step.record.account);
         let History {
             known,
             rate,
@@ -428,30 +433,30 @@ impl Stepper {
             stepper.step.scene.bodies.len(),
             stepper.step.scene.capstans.len(),
         );
-        let counts = [stepper.step.mu.len(), bodies, bounded, capstans];
+        let counts = [stepper.step.multipliers.mu.len(), bodies, bounded, capstans];
         if let Err(e) = saved.check(counts) {
-            *given = Some(stepper.step.solver);
+            *given = Some(stepper.step.system.solver);
             return Err(e);
         }
         stepper.step.time = saved.time;
-        stepper.step.started = saved.started;
-        stepper.step.fresh = saved.fresh;
+        stepper.step.progress.started = saved.started;
+        stepper.step.progress.fresh = saved.fresh;
         if saved.advanced > 0.0 {
-            stepper.step.stage = Stage::Advanced {
+            stepper.step.progress.stage = Stage::Advanced {
                 dt: saved.advanced,
                 implicit: saved.implicit,
             };
         }
-        stepper.step.division.goes_on = saved.implicit;
-        stepper.step.holding = saved.holding;
-        stepper.step.mu = saved.impulses.into();
-        stepper.step.mu_dt = saved.impulse_time;
+        stepper.step.guarded.division.goes_on = saved.implicit;
+        stepper.step.guarded.holding = saved.holding;
+        stepper.step.multipliers.mu = saved.impulses.into();
+        stepper.step.multipliers.mu_dt = saved.impulse_time;
         if !saved.told.is_empty() {
-            stepper.step.told.put(saved.told);
+            stepper.step.record.told.put(saved.told);
         }
-        stepper.step.tension_known = saved.tension.is_some();
+        stepper.step.multipliers.tension_known = saved.tension.is_some();
         if let Some(tension) = saved.tension {
-            stepper.step.tension = tension.into();
+            stepper.step.multipliers.tension = tension.into();
         }
         stepper.step.active_set.put(&saved.places);
         stepper.step.activation.put(&saved.ages);
@@ -466,7 +471,7 @@ impl Stepper {
         rows.phi_t = saved.drive.into();
         put_into(&mut stepper.step.system_data.v, &saved.velocity);
         put_into(&mut stepper.step.system_data.dv, &saved.velocity_change);
-        stepper.step.account = saved.account;
+        stepper.step.record.account = saved.account;
         if let (Some(rest), Some(watch)) = (&mut stepper.rest, saved.watch) {
             rest.watch = watch;
         }

@@ -342,7 +342,7 @@ fn a_solver_handed_over_steps_as_the_one_of_that_name() {
         assert_eq!(given.scene(), named.scene());
         assert_eq!(given.multipliers(), named.multipliers());
         assert_eq!(given.options().backend.name(), "dense");
-        Stepper::with_solver(scene, options(form), named.step.solver, any()).unwrap();
+        Stepper::with_solver(scene, options(form), named.step.system.solver, any()).unwrap();
     }
 }
 

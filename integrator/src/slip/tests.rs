@@ -202,7 +202,7 @@ pub(super) fn tensions(stepper: &Stepper) -> Vec<f64> {
     let parts = stepper.scene().constraints.iter().enumerate();
     let parts = parts.filter(|(_, c)| matches!(c, Constraint::MasslessCable(_)));
     let row = |c: usize| stepper.linearized().row_range(c).start;
-    let of = |(c, _)| -stepper.multipliers()[row(c)] / stepper.step.mu_dt;
+    let of = |(c, _)| -stepper.multipliers()[row(c)] / stepper.step.multipliers.mu_dt;
     parts.map(of).collect()
 }
 

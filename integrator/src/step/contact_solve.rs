@@ -21,13 +21,13 @@ const TOLERANCE: f64 = 1e-10;
 macro_rules! factor_of {
     ($stepper:expr, $slip:expr) => {
         Factor {
-            solver: &mut *$stepper.solver,
-            matrix: &$stepper.matrix,
-            assembly_map: &$stepper.assembly_map,
+            solver: &mut *$stepper.system.solver,
+            matrix: &$stepper.system.matrix,
+            assembly_map: &$stepper.system.assembly_map,
             form: $stepper.options.form,
             rows: &$stepper.system_data.rows,
             slip: $slip,
-            system: &mut $stepper.columns,
+            system: &mut $stepper.system.columns,
             effort: &mut $stepper.effort,
         }
     };
@@ -104,7 +104,8 @@ impl Step {
         };
         let close = self.scene.gravity.norm() * dt;
         for pass in 0.. {
-            self.system_data.update_velocity_change(&self.mu);
+            self.system_data
+                .update_velocity_change(&self.multipliers.mu);
             self.contacts.rates(&self.system_data, rates);
             // W is that of another matrix at first.
             let new = self.contacts.activate(rates, close) || pass == 0;
@@ -131,7 +132,8 @@ impl Step {
             }
             solve(self)?;
             if self.effort.is_spent() {
-                self.system_data.update_velocity_change(&self.mu);
+                self.system_data
+                    .update_velocity_change(&self.multipliers.mu);
                 self.contacts.rates(&self.system_data, rates);
                 self.contacts.regularize(rates);
                 return Ok(self.contacts.violation(rates, &self.system_data, close));
@@ -222,7 +224,8 @@ impl Step {
         let spent = self.begin_rebound()?;
         loop {
             if self.system_data.rows.rows() > 0 {
-                self.active_set.hold(&mut self.system_data, self.mu_dt);
+                self.active_set
+                    .hold(&mut self.system_data, self.multipliers.mu_dt);
                 let built = self.build_for_blow();
                 self.active_set.release(&mut self.system_data);
                 built?;
@@ -230,8 +233,8 @@ impl Step {
             let budget = self.solve_rebound(spent)?;
             self.effort.check(self.time)?;
             self.blow(impulse, change, mu)?;
-            let impulses = [&*self.mu, &*mu];
-            let dt = self.mu_dt;
+            let impulses = [&*self.multipliers.mu, &*mu];
+            let dt = self.multipliers.mu_dt;
             if !self.active_set.let_go(&self.system_data, impulses, dt) {
                 let jams = self.jams();
                 if jams {
@@ -245,8 +248,8 @@ impl Step {
 
     /// The factor and W of the rows at the present state, without those that are held at bounds.
     fn build_for_blow(&mut self) -> Result<(), StepError> {
-        self.assemble(self.mu_dt);
-        let factorized = self.solver.factorize(&self.matrix);
+        self.assemble(self.multipliers.mu_dt);
+        let factorized = self.system.solver.factorize(&self.system.matrix);
         factorized.map_err(|e| self.culprit(e))?;
         self.build_operator().map(|_| ())
     }

@@ -114,17 +114,17 @@ impl Division {
 impl Step {
     /// Keeps whether the last step was divided or implicit, before a solve of the present state replaces the stage.
     pub(super) fn note_stage(&mut self) {
-        if let Stage::Advanced { implicit, .. } = self.stage {
-            self.division.goes_on = implicit;
+        if let Stage::Advanced { implicit, .. } = self.progress.stage {
+            self.guarded.division.goes_on = implicit;
         }
     }
 
     /// Before a step that may come to be divided.
     pub(super) fn begin_division(&mut self) {
-        if self.division.parts > 1 {
+        if self.guarded.division.parts > 1 {
             return;
         }
-        let (division, bounds) = (&mut self.division, &self.system_data.rows.bounds);
+        let (division, bounds) = (&mut self.guarded.division, &self.system_data.rows.bounds);
         division.places.clear();
         division.places.extend(self.active_set.places());
         division.phi_t.clear();
@@ -138,9 +138,9 @@ impl Step {
         let explains =
             || self.is_smooth() && 2.0 * EXPLAINED * disagreement <= self.steady_turn().powi(2);
         let is_turn = disagreement > tolerance && explains();
-        let is_part = self.division.parts > 1;
+        let is_part = self.guarded.division.parts > 1;
         let allowed = match is_turn {
-            true => tolerance * self.division.coarseness.powi(2),
+            true => tolerance * self.guarded.division.coarseness.powi(2),
             false => tolerance,
         };
         let holds = disagreement <= allowed;
@@ -148,10 +148,10 @@ impl Step {
             return None;
         }
         let caught = self.caught();
-        self.division.swings = caught.is_some_and(|omega| omega > 0.0);
+        self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
             // Parts of one length in run and companion would have the same error, which no estimate sees.
-            let parts = (SWING * omega / self.division.coarseness) as u32;
+            let parts = (SWING * omega / self.guarded.division.coarseness) as u32;
             return Some(parts.next_power_of_two().max(PARTS));
         }
         let least = if holds {
@@ -194,11 +194,11 @@ impl Step {
 
     /// The largest Ω of the rows with bounds that were hit so fast in the step just taken that it has to be divided.
     fn caught(&self) -> Option<f64> {
-        if self.active_set.is_empty() || self.division.parts > 1 {
+        if self.active_set.is_empty() || self.guarded.division.parts > 1 {
             return None;
         }
         let dt = self.substep();
-        let driven = [&*self.division.phi_t, &*self.history.phi_t];
+        let driven = [&*self.guarded.division.phi_t, &*self.history.phi_t];
         let lands = self.contacts.lands();
         let landing = |k| if lands { self.landing(k) } else { 0.0 };
         let loaded = |k| match self.slip.holds(k) || self.is_beside_made(k) {
@@ -208,7 +208,11 @@ impl Step {
         self.activation.struck(
             (&self.system_data, &self.active_set),
             (&self.history.rate, driven),
-            (dt, LEAST * slowest(&self.scene, dt), self.division.goes_on),
+            (
+                dt,
+                LEAST * slowest(&self.scene, dt),
+                self.guarded.division.goes_on,
+            ),
             landing,
             loaded,
         )
@@ -258,27 +262,31 @@ impl Step {
         parts: u32,
         turns: bool,
     ) -> Result<(), StepError> {
-        self.active_set.put(&self.division.places);
+        self.active_set.put(&self.guarded.division.places);
         for (bound, phi_t) in self
             .system_data
             .rows
             .bounds
             .iter()
-            .zip(&self.division.phi_t)
+            .zip(&self.guarded.division.phi_t)
         {
             self.history.phi_t[bound.row] = *phi_t;
         }
         self.history.known = false;
         self.tally.divided += 1;
         let end = self.time + self.substep();
-        if self.division.from_start {
-            self.substep_start.restore(&mut self.scene.bodies);
+        if self.guarded.division.from_start {
+            self.guarded.substep_start.restore(&mut self.scene.bodies);
         } else if self.options.scheme.is_staggered() {
             self.bring_forward(true)?;
         }
-        self.division.parts = parts;
+        self.guarded.division.parts = parts;
         let done = self.take_parts(guard, parts, turns);
-        (self.division.parts, self.division.taken, self.division.left) = (1, 1, 1);
+        (
+            self.guarded.division.parts,
+            self.guarded.division.taken,
+            self.guarded.division.left,
+        ) = (1, 1, 1);
         if done.is_ok() {
             // To the last bit, as a restored run begins.
             self.time = end;
@@ -290,21 +298,22 @@ impl Step {
 
     fn take_parts(&mut self, guard: Guard, parts: u32, turns: bool) -> Result<(), StepError> {
         self.activation
-            .take_drift(&self.system_data.rows, &self.tension, true);
-        let goes_on = self.division.goes_on || self.division.from_start;
+            .take_drift(&self.system_data.rows, &self.multipliers.tension, true);
+        let goes_on = self.guarded.division.goes_on || self.guarded.division.from_start;
         self.activation
             .drop_resolved_drift(&self.system_data, goes_on, self.substep());
         (self.activation.left, self.activation.share) = (1.0, 0.0);
-        self.started = false;
+        self.progress.started = false;
         // An elastic row that closes at the beginning had no force before.
-        self.active_set.frozen = self.division.swings && !self.division.goes_on;
+        self.active_set.frozen = self.guarded.division.swings && !self.guarded.division.goes_on;
         let started = self.start();
         self.active_set.frozen = false;
         started?;
-        self.division.sum.fill(0.0);
+        self.guarded.division.sum.fill(0.0);
         let mut left = parts;
         while left > 0 {
-            (self.division.taken, self.division.left) = (1, if turns { left } else { 1 });
+            (self.guarded.division.taken, self.guarded.division.left) =
+                (1, if turns { left } else { 1 });
             self.activation.left = f64::from(left - 1) / f64::from(parts);
             self.activation.share = f64::from(parts).recip();
             let implicit = self.tally.implicit_substeps;
@@ -314,17 +323,24 @@ impl Step {
                 self.activation.forget_drift();
             }
             self.measure_events();
-            left -= self.division.taken;
+            left -= self.guarded.division.taken;
         }
-        self.told.add(&self.division.sum, 1.0);
+        self.record.told.add(&self.guarded.division.sum, 1.0);
         if self.is_late() {
             self.bring_forward(false)?;
         }
         if !self.active_set.is_empty() {
-            self.mu.copy_from_slice(&self.division.sum);
-            self.mu_dt = self.options.dt / self.options.substeps as f64;
-            for (tension, mu) in self.tension.iter_mut().zip(&self.mu[..]) {
-                *tension = mu / self.mu_dt;
+            self.multipliers
+                .mu
+                .copy_from_slice(&self.guarded.division.sum);
+            self.multipliers.mu_dt = self.options.dt / self.options.substeps as f64;
+            for (tension, mu) in self
+                .multipliers
+                .tension
+                .iter_mut()
+                .zip(&self.multipliers.mu[..])
+            {
+                *tension = mu / self.multipliers.mu_dt;
             }
         }
         self.begin_anew();
@@ -332,12 +348,18 @@ impl Step {
     }
 
     pub(super) fn is_divided(&self) -> bool {
-        self.division.parts > 1
+        self.guarded.division.parts > 1
     }
 
     /// A part of the step stands, or an implicit sub-step of it.
     pub(super) fn add_part(&mut self) {
-        for (sum, mu) in self.division.sum.iter_mut().zip(&self.mu[..]) {
+        for (sum, mu) in self
+            .guarded
+            .division
+            .sum
+            .iter_mut()
+            .zip(&self.multipliers.mu[..])
+        {
             *sum += mu;
         }
     }
@@ -345,16 +367,16 @@ impl Step {
     /// The next step starts from velocities of the present, and takes its half step back by its own rows.
     fn begin_anew(&mut self) {
         self.history.known = false;
-        self.stage = Stage::Advanced {
-            dt: self.mu_dt,
+        self.progress.stage = Stage::Advanced {
+            dt: self.multipliers.mu_dt,
             implicit: true,
         };
-        self.started = false;
+        self.progress.started = false;
     }
 
     /// True if velocities lag half a step behind.
     fn is_late(&self) -> bool {
-        self.options.scheme.is_staggered() && self.started
+        self.options.scheme.is_staggered() && self.progress.started
     }
 
     /// Brings late velocities up to the present state with the forces of the rows that are about to go: a load that is let go
@@ -368,8 +390,8 @@ impl Step {
         }
         self.keep_substep_start();
         self.bring_forward(false)?;
-        let (mu, tension) = (&mut self.mu, &mut self.tension);
-        self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
+        let (mu, tension) = (&mut self.multipliers.mu, &mut self.multipliers.tension);
+        self.multipliers.mu_dt = self.guarded.substep_start.restore_multipliers(mu, tension);
         self.begin_anew();
         Ok(())
     }
@@ -413,9 +435,10 @@ impl Step {
         (self.active_set.frozen, self.contacts.begins) = (false, false);
         solved?;
         self.account_up_to_now();
-        self.system_data.update_velocity_change(&self.mu);
+        self.system_data
+            .update_velocity_change(&self.multipliers.mu);
         self.take_half_back(0..self.scene.bodies.len(), -1.0);
-        self.stage = Stage::Unsolved;
+        self.progress.stage = Stage::Unsolved;
         Ok(())
     }
 
@@ -426,7 +449,11 @@ impl Step {
         let rate = &self.history.rate_now;
         let ahead = if past { 0.0 } else { dt };
         Activation::close_by_gaps(&mut self.active_set, system_data, rate, dt, ahead);
-        let before = system_data.rows.bounds.iter().zip(&self.division.phi_t);
+        let before = system_data
+            .rows
+            .bounds
+            .iter()
+            .zip(&self.guarded.division.phi_t);
         // The drives of cables that slip hold their slip, which is solved for anew.
         let drives = before
             .enumerate()

@@ -23,7 +23,7 @@ impl Step {
     /// Forces λ of the rows of a constraint, means over the last step.
     pub(crate) fn row_forces(&self, constraint: usize) -> Option<RowForces> {
         let mut forces = self.last_forces(constraint)?;
-        if let Some(told) = self.told.forces() {
+        if let Some(told) = self.record.told.forces() {
             let range = self.system_data.rows.row_range(constraint);
             forces.rows[..range.len()].copy_from_slice(&told[range]);
         }
@@ -35,10 +35,10 @@ impl Step {
         if constraint >= self.scene.constraints.len() {
             return None;
         }
-        let mu = &self.mu[self.system_data.rows.row_range(constraint)];
+        let mu = &self.multipliers.mu[self.system_data.rows.row_range(constraint)];
         let mut rows = [0.0; MAX_ROWS];
         for (force, mu) in rows.iter_mut().zip(mu) {
-            *force = mu / self.mu_dt;
+            *force = mu / self.multipliers.mu_dt;
         }
         let count = mu.len();
         Some(RowForces { rows, count })
@@ -67,12 +67,12 @@ impl Step {
         if self.scene.events.is_empty() {
             return;
         }
-        let mut met = std::mem::take(&mut self.told.met);
+        let mut met = std::mem::take(&mut self.record.told.met);
         met.resize(self.scene.events.len(), f64::NEG_INFINITY);
         for (met, event) in met.iter_mut().zip(&self.scene.events) {
             *met = met.max(self.measured(event));
         }
-        self.told.met = met;
+        self.record.told.met = met;
     }
 
     /// Force \[N] or distance \[m], negative, that an event waits for; −∞ of one that waits for neither.
@@ -100,9 +100,9 @@ impl Step {
     /// Name of a constraint that gave way at its limit of force in the last solve; slack cables do not count.
     pub(crate) fn at_force_limit(&self) -> Option<String> {
         let bounds = &self.system_data.rows.bounds;
-        let limit = |mu: f64, bound: f64| bound != 0.0 && mu == bound * self.mu_dt;
+        let limit = |mu: f64, bound: f64| bound != 0.0 && mu == bound * self.multipliers.mu_dt;
         let held = bounds.iter().find(|b| {
-            let mu = self.mu[b.row];
+            let mu = self.multipliers.mu[b.row];
             limit(mu, b.lower) || limit(mu, b.upper) || (b.lower == 0.0 && b.upper == 0.0)
         })?;
         self.scene.constraint_names.get(held.constraint).cloned()

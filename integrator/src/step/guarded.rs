@@ -27,8 +27,11 @@
 //! The first pass has φ_k = φ₀ and only the tangent: it ends no sub-step with such dampers. Angles take J(q⁺) v⁺ + ∂φ/∂t, since
 //! they jump by 2π where a joint folds; what turns as a whole changes none of them.
 
+use super::divided::Division;
+use super::potential::Search;
 use crate::curvature;
 use crate::gyroscopic;
+use crate::history::State;
 use crate::regularization::Known;
 use crate::step::{Stage, Step};
 use crate::system_data::SystemData;
@@ -56,19 +59,32 @@ pub(crate) enum Pass {
     FromRest(f64),
 }
 
+/// State of the guard.
+pub(crate) struct Guarded {
+    /// Steps that the guard still takes implicitly.
+    pub(crate) holding: usize,
+    /// State of a step divided because a rope catches or is thrown slack.
+    pub(crate) division: Division,
+    /// States at the beginning of the step and of its sub-step.
+    pub(crate) step_start: State,
+    pub(crate) substep_start: State,
+    /// The guard's search along its Newton steps.
+    pub(crate) search: Search,
+}
+
 impl Step {
     /// One sub-step of the options, by the scheme or, where its linearisation does not hold, implicitly.
     pub(crate) fn guarded_substep(&mut self, guard: Guard) -> Result<(), StepError> {
-        self.step_start.save(
+        self.guarded.step_start.save(
             &self.scene,
             self.time,
-            (&self.mu, self.mu_dt),
-            &self.tension,
+            (&self.multipliers.mu, self.multipliers.mu_dt),
+            &self.multipliers.tension,
             &self.contacts,
         );
         self.begin_division();
-        if self.holding > 0 {
-            self.holding -= 1;
+        if self.guarded.holding > 0 {
+            self.guarded.holding -= 1;
             return self.redo(guard);
         }
         let solved = self.solve_scheme(self.options.stiffness);
@@ -89,10 +105,10 @@ impl Step {
             None => {}
         }
         self.return_to_start();
-        self.holding = guard.hold;
+        self.guarded.holding = guard.hold;
         self.tally.redone = true;
         // More happens than turns: all that is left of the step.
-        self.division.taken = self.division.left;
+        self.guarded.division.taken = self.guarded.division.left;
         self.tally.end(Phase::Update);
         self.redo(guard)
     }
@@ -102,7 +118,7 @@ impl Step {
         let result = self.implicit_step(guard);
         if let Err(StepError::Solve { .. }) = result {
             self.return_to_start();
-            self.holding = 0;
+            self.guarded.holding = 0;
             // The past is that of the step that could not be made.
             let dt = self.substep();
             self.system_data
@@ -117,9 +133,9 @@ impl Step {
     }
 
     fn return_to_start(&mut self) {
-        let start = std::mem::take(&mut self.step_start);
+        let start = std::mem::take(&mut self.guarded.step_start);
         self.go_back(&start);
-        self.step_start = start;
+        self.guarded.step_start = start;
     }
 
     /// Implicit sub-steps over one step's time, halved where Newton's method does not converge.
@@ -129,7 +145,7 @@ impl Step {
         let least = first / f64::from(1u32 << guard.halvings);
         let (mut done, mut length) = (0.0, first);
         self.activation
-            .take_drift(&self.system_data.rows, &self.tension, false);
+            .take_drift(&self.system_data.rows, &self.multipliers.tension, false);
         // In units of the least length all sums are exact to far less than half of it.
         while whole - done > 0.5 * least {
             let dt = length.min(whole - done);
@@ -153,7 +169,7 @@ impl Step {
             }
             self.tally.unconverged_substeps += usize::from(!converged);
             self.tally.implicit_substeps += 1;
-            self.stage = Stage::Advanced { dt, implicit: true };
+            self.progress.stage = Stage::Advanced { dt, implicit: true };
             self.account(dt, true);
             done += dt;
             self.time = end;
@@ -192,16 +208,17 @@ impl Step {
 
     /// Keeps the present state as that of the beginning of a sub-step.
     pub(crate) fn keep_substep_start(&mut self) {
-        let impulses = (&*self.mu, self.mu_dt);
-        let (scene, tension, contacts) = (&self.scene, &self.tension, &self.contacts);
-        self.substep_start
+        let impulses = (&*self.multipliers.mu, self.multipliers.mu_dt);
+        let (scene, tension, contacts) = (&self.scene, &self.multipliers.tension, &self.contacts);
+        self.guarded
+            .substep_start
             .save(scene, self.time, impulses, tension, contacts);
     }
 
     fn return_to_substep_start(&mut self) {
-        let start = std::mem::take(&mut self.substep_start);
+        let start = std::mem::take(&mut self.guarded.substep_start);
         self.go_back(&start);
-        self.substep_start = start;
+        self.guarded.substep_start = start;
     }
 
     /// One implicit Euler step over `dt` to the time `end`: whether Newton's method converged. Those of the `shortest`
@@ -257,7 +274,7 @@ impl Step {
             let (turn, change) = ((angular(v.get(i)) + last) * dt, angular(dv.get(i)) - last);
             let further = match gyroscopic::symmetry(&self.scene.bodies.inertia[i]) {
                 Some((axis, _)) => {
-                    let axis = self.substep_start.orientation(i) * Vector3::ith_axis(axis);
+                    let axis = self.guarded.substep_start.orientation(i) * Vector3::ith_axis(axis);
                     swing_further(&axis, &turn, &change)
                 }
                 None => turn_further(&turn, &change),
@@ -272,7 +289,7 @@ impl Step {
     pub(crate) fn newton_pass(&mut self, pass: Pass, dt: f64, end: f64) -> Result<f64, StepError> {
         let system_data = &mut self.system_data;
         // The rate whose effect the rows' φ already contains: that of the last iterate.
-        let [jv, after] = &mut self.in_rows;
+        let [jv, after] = &mut self.system.in_rows;
         system_data.rows.times_jacobian(&system_data.v, jv);
         system_data.known.fill(0.0);
         if pass == Pass::Next {
@@ -284,12 +301,12 @@ impl Step {
         }
         system_data
             .geometric
-            .update(&system_data.rows, &self.tension, None);
+            .update(&system_data.rows, &self.multipliers.tension, None);
         if let Pass::FromRest(_) = pass {
             let bodies = self.scene.bodies.len();
             system_data
                 .geometric
-                .complete(&system_data.rows, &self.tension, bodies);
+                .complete(&system_data.rows, &self.multipliers.tension, bodies);
         }
         // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
         match pass {
@@ -299,29 +316,38 @@ impl Step {
                 .combine_last((-1.0, &system_data.v), (0.0, &system_data.v)),
         }
         // The inertia is that of the beginning.
-        self.substep_start.restore(&mut self.scene.bodies);
+        self.guarded.substep_start.restore(&mut self.scene.bodies);
         self.update_inertia(dt, 1.0)?;
         if let Pass::FromRest(acceleration) = pass {
-            let done = self.system_data.add_ballast(&self.tension, acceleration);
+            let done = self
+                .system_data
+                .add_ballast(&self.multipliers.tension, acceleration);
             done.map_err(|i| self.not_finite(i))?;
         }
-        self.system_data.soften_transverse_rows(&self.tension, true);
+        self.system_data
+            .soften_transverse_rows(&self.multipliers.tension, true);
         self.system_data
             .weigh(&[Scheme::LinearlyImplicit.weights(); 2]);
         self.slip.take_out(&mut self.system_data);
         let known = std::mem::take(&mut self.system_data.known);
-        let jv = &self.in_rows[0];
+        let jv = &self.system.in_rows[0];
         self.system_data.regularize(dt, jv, Known::Rates(&known));
         if pass == Pass::Next {
-            curvature::follow_iterate(&mut self.system_data, &self.search.begun, &known, dt);
+            curvature::follow_iterate(
+                &mut self.system_data,
+                &self.guarded.search.begun,
+                &known,
+                dt,
+            );
         }
         self.system_data.known = known;
         self.activation.leave_drift(&mut self.system_data, dt);
         self.activation.damp_from_taut(&mut self.system_data, dt);
         self.tally.end(Phase::Linearize);
-        self.effort.spend_pass(self.matrix.values().len());
+        self.effort.spend_pass(self.system.matrix.values().len());
         self.solve_linearized(dt)?;
-        self.system_data.update_velocity_change(&self.mu);
+        self.system_data
+            .update_velocity_change(&self.multipliers.mu);
         self.system_data.predict(dt);
         // φ contains the effect of the known rate.
         let system_data = &mut self.system_data;
@@ -332,7 +358,7 @@ impl Step {
             self.turn_on(dt);
         }
         self.move_bodies(dt)?;
-        self.substep_start.restore_lengths(&mut self.scene);
+        self.guarded.substep_start.restore_lengths(&mut self.scene);
         self.slip.move_lengths(&mut self.scene, dt, end);
         self.system_data.rows.update_state(&self.scene, end);
         self.tally.end(Phase::Update);

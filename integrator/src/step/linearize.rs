@@ -11,7 +11,7 @@ impl Step {
     /// M̃, Δt f, Σ and c of the scheme at the present state.
     pub(crate) fn linearize(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.note_stage();
-        self.stage = Stage::Unsolved;
+        self.progress.stage = Stage::Unsolved;
         let dt = self.substep();
         if self.contacts.can_be() {
             self.find_contacts(dt, true)?;
@@ -19,7 +19,7 @@ impl Step {
         self.slip.grip(&self.scene);
         let (system_data, history) = (&mut self.system_data, &mut self.history);
         system_data.load_velocities(&self.scene.bodies);
-        let jv = &mut self.in_rows[0];
+        let jv = &mut self.system.in_rows[0];
         system_data.rows.times_jacobian(&system_data.v, jv);
         if !history.known {
             history.take_rates(jv);
@@ -30,7 +30,7 @@ impl Step {
             GeometricStiffness::Off => system_data.geometric.clear(),
             _ => {
                 let excess = Excess::of(&self.options.row_weights(stiffness));
-                let tension = &self.tension;
+                let tension = &self.multipliers.tension;
                 system_data
                     .geometric
                     .update(&system_data.rows, tension, Some(excess));
@@ -51,7 +51,7 @@ impl Step {
     /// Σ and c of the scheme for a step `dt` long; `in_rows` begin with the rates J v, and M̃ is that of the step.
     fn regularize(&mut self, stiffness: GeometricStiffness, dt: f64) {
         let (system_data, history) = (&mut self.system_data, &mut self.history);
-        let jv = &self.in_rows[0];
+        let jv = &self.system.in_rows[0];
         let weights = self.options.row_weights(stiffness);
         system_data.weigh(&weights);
         // The driven part of r_n is that of the step that led here.
@@ -59,7 +59,7 @@ impl Step {
         system_data
             .rows
             .drive(&self.scene, self.time, self.time + dt);
-        if !self.winches.is_empty() {
+        if !self.winches.all.is_empty() {
             winch_cuts::leave_room(
                 &mut self.active_set,
                 &self.scene,
@@ -77,7 +77,7 @@ impl Step {
             .weigh(system_data, &weights, rates, jerk, dt);
         self.slip.forget();
         let stiff = stiffness != GeometricStiffness::Off;
-        system_data.soften_transverse_rows(&self.tension, stiff);
+        system_data.soften_transverse_rows(&self.multipliers.tension, stiff);
         let past = Known::Past {
             phi_t: &history.phi_t,
             before: &history.rate,
@@ -90,10 +90,10 @@ impl Step {
         self.activation.damp_from_taut(system_data, dt);
         let step = (self.time, dt);
         self.curvature.follow(&self.scene, system_data, jv, step);
-        if self.division.parts > 1 {
+        if self.guarded.division.parts > 1 {
             self.activation.leave_drift(system_data, dt);
             self.activation
-                .return_slowly(system_data, &self.tension, dt);
+                .return_slowly(system_data, &self.multipliers.tension, dt);
         }
     }
 

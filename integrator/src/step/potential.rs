@@ -137,16 +137,20 @@ impl Step {
                 system_data.dv.set(i, [0.0; 6]);
             }
         }
-        self.search.from.copy_from(&system_data.dv);
+        self.guarded.search.from.copy_from(&system_data.dv);
         if first {
-            self.search.begun.copy_from_slice(&system_data.rows.phi);
+            self.guarded
+                .search
+                .begun
+                .copy_from_slice(&system_data.rows.phi);
         }
-        let [mut phi, mut gaps] = [&mut self.search.phi, &mut self.search.gaps].map(std::mem::take);
+        let [mut phi, mut gaps] =
+            [&mut self.guarded.search.phi, &mut self.guarded.search.gaps].map(std::mem::take);
         phi.copy_from_slice(&self.system_data.rows.phi);
         self.gaps(&mut gaps, dt);
         if first {
             // φ of the end, which the rows do not hold yet: `gaps` left the rates.
-            for (r, rate) in self.in_rows[1].iter().enumerate() {
+            for (r, rate) in self.system.in_rows[1].iter().enumerate() {
                 phi[r] += dt * rate;
                 if !self.system_data.is_speed(r) {
                     gaps[r] += (dt + self.system_data.path_damping(r)) * rate;
@@ -154,10 +158,10 @@ impl Step {
             }
         }
         if first {
-            self.search.gaps_at_rest.copy_from_slice(&gaps);
-            self.search.kinetic = self.scene.kinetic_energy();
+            self.guarded.search.gaps_at_rest.copy_from_slice(&gaps);
+            self.guarded.search.kinetic = self.scene.kinetic_energy();
         }
-        (self.search.phi, self.search.gaps) = (phi, gaps);
+        (self.guarded.search.phi, self.guarded.search.gaps) = (phi, gaps);
     }
 
     /// After a pass: what it promised. One that is `judged` goes back from the iterate that it led to until Φ is less than
@@ -173,17 +177,18 @@ impl Step {
         end: f64,
     ) -> Result<f64, StepError> {
         if first {
-            self.search.soften(&self.system_data, dt);
+            self.guarded.search.soften(&self.system_data, dt);
         }
-        self.search.to.copy_from(&self.system_data.dv);
+        self.guarded.search.to.copy_from(&self.system_data.dv);
         let slope = self.slope(dt);
-        let (begin, size) = self.potential(&self.search.from, &self.search.gaps, dt);
+        let (begin, size) =
+            self.potential(&self.guarded.search.from, &self.guarded.search.gaps, dt);
         if first {
-            self.search.scale = size;
+            self.guarded.search.scale = size;
         }
         // An ascent is no rest.
         let promised = if slope <= 0.0 {
-            -slope / self.search.scale.max(f64::MIN_POSITIVE)
+            -slope / self.guarded.search.scale.max(f64::MIN_POSITIVE)
         } else {
             f64::INFINITY
         };
@@ -192,23 +197,19 @@ impl Step {
         }
         let mut part = 1.0;
         loop {
-            let mut gaps = std::mem::take(&mut self.search.gaps_there);
+            let mut gaps = std::mem::take(&mut self.guarded.search.gaps_there);
             self.gaps(&mut gaps, dt);
             let change = self.potential(&self.system_data.dv, &gaps, dt).0 - begin;
-            self.search.gaps_there = gaps;
+            self.guarded.search.gaps_there = gaps;
             let enough = ENOUGH * part * slope.min(0.0) + ROUNDING * size;
             if change <= enough || part < SHORTEST {
                 return Ok(promised);
             }
             part *= 0.5;
-            let Self {
-                search,
-                system_data,
-                ..
-            } = &mut *self;
-            let (from, to) = (&search.from, &search.to);
-            system_data.dv.combine((1.0 - part, from), (part, to));
-            self.substep_start.restore(&mut self.scene.bodies);
+            let Search { from, to, .. } = &self.guarded.search;
+            let dv = &mut self.system_data.dv;
+            dv.combine((1.0 - part, from), (part, to));
+            self.guarded.substep_start.restore(&mut self.scene.bodies);
             self.move_bodies(dt)?;
             self.system_data.rows.update_state(&self.scene, end);
         }
@@ -216,10 +217,10 @@ impl Step {
 
     /// Energy that the sub-step to the present iterate has gained \[J].
     pub(crate) fn gained(&mut self, dt: f64) -> f64 {
-        let mut gaps = std::mem::take(&mut self.search.gaps_there);
+        let mut gaps = std::mem::take(&mut self.guarded.search.gaps_there);
         self.gaps(&mut gaps, dt);
         let bodies = &self.scene.bodies;
-        let mut sum = self.scene.kinetic_energy() - self.search.kinetic;
+        let mut sum = self.scene.kinetic_energy() - self.guarded.search.kinetic;
         for i in self.scene.dynamic_bodies() {
             let work = bodies.velocity[i]
                 .dot(&(self.scene.gravity * bodies.mass[i] + bodies.force[i]))
@@ -227,14 +228,16 @@ impl Step {
             sum -= dt * work;
         }
         self.of_rows(&gaps, dt, |_, value, _| sum += value);
-        self.of_rows(&self.search.gaps_at_rest, dt, |_, value, _| sum -= value);
-        self.search.gaps_there = gaps;
+        self.of_rows(&self.guarded.search.gaps_at_rest, dt, |_, value, _| {
+            sum -= value
+        });
+        self.guarded.search.gaps_there = gaps;
         sum
     }
 
     /// g of the present iterate; leaves the rates J v⁺ + ∂φ/∂t in the second of `in_rows`.
     fn gaps(&mut self, gaps: &mut [f64], dt: f64) {
-        let (system_data, [_, rates]) = (&mut self.system_data, &mut self.in_rows);
+        let (system_data, [_, rates]) = (&mut self.system_data, &mut self.system.in_rows);
         system_data.rates_after(rates);
         let rows = &system_data.rows;
         for (r, rate) in rates.iter_mut().enumerate() {
@@ -243,7 +246,7 @@ impl Step {
             gaps[r] = if system_data.is_speed(r) {
                 dt * *rate
             } else {
-                let grown = rows.phi[r] - self.search.begun[r];
+                let grown = rows.phi[r] - self.guarded.search.begun[r];
                 rows.phi[r] + along * grown / dt + (rows.damping[r] - along) * *rate
             };
         }
@@ -266,7 +269,7 @@ impl Step {
 
     /// Derivative of Φ by the part of the step, where the step starts.
     fn slope(&self, dt: f64) -> f64 {
-        let (search, mut slope) = (&self.search, 0.0);
+        let (search, mut slope) = (&self.guarded.search, 0.0);
         for i in self.scene.dynamic_bodies() {
             let (from, to) = (search.from.get(i), search.to.get(i));
             let step = std::array::from_fn(|k| to[k] - from[k]);
@@ -289,8 +292,8 @@ impl Step {
                 continue;
             }
             let limits = bound.map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.lower, b.upper));
-            let (own, soft) = (rows.compliance[r], self.search.soft[r]);
-            let (value, force) = energy(*g, self.tension[r], own, soft, limits);
+            let (own, soft) = (rows.compliance[r], self.guarded.search.soft[r]);
+            let (value, force) = energy(*g, self.multipliers.tension[r], own, soft, limits);
             of(r, value * dt / (dt + rows.damping[r]), force);
         }
     }
@@ -299,7 +302,7 @@ impl Step {
     fn lacking(&self, i: usize, dv: &BodyVectors, x: f64, dt: f64) -> [f64; 6] {
         let bodies = &self.scene.bodies;
         let ([a, b, c, p, q, r], mass) = (dv.get(i), bodies.mass[i]);
-        let turned = self.substep_start.orientation(i);
+        let turned = self.guarded.substep_start.orientation(i);
         let spin = turned * (bodies.inertia[i] * (turned.inverse() * Vector3::new(p, q, r)));
         let linear = Vector3::new(a, b, c) * (x * mass);
         let linear = linear - (self.scene.gravity * mass + bodies.force[i]) * dt;

@@ -15,7 +15,7 @@ impl Step {
         &mut self,
         form: Form,
     ) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
-        let dt = self.mu_dt;
+        let dt = self.multipliers.mu_dt;
         self.active_set.hold(&mut self.system_data, dt);
         // The right-hand side is found by way of Δv, which belongs to the solution until then.
         let dv = self.system_data.dv.clone();
@@ -26,7 +26,7 @@ impl Step {
     }
 
     fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
-        let order = &self.elimination.constraints;
+        let order = &self.system.elimination.constraints;
         let assembly_map = AssemblyMap::new(form, &self.scene, &self.system_data.rows, order);
         Ok(self.fill_system(form, &mut assembly_map.map_err(|e| self.at_state(e))?))
     }
@@ -49,7 +49,7 @@ impl Step {
         assembly_map.fill(rows, inertia, regularization, &mut a);
         match form {
             Form::Schur => {
-                let [residual, _] = &mut self.in_rows;
+                let [residual, _] = &mut self.system.in_rows;
                 self.system_data.free_residual(residual);
                 assembly_map.gather(&self.system_data.rows, None, residual, 1.0, &mut b);
             }
@@ -97,20 +97,20 @@ impl Step {
         if self.contacts.is_empty() {
             return Ok(mu);
         }
-        let own = (self.mu.clone(), self.mu_dt);
+        let own = (self.multipliers.mu.clone(), self.multipliers.mu_dt);
         self.assemble(dt);
-        let factorized = self.solver.factorize(&self.matrix);
+        let factorized = self.system.solver.factorize(&self.system.matrix);
         factorized.map_err(|e| self.culprit(e))?;
-        self.mu.copy_from_slice(&mu);
+        self.multipliers.mu.copy_from_slice(&mu);
         let done = self.pass_through(dt, 0.0, |stepper| {
             slip.take_out(&mut stepper.system_data);
             let stuck = stepper.solve_extended(None)?;
             let mu = stepper.slip_extended(slip, bounded, stuck)?;
-            stepper.mu.copy_from_slice(&mu);
+            stepper.multipliers.mu.copy_from_slice(&mu);
             Ok(())
         });
-        let mu = std::mem::replace(&mut self.mu, own.0);
-        self.mu_dt = own.1;
+        let mu = std::mem::replace(&mut self.multipliers.mu, own.0);
+        self.multipliers.mu_dt = own.1;
         done.map(|_| mu.to_vec())
     }
 

@@ -24,7 +24,7 @@ impl Sample {
             is_due: false,
             moved,
             dv: BodyVectors::new(step.scene.bodies.len()),
-            correction: vec![0.0; step.mu.len()],
+            correction: vec![0.0; step.multipliers.mu.len()],
         }
     }
 
@@ -47,7 +47,7 @@ impl Sample {
             .enumerate()
             .filter(|(_, slot)| slot.body == load);
         let impulse: Vector3<f64> = held.map(|(s, _)| wrench(rows, s, &self.correction).0).sum();
-        let moved = impulse.norm() / of.scene.bodies.mass[load] * of.mu_dt;
+        let moved = impulse.norm() / of.scene.bodies.mass[load] * of.multipliers.mu_dt;
         self.moved = self.moved.max(moved);
     }
 }

@@ -8,10 +8,10 @@ impl Step {
     /// After a solve in which all sheaves stick: the solution with those that slip.
     pub(crate) fn solve_slip(&mut self) -> Result<(), StepError> {
         self.slip.begin();
-        let mut stuck = std::mem::take(&mut self.in_rows[0]);
-        stuck.copy_from_slice(&self.mu);
+        let mut stuck = std::mem::take(&mut self.system.in_rows[0]);
+        stuck.copy_from_slice(&self.multipliers.mu);
         let settled = self.settle_slip(&stuck);
-        self.in_rows[0] = stuck;
+        self.system.in_rows[0] = stuck;
         self.tally.undecided += usize::from(!settled?);
         if !self.slip.slips() {
             return Ok(());
@@ -21,7 +21,7 @@ impl Step {
         self.solve_assembled()?;
         // The law of friction to the last digits: what the rates lack now is rounding.
         // The system stays the one that was solved.
-        self.slip.correct(&mut self.mu);
+        self.slip.correct(&mut self.multipliers.mu);
         self.slip.drive(&mut self.system_data);
         Ok(())
     }
@@ -38,13 +38,13 @@ impl Step {
     fn respond(&mut self, i: usize) -> Result<(), StepError> {
         let mut response = std::mem::take(&mut self.slip.column);
         let mut factor = Factor {
-            solver: &mut *self.solver,
-            matrix: &self.matrix,
-            assembly_map: &self.assembly_map,
+            solver: &mut *self.system.solver,
+            matrix: &self.system.matrix,
+            assembly_map: &self.system.assembly_map,
             form: self.options.form,
             rows: &self.system_data.rows,
             slip: None,
-            system: &mut self.columns,
+            system: &mut self.system.columns,
             effort: &mut self.effort,
         };
         let report = factor.respond(&mut response);
@@ -57,11 +57,11 @@ impl Step {
 
     /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system.
     pub(crate) fn end_slip(&mut self) {
-        let mut w = std::mem::take(&mut self.in_rows[0]);
+        let mut w = std::mem::take(&mut self.system.in_rows[0]);
         self.active_set
-            .residuals(&self.system_data, &self.mu, &mut w);
+            .residuals(&self.system_data, &self.multipliers.mu, &mut w);
         self.slip.share_slack(&mut w, &self.active_set);
-        self.in_rows[0] = w;
+        self.system.in_rows[0] = w;
         self.slip.release(&mut self.system_data);
     }
 
@@ -76,7 +76,10 @@ impl Step {
             while let Some((i, _)) = self.slip.wanted(&self.active_set) {
                 self.respond(i)?;
             }
-            match self.slip.settle(stuck, &mut self.mu, speed, pass) {
+            match self
+                .slip
+                .settle(stuck, &mut self.multipliers.mu, speed, pass)
+            {
                 Some(true) => return Ok(true),
                 Some(false) => self.tally.slip_passes += 1,
                 None => break,

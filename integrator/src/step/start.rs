@@ -32,7 +32,7 @@ const INSTANT: f64 = 1e-3;
 impl Step {
     /// A solve without geometric stiffness, where there are no multipliers to make it of.
     pub(crate) fn find_tension(&mut self) -> Result<(), StepError> {
-        if self.options.stiffness == GeometricStiffness::Off || self.tension_known {
+        if self.options.stiffness == GeometricStiffness::Off || self.multipliers.tension_known {
             return Ok(());
         }
         self.solve_scheme(GeometricStiffness::Off)
@@ -41,14 +41,14 @@ impl Step {
     /// The multipliers of the geometric stiffness; before the first step of a body also its velocity half a step back for
     /// the schemes that keep it there, v_0 − (Δt/2) a_0.
     pub(crate) fn start(&mut self) -> Result<(), StepError> {
-        self.division.from_start = false;
+        self.guarded.division.from_start = false;
         self.note_stage();
-        if self.started && self.fresh.is_empty() {
+        if self.progress.started && self.progress.fresh.is_empty() {
             return self.find_tension();
         }
         // Contacts at rest alone: a blow's acceleration does not belong to the motion before it. Between divided steps half kicks
         // are added and taken back alike.
-        let is_first = self.division.parts == 1 && !self.division.goes_on;
+        let is_first = self.guarded.division.parts == 1 && !self.guarded.division.goes_on;
         (self.contacts.begins, self.activation.begins) = (true, is_first);
         let done = self.start_bodies();
         (self.contacts.begins, self.activation.begins) = (false, false);
@@ -60,22 +60,26 @@ impl Step {
         if self.options.scheme.is_staggered() {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
-            self.system_data.update_velocity_change(&self.mu);
-            if self.started {
-                let fresh = std::mem::take(&mut self.fresh);
+            self.system_data
+                .update_velocity_change(&self.multipliers.mu);
+            if self.progress.started {
+                let fresh = std::mem::take(&mut self.progress.fresh);
                 self.take_half_back(fresh.into_iter(), 1.0);
                 // Bodies and rows from before go on as if nothing had been solved.
-                let (mu, tension) = (&mut self.mu, &mut self.tension);
-                self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
-                self.substep_start.restore_contacts(&mut self.contacts);
+                let (mu, tension) = (&mut self.multipliers.mu, &mut self.multipliers.tension);
+                self.multipliers.mu_dt =
+                    self.guarded.substep_start.restore_multipliers(mu, tension);
+                self.guarded
+                    .substep_start
+                    .restore_contacts(&mut self.contacts);
             } else {
                 self.take_half_back(0..self.scene.bodies.len(), 1.0);
-                self.division.from_start = true;
+                self.guarded.division.from_start = true;
             }
         }
-        self.fresh.clear();
-        self.stage = super::Stage::Unsolved;
-        self.started = true;
+        self.progress.fresh.clear();
+        self.progress.stage = super::Stage::Unsolved;
+        self.progress.started = true;
         Ok(())
     }
 
@@ -96,7 +100,7 @@ impl Step {
 
     /// Before the first step of a run, the blow of what moves against rigid rows.
     pub(crate) fn strike_at_start(&mut self) -> Result<(), StepError> {
-        let is_first = !self.started && self.time == 0.0;
+        let is_first = !self.progress.started && self.time == 0.0;
         if is_first && self.options.scheme.is_staggered() {
             self.strike_rigid_rows()?;
         }
@@ -108,7 +112,7 @@ impl Step {
         let dt = self.substep();
         let system_data = &mut self.system_data;
         system_data.load_velocities(&self.scene.bodies);
-        let jv = &mut self.in_rows[0];
+        let jv = &mut self.system.in_rows[0];
         system_data.rows.times_jacobian(&system_data.v, jv);
         system_data
             .rows
@@ -122,25 +126,27 @@ impl Step {
         }
         system_data.geometric.clear();
         self.update_inertia(dt, 0.0)?;
-        let (scene, rate) = (&self.scene, &self.in_rows[0]);
+        let (scene, rate) = (&self.scene, &self.system.in_rows[0]);
         if !prepare_blow(scene, &mut self.system_data, rate, least, dt) {
             return Ok(());
         }
-        self.mu.fill(0.0);
+        self.multipliers.mu.fill(0.0);
         self.assemble(dt);
-        self.solver
-            .factorize(&self.matrix)
+        self.system
+            .solver
+            .factorize(&self.system.matrix)
             .map_err(|e| self.culprit(e))?;
         // The estimate of the error samples solves of steps.
-        let sample = self.sample.take();
+        let sample = self.record.sample.take();
         let solved = self.solve_assembled();
-        self.sample = sample;
+        self.record.sample = sample;
         solved?;
-        self.system_data.update_velocity_change(&self.mu);
+        self.system_data
+            .update_velocity_change(&self.multipliers.mu);
         self.add_velocity_change(0..self.scene.bodies.len(), 1.0);
         // What is known belongs to the velocities of before.
-        self.mu.fill(0.0);
-        (self.tension_known, self.history.known) = (false, false);
+        self.multipliers.mu.fill(0.0);
+        (self.multipliers.tension_known, self.history.known) = (false, false);
         self.activation.forget();
         for k in 0..self.system_data.rows.bounds.len() {
             self.active_set.start(k, &self.system_data);

@@ -9,13 +9,44 @@
 //!
 //! Where rows have bounds it is solved until all of them keep theirs.
 
-use super::{Stage, Step};
+use super::{Stage, Step, choice};
 use crate::active_set::Outcome;
 use crate::assembly_map::{AssemblyMap, BlockOf};
+use crate::elimination::EliminationOrder;
 use crate::system_data::SystemData;
 use crate::{Form, Phase, StepError};
-use taut_lanes::{Isa, Kernel, Level, dispatch};
-use taut_solver::{SolveError, SolveReport};
+use taut_lanes::{Aligned, Isa, Kernel, Level, dispatch};
+use taut_solver::{LinearSolver, RefineScratch, SolveError, SolveReport, SymBlockMatrix};
+
+/// The linear system of a step, its solver, and vectors to work in.
+pub(crate) struct LinearSystem {
+    pub(crate) solver: Box<dyn LinearSolver>,
+    pub(crate) elimination: EliminationOrder,
+    /// The solver that [`Backend::Auto`](taut_solver::Backend::Auto) stands for.
+    pub(crate) chosen: Option<choice::Chosen>,
+    pub(crate) assembly_map: AssemblyMap,
+    pub(crate) matrix: SymBlockMatrix,
+    /// Right-hand side and solution of the linear system, length `matrix.dim()`.
+    pub(crate) rhs: Aligned,
+    pub(crate) x: Aligned,
+    pub(crate) scratch: RefineScratch,
+    /// Multipliers and a residual in the order of the scene's rows.
+    pub(crate) in_rows: [Aligned; 2],
+    /// Right-hand sides and solutions for responses to sheaves and contacts.
+    pub(crate) columns: [Vec<f64>; 2],
+}
+
+/// What the last solve found.
+pub(crate) struct Multipliers {
+    /// Impulses μ = Δt λ of the last solve, one a row.
+    pub(crate) mu: Aligned,
+    /// Length of the step that `mu` belongs to \[s].
+    pub(crate) mu_dt: f64,
+    /// λ that the geometric stiffness is made of, one a row \[N, N m].
+    pub(crate) tension: Aligned,
+    /// Set once `tension` has the forces of a solve.
+    pub(crate) tension_known: bool,
+}
 
 impl Step {
     /// Assembles, factorises, solves and refines the system of the system's data, for a step `dt` long: once, or until all rows
@@ -32,9 +63,9 @@ impl Step {
             self.contacts.apply(&mut self.system_data.inertia, false);
             self.slip.release(&mut self.system_data);
             let presses = self.contacts.presses();
-            let verdict = self
-                .active_set
-                .judge(&mut self.system_data, &mut self.mu, dt, presses);
+            let verdict =
+                self.active_set
+                    .judge(&mut self.system_data, &mut self.multipliers.mu, dt, presses);
             self.tally.undecided += usize::from(verdict == Outcome::NotConverged);
             if verdict != Outcome::Changed {
                 break;
@@ -45,11 +76,15 @@ impl Step {
         if !self.slip.is_empty() {
             self.end_slip();
         }
-        self.mu_dt = dt;
-        let tension = Multiply(1.0 / dt, &self.mu, &mut self.tension);
+        self.multipliers.mu_dt = dt;
+        let tension = Multiply(
+            1.0 / dt,
+            &self.multipliers.mu,
+            &mut self.multipliers.tension,
+        );
         dispatch(Level::best(), tension);
-        self.tension_known = true;
-        self.stage = Stage::Solved;
+        self.multipliers.tension_known = true;
+        self.progress.stage = Stage::Solved;
         Ok(())
     }
 
@@ -58,8 +93,9 @@ impl Step {
         self.contacts.apply(&mut self.system_data.inertia, true);
         self.assemble(dt);
         self.tally.end(Phase::Assemble);
-        self.solver
-            .factorize(&self.matrix)
+        self.system
+            .solver
+            .factorize(&self.system.matrix)
             .map_err(|e| self.culprit(e))?;
         self.tally.end(Phase::Factorize);
         self.solve_rows()?;
@@ -77,11 +113,15 @@ impl Step {
         self.tally.end(Phase::Refine);
         self.tally.add(report, refined);
         let sign = self.multiplier_sign();
-        self.assembly_map
-            .scatter_multipliers(&self.system_data.rows, &self.x, sign, &mut self.mu);
-        if let Some(mut sample) = self.sample.take_if(|sample| sample.is_due) {
+        self.system.assembly_map.scatter_multipliers(
+            &self.system_data.rows,
+            &self.system.x,
+            sign,
+            &mut self.multipliers.mu,
+        );
+        if let Some(mut sample) = self.record.sample.take_if(|sample| sample.is_due) {
             sample.take(self);
-            self.sample = Some(sample);
+            self.record.sample = Some(sample);
         }
         Ok(())
     }
@@ -89,17 +129,17 @@ impl Step {
     /// Error d of the solution `x`, by its residual r and the factor: A d = r. The multipliers of d
     /// go into `d`, one a row. Overwrites Δv of the system's data.
     pub(crate) fn correction(&mut self, d: &mut [f64]) -> Result<(), SolveError> {
-        let Self {
+        let system_data = &mut self.system_data;
+        let LinearSystem {
             solver,
             matrix,
             rhs,
             x,
-            system_data,
             assembly_map,
             in_rows: [mu, residual],
             columns: [r, solution],
             ..
-        } = self;
+        } = &mut self.system;
         r.resize(x.len(), 0.0);
         solution.resize(x.len(), 0.0);
         if solver.takes_guess() {
@@ -111,21 +151,22 @@ impl Step {
         }
         solver.solve_unjudged(matrix, r, solution)?;
         let sign = self.multiplier_sign();
-        let [_, solution] = &self.columns;
-        self.assembly_map
+        let [_, solution] = &self.system.columns;
+        self.system
+            .assembly_map
             .scatter_multipliers(&self.system_data.rows, solution, sign, d);
         Ok(())
     }
 
     fn solve_factorized(&mut self) -> Result<SolveReport, SolveError> {
         let sweeps = self.refinements();
-        let Self {
+        let LinearSystem {
             solver,
             matrix,
             rhs,
             x,
             ..
-        } = self;
+        } = &mut self.system;
         if sweeps > 0 {
             // The refinement judges by the residuals that it takes anyway.
             solver.solve_unjudged(matrix, rhs, x)
@@ -142,13 +183,14 @@ impl Step {
             regularization,
             ..
         } = &self.system_data;
-        self.assembly_map
-            .fill(rows, inertia, regularization, &mut self.matrix);
-        if dt != self.mu_dt {
+        self.system
+            .assembly_map
+            .fill(rows, inertia, regularization, &mut self.system.matrix);
+        if dt != self.multipliers.mu_dt {
             // The guess keeps the forces, over another time.
-            let factor = dt / self.mu_dt;
-            self.mu.iter_mut().for_each(|mu| *mu *= factor);
-            self.mu_dt = dt;
+            let factor = dt / self.multipliers.mu_dt;
+            self.multipliers.mu.iter_mut().for_each(|mu| *mu *= factor);
+            self.multipliers.mu_dt = dt;
         }
         self.right_hand_side();
     }
@@ -158,14 +200,19 @@ impl Step {
         let sign = self.multiplier_sign();
         match self.options.form {
             Form::Schur => {
-                if self.assembly_map.in_scene_order {
-                    self.system_data.free_residual(&mut self.rhs);
+                if self.system.assembly_map.in_scene_order {
+                    self.system_data.free_residual(&mut self.system.rhs);
                 } else {
-                    let [residual, _] = &mut self.in_rows;
+                    let [residual, _] = &mut self.system.in_rows;
                     self.system_data.free_residual(residual);
                     let rows = &self.system_data.rows;
-                    self.assembly_map
-                        .gather(rows, None, residual, 1.0, &mut self.rhs);
+                    self.system.assembly_map.gather(
+                        rows,
+                        None,
+                        residual,
+                        1.0,
+                        &mut self.system.rhs,
+                    );
                 }
             }
             Form::Kkt => {
@@ -177,40 +224,51 @@ impl Step {
                     ..
                 } = &mut self.system_data;
                 dv.clear();
-                self.assembly_map
-                    .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
+                self.system.assembly_map.gather(
+                    rows,
+                    Some(&inertia.impulse),
+                    rate,
+                    1.0,
+                    &mut self.system.rhs,
+                );
             }
         }
-        if !self.solver.takes_guess() {
+        if !self.system.solver.takes_guess() {
             return;
         }
         if self.options.warm_start {
             if self.options.form == Form::Kkt {
-                self.system_data.update_velocity_change(&self.mu);
+                self.system_data
+                    .update_velocity_change(&self.multipliers.mu);
             }
             let SystemData { rows, dv, .. } = &self.system_data;
             let bodies = (self.options.form == Form::Kkt).then_some(dv);
-            self.assembly_map
-                .gather(rows, bodies, &self.mu, sign, &mut self.x);
+            self.system.assembly_map.gather(
+                rows,
+                bodies,
+                &self.multipliers.mu,
+                sign,
+                &mut self.system.x,
+            );
         } else {
-            self.x.fill(0.0);
+            self.system.x.fill(0.0);
         }
     }
 
     /// The report of the last refinement, if there was one, with the iterations of all.
     fn refine(&mut self) -> Result<Option<SolveReport>, SolveError> {
         let sweeps = self.refinements();
-        let Self {
+        let system_data = &mut self.system_data;
+        let LinearSystem {
             solver,
             matrix,
             rhs,
             x,
             scratch,
-            system_data,
             assembly_map,
             in_rows: [mu, residual],
             ..
-        } = self;
+        } = &mut self.system;
         match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
@@ -225,7 +283,7 @@ impl Step {
 
     /// Refinements of a solve: one chosen that iterates to its own tolerance has none.
     pub(crate) fn refinements(&self) -> usize {
-        match &self.chosen {
+        match &self.system.chosen {
             Some(chosen) if chosen.backend.is_iterative() => 0,
             _ => self.options.refinements,
         }
@@ -255,7 +313,7 @@ impl Step {
             | SolveError::NonFinite { block, .. } => Some(*block),
             _ => None,
         };
-        let name = |b: usize| match self.assembly_map.block.get(b)? {
+        let name = |b: usize| match self.system.assembly_map.block.get(b)? {
             BlockOf::Body(i) => self.scene.body_names.get(*i),
             BlockOf::Constraint(c) => self.scene.constraint_names.get(*c),
         };

@@ -125,17 +125,17 @@ impl Told {
 impl Step {
     /// A sub-step of `dt` stands. In a divided step the sums of its parts' rows are those of the division.
     pub(crate) fn tell(&mut self, dt: f64) {
-        if dt >= WHOLE * self.options.dt && !self.told.opened {
+        if dt >= WHOLE * self.options.dt && !self.record.told.opened {
             return;
         }
-        self.told.open();
-        self.told.time += dt;
+        self.record.told.open();
+        self.record.told.time += dt;
         if self.is_divided() {
             self.add_part();
         } else {
-            self.told.add(&self.mu, 1.0);
+            self.record.told.add(&self.multipliers.mu, 1.0);
         }
-        let Told { touched, .. } = &mut self.told;
+        let Told { touched, .. } = &mut self.record.told;
         touched.iter_mut().for_each(|touched| touched.taken = false);
         let known = touched.len();
         for (key, mut contact) in self.contacts.told(&self.system_data) {
@@ -164,19 +164,24 @@ impl Step {
     /// `part` of the joints' impulses `mu` in a blow after the sub-step.
     pub(crate) fn tell_of_blow(&mut self, mu: &[f64], part: f64) {
         if !mu.is_empty() {
-            self.told.open();
-            self.told.add(mu, part);
+            self.record.told.open();
+            self.record.told.add(mu, part);
         }
     }
 
     /// The step is done: means are told from here on.
     pub(crate) fn close_told(&mut self) {
-        self.told.close();
-        if !self.told.tells {
+        self.record.told.close();
+        if !self.record.told.tells {
             return;
         }
-        if !self.told.touched.is_empty() {
-            let contacts = self.told.touched.iter().map(|touched| &touched.contact);
+        if !self.record.told.touched.is_empty() {
+            let contacts = self
+                .record
+                .told
+                .touched
+                .iter()
+                .map(|touched| &touched.contact);
             self.tally.contacts.load = contacts.map(|c| c.force.dot(&c.normal)).sum();
         }
         self.measure_events();

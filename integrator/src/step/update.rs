@@ -9,24 +9,25 @@ use taut_solver::SolveError;
 impl Step {
     /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.
     pub(crate) fn update(&mut self) -> Result<(), StepError> {
-        if self.stage != Stage::Solved {
+        if self.progress.stage != Stage::Solved {
             let source = SolveError::OutOfOrder {
                 called: "advance",
                 needs: "solve",
             };
             return Err(self.culprit(source));
         }
-        self.stage = Stage::Unsolved;
-        self.started = true;
+        self.progress.stage = Stage::Unsolved;
+        self.progress.started = true;
         let dt = self.substep();
-        self.system_data.update_velocity_change(&self.mu);
+        self.system_data
+            .update_velocity_change(&self.multipliers.mu);
         self.system_data.predict(dt);
         self.history
             .accept(&self.system_data.v, &self.system_data.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;
         self.slip.move_lengths(&mut self.scene, dt, self.time);
-        self.stage = Stage::Advanced {
+        self.progress.stage = Stage::Advanced {
             dt,
             implicit: false,
         };
@@ -47,8 +48,9 @@ impl Step {
         self.time = saved.restore(&mut self.scene.bodies);
         saved.restore_lengths(&mut self.scene);
         saved.restore_contacts(&mut self.contacts);
-        self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
-        self.stage = Stage::Unsolved;
+        self.multipliers.mu_dt =
+            saved.restore_multipliers(&mut self.multipliers.mu, &mut self.multipliers.tension);
+        self.progress.stage = Stage::Unsolved;
         self.system_data.rows.update_state(&self.scene, self.time);
     }
 }

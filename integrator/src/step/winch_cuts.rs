@@ -14,6 +14,30 @@ use taut_model::{Constraint, Scene};
 /// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
 const FASTEST: f64 = 0.25;
 
+/// Cables with winches, by their constraints.
+pub(crate) struct Winches {
+    /// Constraints where cables of segments leave their winches.
+    pub(crate) fairleads: Vec<usize>,
+    /// Constraints of cables with winches, massless and of segments.
+    pub(super) all: Vec<usize>,
+}
+
+impl Winches {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let has_winch = |constraint: &Constraint| match constraint {
+            Constraint::MasslessCable(cable) => cable.winch.is_some(),
+            other => matches!(other, Constraint::Fairlead(_)),
+        };
+        let all = scene.constraints.iter().enumerate();
+        Self {
+            fairleads: scene.fairleads().collect(),
+            all: all
+                .filter_map(|(i, constraint)| has_winch(constraint).then_some(i))
+                .collect(),
+        }
+    }
+}
+
 impl Step {
     /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
     /// have paid out.
@@ -21,7 +45,7 @@ impl Step {
         self.activation.accept(&self.active_set);
         let rows = &mut self.system_data.rows;
         let mut slipped = rows.follow_windings(&mut self.scene, self.time);
-        let dt = self.stage.advanced();
+        let dt = self.progress.stage.advanced();
         for k in self.active_set.at_lower() {
             let bound = rows.bounds[k];
             let constraint = &mut self.scene.constraints[bound.constraint];
@@ -45,8 +69,8 @@ impl Step {
         // A drum that stalls has fed its cable until now.
         self.cut_at_winches();
         let mut stalled = false;
-        for n in 0..self.winches.len() {
-            stalled |= self.stall(self.winches[n]);
+        for n in 0..self.winches.all.len() {
+            stalled |= self.stall(self.winches.all[n]);
         }
         if stalled {
             self.system_data.rows.update_state(&self.scene, self.time);
@@ -58,7 +82,7 @@ impl Step {
 
     /// No winch feeds more in a step than its first segment can lose.
     pub(crate) fn check_winches(&self) -> Result<(), StepError> {
-        for &i in &self.fairleads {
+        for &i in &self.winches.fairleads {
             let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
                 continue;
             };
@@ -77,8 +101,8 @@ impl Step {
     /// First segments are as long as the present state has them.
     pub(super) fn cut_at_winches(&mut self) {
         let mut cut = false;
-        for n in 0..self.fairleads.len() {
-            let i = self.fairleads[n];
+        for n in 0..self.winches.fairleads.len() {
+            let i = self.winches.fairleads[n];
             let paid = self.paid_out(i);
             if self.scene.cut_at_winch(i, self.time, paid)
                 && let Some(body) = self.scene.constraints[i].frames()[1].body_index()
@@ -94,14 +118,17 @@ impl Step {
         }
         if cut {
             self.system_data.rows.update(&self.scene, self.time);
-            self.account.close();
+            self.record.account.close();
         }
     }
 
     /// Stalls winch `i` at its empty drum, or lets it haul in again, by the tension of the last step. Returns true on a change.
     pub(super) fn stall(&mut self, i: usize) -> bool {
         let row = self.system_data.rows.row_range(i).start;
-        let (tension, time) = (-self.mu[row] / self.mu_dt, self.time);
+        let (tension, time) = (
+            -self.multipliers.mu[row] / self.multipliers.mu_dt,
+            self.time,
+        );
         match &mut self.scene.constraints[i] {
             Constraint::MasslessCable(cable) => cable.stall(tension, time),
             Constraint::Fairlead(lead) => lead.stall(tension, time),
@@ -120,7 +147,7 @@ impl Step {
         let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
             return 0.0;
         };
-        let (row, dt) = (rows.bounds[k].row, self.stage.advanced());
+        let (row, dt) = (rows.bounds[k].row, self.progress.stage.advanced());
         let spring = self.activation.spring_of_limit(rows, k, dt);
         let paid = lead.paid_out(rows.phi[row], spring, self.time);
         self.history.phi_t[row] -= paid / dt;
@@ -144,17 +171,6 @@ pub(super) fn leave_room(
             bounded.leave_room(k, (winch.longest - cable.length_at(end)).max(0.0));
         }
     }
-}
-
-/// The constraints that are cables with winches.
-pub(super) fn winches(scene: &Scene) -> Vec<usize> {
-    let has_winch = |constraint: &Constraint| match constraint {
-        Constraint::MasslessCable(cable) => cable.winch.is_some(),
-        other => matches!(other, Constraint::Fairlead(_)),
-    };
-    let all = scene.constraints.iter().enumerate();
-    all.filter_map(|(i, constraint)| has_winch(constraint).then_some(i))
-        .collect()
 }
 
 #[cfg(test)]

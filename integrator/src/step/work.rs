@@ -107,21 +107,21 @@ impl Step {
         if self.options.energy_tolerance.is_none() {
             return;
         }
-        let [_, scratch] = &mut self.in_rows;
+        let [_, scratch] = &mut self.system.in_rows;
         let mut moved = std::mem::take(scratch);
         self.drives(dt, &mut moved);
         let loads = self.work_of_loads(dt);
         let by_contacts = 0.5 * self.work_by_contacts();
         let recovery = 0.5 * self.work_of_recovery(dt);
-        let account = &mut self.account;
-        account.open.resize(self.mu.len(), 0.0);
-        account.lambda.resize(self.mu.len(), 0.0);
+        let account = &mut self.record.account;
+        account.open.resize(self.multipliers.mu.len(), 0.0);
+        account.lambda.resize(self.multipliers.mu.len(), 0.0);
         account.work += account.pending + by_contacts;
         account.pending = loads + by_contacts;
         account.recovery[0] += account.recovery[1] + recovery;
         account.recovery[1] = recovery;
         let last = account.open.iter_mut().zip(&mut account.lambda);
-        for ((mu, moved), (open, lambda)) in self.mu.iter().zip(&moved).zip(last) {
+        for ((mu, moved), (open, lambda)) in self.multipliers.mu.iter().zip(&moved).zip(last) {
             // An impulse acts at the mean of the rates before it and after it, however long their steps are; the force of an
             // implicit step over half its motion, and the force before it over the other half.
             let (force, half) = (mu / dt, 0.5 * moved);
@@ -137,20 +137,26 @@ impl Step {
             account.work += std::mem::take(&mut account.pending);
             account.recovery[0] += std::mem::take(&mut account.recovery[1]);
         }
-        self.in_rows[1] = moved;
+        self.system.in_rows[1] = moved;
     }
 
     /// The present impulses bring the velocities to their own time: the work of the half before it, as far as drives do some.
     pub(crate) fn account_up_to_now(&mut self) {
-        for (open, mu) in self.account.open.iter_mut().zip(&self.mu[..]) {
-            self.account.work -= std::mem::take(open) * mu;
+        for (open, mu) in self
+            .record
+            .account
+            .open
+            .iter_mut()
+            .zip(&self.multipliers.mu[..])
+        {
+            self.record.account.work -= std::mem::take(open) * mu;
         }
     }
 
     /// The contacts' impulses are those of a blow after the sub-step: its work.
     pub(crate) fn account_for_blow(&mut self) {
         if self.options.energy_tolerance.is_some() {
-            self.account.pending += self.work_by_contacts();
+            self.record.account.pending += self.work_by_contacts();
         }
     }
 
@@ -173,7 +179,7 @@ impl Step {
 
     /// Work of the contacts' impulses in the last sub-step of `dt` that undo the penetrations of the start \[J].
     fn work_of_recovery(&mut self, dt: f64) -> f64 {
-        let (account, touches) = (&mut self.account, &self.contacts.touches);
+        let (account, touches) = (&mut self.record.account, &self.contacts.touches);
         let rate = |touch: &Touch| match touch.impulse[0] {
             p if p > 0.0 => (-touch.offset - touch.softness * p).max(0.0),
             _ => 0.0,
@@ -220,7 +226,7 @@ impl Step {
         let mut work = 0.0;
         let bounds = rows.bounds.iter().zip(self.active_set.places());
         for (k, (bound, place)) in bounds.enumerate() {
-            let mu = self.mu[bound.row];
+            let mu = self.multipliers.mu[bound.row];
             if place == RowState::Inside || mu == 0.0 {
                 continue;
             }

@@ -148,7 +148,7 @@ impl Stepper {
     /// First segments split and merge. Allocates where there are any.
     pub(crate) fn wind(&mut self) -> Result<Resolved, StepError> {
         let due = |i: &usize| self.step.scene.winding_due(*i).is_some();
-        if !self.step.fairleads.iter().any(due) {
+        if !self.step.winches.fairleads.iter().any(due) {
             return Ok(Resolved::default());
         }
         let elastic = self.elastic_energy();
@@ -200,9 +200,9 @@ impl Stepper {
             _ => segment.shares,
         };
         for multipliers in [
-            &mut self.step.mu,
-            &mut self.step.tension,
-            &mut self.step.told.sum,
+            &mut self.step.multipliers.mu,
+            &mut self.step.multipliers.tension,
+            &mut self.step.record.told.sum,
         ] {
             let mut sum = [0.0; MAX_ROWS];
             for (c, share) in around.into_iter().zip(shares) {

@@ -35,7 +35,7 @@ impl Default for Beginning {
 impl Beginning {
     /// Takes the present state. Allocates only where there is more of something than before.
     pub(crate) fn keep(&mut self, stepper: &Stepper) {
-        self.tension_known = stepper.step.tension_known;
+        self.tension_known = stepper.step.multipliers.tension_known;
         stepper.fill(&mut self.run);
         let scene = &stepper.step.scene;
         copy_bodies(&mut self.run.scene.bodies, &scene.bodies);
@@ -99,7 +99,7 @@ impl Stepper {
         let mut begun = self.rebuilt(run)?;
         begun.ids = std::mem::replace(&mut self.ids, begun.ids);
         std::mem::swap(&mut begun.fired, &mut self.fired);
-        begun.step.sample = self.step.sample.take();
+        begun.step.record.sample = self.step.record.sample.take();
         std::mem::swap(&mut begun.step.effort, &mut self.step.effort);
         begun.beginning = self.beginning.take();
         begun.companion = self.companion.take();

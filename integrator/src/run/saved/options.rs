@@ -68,7 +68,9 @@ fn bring_forward(run: &mut SavedRun) -> Result<(), StepError> {
     now.step.contacts.begins = true;
     now.step.find_tension()?;
     now.step.solve_scheme(now.step.options.stiffness)?;
-    now.step.system_data.update_velocity_change(&now.step.mu);
+    now.step
+        .system_data
+        .update_velocity_change(&now.step.multipliers.mu);
     let bodies = &mut run.scene.bodies;
     for i in (0..bodies.len()).filter(|i| !run.fresh.contains(i)) {
         let [x, y, z, p, q, r] = now.step.system_data.dv.get(i);

@@ -43,7 +43,7 @@ impl Stepper {
     /// True if a row that carries a force at its limit moves.
     fn yields(&self, bound: &RowBounds, speed: f64, reach: &[Vector3<f64>]) -> bool {
         let rows = &self.step.system_data.rows;
-        if self.step.mu[bound.row] == 0.0 {
+        if self.step.multipliers.mu[bound.row] == 0.0 {
             return false;
         }
         let first = rows.row_range(bound.constraint).start;

@@ -47,11 +47,11 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
         stepper.step().unwrap();
     }
     let bodies = &stepper.step.scene.bodies;
-    let (mu, tension) = (&stepper.step.mu, &stepper.step.tension);
-    (stepper.step.substep_start).save(
+    let (mu, tension) = (&stepper.step.multipliers.mu, &stepper.step.multipliers.tension);
+    (stepper.step.guarded.substep_start).save(
         &stepper.step.scene,
         stepper.step.time,
-        (mu, stepper.step.mu_dt),
+        (mu, stepper.step.multipliers.mu_dt),
         tension,
         &stepper.step.contacts,
     );
@@ -66,13 +66,13 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
     stepper.step.begin_search(true, dt);
     let pass = stepper.step.newton_pass(Pass::First, dt, end);
     assert!(pass.unwrap().is_finite());
-    stepper.step.search.soften(&stepper.step.system_data, dt);
+    stepper.step.guarded.search.soften(&stepper.step.system_data, dt);
     (stepper, dt)
 }
 
 /// Φ after a `part` of the step.
 fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -> f64 {
-    let (from, rows) = (stepper.step.search.from.clone(), stepper.step.mu.len());
+    let (from, rows) = (stepper.step.guarded.search.from.clone(), stepper.step.multipliers.mu.len());
     stepper
         .step
         .system_data
@@ -80,7 +80,7 @@ fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -
         .combine((1.0, &from), (part, step));
     stepper
         .step
-        .substep_start
+        .guarded.substep_start
         .restore(&mut stepper.step.scene.bodies);
     stepper.step.move_bodies(dt).unwrap();
     let end = stepper.step.time + dt;
@@ -105,14 +105,14 @@ fn the_slope_is_that_of_the_potential() {
         let (mut stepper, dt) = after_a_pass(damping, ea);
         stepper
             .step
-            .search
+            .guarded.search
             .to
             .copy_from(&stepper.step.system_data.dv);
         let slope = stepper.step.slope(dt);
-        let mut step = stepper.step.search.to.clone();
+        let mut step = stepper.step.guarded.search.to.clone();
         step.combine(
-            (1.0, &stepper.step.search.to),
-            (-1.0, &stepper.step.search.from),
+            (1.0, &stepper.step.guarded.search.to),
+            (-1.0, &stepper.step.guarded.search.from),
         );
         let h = 1e-5;
         let [more, less] = [h, -h].map(|part| potential_at(&mut stepper, part, &step, dt));
@@ -130,7 +130,7 @@ fn the_slope_is_that_of_the_potential() {
 fn a_step_too_far_is_shortened() {
     for (times, taken) in [(1.0, true), (30.0, false)] {
         let (mut stepper, dt) = after_a_pass(0.0, None);
-        let from = stepper.step.search.from.clone();
+        let from = stepper.step.guarded.search.from.clone();
         let to = stepper.step.system_data.dv.clone();
         let mut step = to.clone();
         step.combine((1.0, &to), (-1.0, &from));
@@ -139,10 +139,10 @@ fn a_step_too_far_is_shortened() {
         let end = stepper.step.time + dt;
         stepper.step.search(true, true, dt, end).unwrap();
         let [there, far] =
-            [&stepper.step.system_data.dv, &stepper.step.search.to].map(|dv| dv.get(1));
+            [&stepper.step.system_data.dv, &stepper.step.guarded.search.to].map(|dv| dv.get(1));
         assert_eq!(there == far, taken, "{there:?} {far:?}");
         let dv = stepper.step.system_data.dv.clone();
-        let mut gaps = vec![0.0; stepper.step.mu.len()];
+        let mut gaps = vec![0.0; stepper.step.multipliers.mu.len()];
         stepper.step.gaps(&mut gaps, dt);
         assert!(stepper.step.potential(&dv, &gaps, dt).0 < begin);
     }
@@ -170,7 +170,7 @@ fn a_gain_is_lost() {
 #[test]
 fn changes_turn_further() {
     let (mut stepper, dt) = after_a_pass(0.0, None);
-    let start = stepper.step.substep_start.clone();
+    let start = stepper.step.guarded.substep_start.clone();
     let long = start.orientation(1) * Vector3::z();
     let across = |x: f64, y: f64, z: f64| {
         let v = Vector3::new(x, y, z);
