@@ -108,6 +108,16 @@ impl Stepper {
         }
     }
 
+    /// Goes on as a run in another state, with what is no part of a state: the flag that stops it, the state that a stopped step
+    /// goes back to, the companion, and the events of the last step.
+    fn go_on_as(&mut self, mut other: Self) {
+        other.step.effort = std::mem::take(&mut self.step.effort);
+        other.beginning = self.beginning.take();
+        other.companion = self.companion.take();
+        other.fired = std::mem::take(&mut self.fired);
+        *self = other;
+    }
+
     /// Advances the scene by one time step, then fires the due events. Does not allocate with the
     /// built-in backends unless contacts appear, events fire or over 200 contacts hang together.
     ///
@@ -165,7 +175,7 @@ impl Stepper {
     ) -> Result<StepReport, StepError> {
         self.step.tally = Tally::start();
         self.begin_effort();
-        self.step.begin_tally();
+        self.step.forget_told();
         work(self).map_err(|e| self.after_failure(e))?;
         let step = &self.step;
         Ok(step.tally.report(step.time, step.refinements()))

@@ -60,7 +60,7 @@ pub(crate) struct Step {
     pub(crate) options: StepOptions,
     pub(crate) time: f64,
     pub(crate) system: LinearSystem,
-    /// Linearisation and system of the present state. ∂φ/∂t in `pieces.rows` is the last step's.
+    /// Linearisation and system of the present state. ∂φ/∂t in `system_data.rows` is the last step's.
     pub(crate) system_data: SystemData,
     /// Active set of the rows with bounds.
     pub(crate) active_set: ActiveSet,
@@ -337,8 +337,8 @@ impl Step {
         Ok(())
     }
 
-    /// The totals of a step, or of another call that solves, begin.
-    pub(crate) fn begin_tally(&mut self) {
+    /// Forgets what the last step told.
+    pub(crate) fn forget_told(&mut self) {
         self.record.told.forget();
         self.system_data.rows.lost = None;
     }

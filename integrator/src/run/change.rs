@@ -385,10 +385,7 @@ impl Stepper {
             if changed.step.progress.started && edit.parted.is_empty() && edit.closed.is_empty() {
                 changed.begin_young(&moved);
             }
-            changed.companion = self.companion.take();
-            changed.step.effort = std::mem::take(&mut self.step.effort);
-            changed.beginning = self.beginning.take();
-            *self = changed;
+            self.go_on_as(changed);
             self.outdate_companion();
         }
         Ok(value)

@@ -328,7 +328,9 @@ mod tests {
                 let report = stepper.step().unwrap();
                 let [balance, law] = apart(&stepper, &before);
                 // The forces of second order are those of the beginning of a divided step's last part.
-                if stepper.step.multipliers.mu_dt < 0.9 * stepper.step.substep() && report.divided == 0 {
+                if stepper.step.multipliers.mu_dt < 0.9 * stepper.step.substep()
+                    && report.divided == 0
+                {
                     assert!(report.implicit_substeps > 1);
                     assert!(law < 0.1, "{substeps}: {law}");
                     shortened += 1;

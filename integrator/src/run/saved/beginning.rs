@@ -98,12 +98,8 @@ impl Stepper {
         self.beginning = Some(beginning);
         let mut begun = self.rebuilt(run)?;
         begun.ids = std::mem::replace(&mut self.ids, begun.ids);
-        std::mem::swap(&mut begun.fired, &mut self.fired);
         begun.step.record.sample = self.step.record.sample.take();
-        std::mem::swap(&mut begun.step.effort, &mut self.step.effort);
-        begun.beginning = self.beginning.take();
-        begun.companion = self.companion.take();
-        *self = begun;
+        self.go_on_as(begun);
         Ok(true)
     }
 }

@@ -44,9 +44,8 @@ impl Stepper {
             Self::restore(run)?
         };
         changed.ids = self.ids.clone();
-        changed.companion = self.companion.take().filter(|_| is_estimated);
-        changed.step.effort = std::mem::take(&mut self.step.effort);
-        *self = changed;
+        self.go_on_as(changed);
+        self.companion.take_if(|_| !is_estimated);
         self.outdate_companion();
         Ok(())
     }

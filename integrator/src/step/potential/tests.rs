@@ -47,7 +47,10 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
         stepper.step().unwrap();
     }
     let bodies = &stepper.step.scene.bodies;
-    let (mu, tension) = (&stepper.step.multipliers.mu, &stepper.step.multipliers.tension);
+    let (mu, tension) = (
+        &stepper.step.multipliers.mu,
+        &stepper.step.multipliers.tension,
+    );
     (stepper.step.guarded.substep_start).save(
         &stepper.step.scene,
         stepper.step.time,
@@ -66,13 +69,20 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
     stepper.step.begin_search(true, dt);
     let pass = stepper.step.newton_pass(Pass::First, dt, end);
     assert!(pass.unwrap().is_finite());
-    stepper.step.guarded.search.soften(&stepper.step.system_data, dt);
+    stepper
+        .step
+        .guarded
+        .search
+        .soften(&stepper.step.system_data, dt);
     (stepper, dt)
 }
 
 /// Φ after a `part` of the step.
 fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -> f64 {
-    let (from, rows) = (stepper.step.guarded.search.from.clone(), stepper.step.multipliers.mu.len());
+    let (from, rows) = (
+        stepper.step.guarded.search.from.clone(),
+        stepper.step.multipliers.mu.len(),
+    );
     stepper
         .step
         .system_data
@@ -80,7 +90,8 @@ fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -
         .combine((1.0, &from), (part, step));
     stepper
         .step
-        .guarded.substep_start
+        .guarded
+        .substep_start
         .restore(&mut stepper.step.scene.bodies);
     stepper.step.move_bodies(dt).unwrap();
     let end = stepper.step.time + dt;
@@ -105,7 +116,8 @@ fn the_slope_is_that_of_the_potential() {
         let (mut stepper, dt) = after_a_pass(damping, ea);
         stepper
             .step
-            .guarded.search
+            .guarded
+            .search
             .to
             .copy_from(&stepper.step.system_data.dv);
         let slope = stepper.step.slope(dt);
@@ -138,8 +150,11 @@ fn a_step_too_far_is_shortened() {
         potential_at(&mut stepper, times, &step, dt);
         let end = stepper.step.time + dt;
         stepper.step.search(true, true, dt, end).unwrap();
-        let [there, far] =
-            [&stepper.step.system_data.dv, &stepper.step.guarded.search.to].map(|dv| dv.get(1));
+        let [there, far] = [
+            &stepper.step.system_data.dv,
+            &stepper.step.guarded.search.to,
+        ]
+        .map(|dv| dv.get(1));
         assert_eq!(there == far, taken, "{there:?} {far:?}");
         let dv = stepper.step.system_data.dv.clone();
         let mut gaps = vec![0.0; stepper.step.multipliers.mu.len()];

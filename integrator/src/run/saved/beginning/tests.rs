@@ -268,3 +268,23 @@ fn a_stopped_run_keeps_its_handles_and_its_flag() {
     assert_eq!(stepper.body("load").expect("a load"), load);
     assert_eq!(stepper.body("more").expect("another"), extra);
 }
+
+/// A run that goes on with other options still goes back to where a stopped step began.
+#[test]
+fn a_stop_after_other_options_goes_back_too() {
+    let options = &all_options()[1];
+    let mut stepper = Stepper::new(hoist(), options.clone()).expect("sound");
+    stepper.stop_by(Arc::default());
+    stepper.step().expect("a step");
+    let options = StepOptions {
+        dt: 0.5 * options.dt,
+        ..options.clone()
+    };
+    stepper.set_options(options).expect("other options");
+    let (before, time) = (stepper.scene().clone(), stepper.time());
+    stepper.step.effort.looks = (0, Some(3));
+    let error = stepper.step().expect_err("stopped");
+    assert!(matches!(error, StepError::Stopped { .. }), "{error}");
+    assert!(*stepper.scene() == before);
+    assert_eq!(stepper.time(), time);
+}
