@@ -205,7 +205,7 @@ impl Check {
         error: f64,
         bar: f64,
     ) -> Self {
-        // NaN fails: the comparison is false.
+        // NaN fails, as the comparison is false, and so does −∞, which less error than none would be.
         Self {
             error: Some(error),
             reached: if error.is_finite() {
@@ -214,7 +214,12 @@ impl Check {
                 Reached::NotFinite
             },
             bar: Some(bar),
-            ..Self::stated(case, reference, ours, error <= bar)
+            ..Self::stated(
+                case,
+                reference,
+                ours,
+                error <= bar && error > f64::NEG_INFINITY,
+            )
         }
     }
 
