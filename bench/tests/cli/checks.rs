@@ -47,7 +47,7 @@ fn hard_cases_are_checks_by_name() {
     let case = include_str!("../../studies/cases/H12.toml");
     let case = case.replace("drive_speed", "drive_sped");
     fs::write(at.join("own.toml"), case).expect("writes");
-    let told = "line 137: no control is called `drive_sped`: perhaps `drive_speed`";
+    let told = "line 136: no control is called `drive_sped`: perhaps `drive_speed`";
     refused(&at, "hard own.toml --quick", &["own.toml", told]);
     let checks = json(&at, "hard h32 H32 --quick --json -");
     let checks = checks.as_array().expect("a list");

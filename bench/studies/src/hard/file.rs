@@ -26,7 +26,6 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
 use taut_ground::trajectory::ENERGY_TOLERANCE;
-use toml::de::DeTable;
 use toml::{Table, Value};
 
 pub(super) use guarantees::guarantees;
@@ -409,8 +408,7 @@ impl CaseFile {
             let start = e.span().unwrap_or_default().start;
             CaseError::read(e.message(), []).at(line_of(text, start))
         };
-        let table = DeTable::parse(text).map_err(syntax)?;
-        keys::refuse_unknown(table.get_ref(), "", text)?;
+        keys::refuse_unknown(text)?;
         let mut file: Self = toml::from_str(text).map_err(syntax)?;
         for (k, run) in file.run.iter().enumerate() {
             let sound = run.know_their_names(&file.values);

@@ -3,7 +3,7 @@
 use super::run::{combined, gathered, holds, rows, with_row};
 use super::text::{Names, closing};
 use super::{CaseError, CaseFile, CheckEntry, Run};
-use std::cmp::Ordering;
+use std::collections::BTreeSet;
 use taut_output::table::formed;
 use toml::{Table, Value};
 
@@ -76,18 +76,17 @@ fn guarantee(check: &CheckEntry, rows: &[Names]) -> Option<String> {
     (!rows.is_empty()).then_some(line)
 }
 
-/// A number as people write it, to six digits.
+/// A number as people write it.
 fn short(x: f64) -> String {
-    let digits = 5 - x.abs().log10().floor().clamp(-4.0, 5.0) as i32;
-    let rounded = match x.abs() {
-        0.0 | 1e-4..1e6 => format!("{x:.*}", digits as usize),
-        _ => return formed(x, ".2e"),
-    };
-    let whole = rounded.trim_end_matches('0').trim_end_matches('.');
-    if rounded.contains('.') {
-        whole.to_owned()
-    } else {
-        rounded
+    match x.abs() {
+        0.0 | 1e-3..1e6 => {
+            let digits = formed(x, ".5");
+            digits
+                .trim_end_matches('0')
+                .trim_end_matches('.')
+                .to_owned()
+        }
+        _ => formed(x, ".4e"),
     }
 }
 
@@ -111,23 +110,17 @@ fn filled(text: &str, rows: &[&Names]) -> String {
 }
 
 /// Texts of all rows in one: each of a few, the ends of many numbers, the first of many words.
-fn together(all: Vec<String>) -> String {
-    let number = |text: &&String| text.parse::<f64>().unwrap_or(f64::NAN);
-    let mut few: Vec<&String> = Vec::new();
-    for text in &all {
-        if !few.contains(&text) {
-            few.push(text);
-        }
+fn together(mut all: Vec<String>) -> String {
+    let number = |text: &String| text.parse::<f64>().unwrap_or(f64::NAN);
+    let are_numbers = all.iter().all(|text| !number(text).is_nan());
+    if are_numbers {
+        all.sort_by(|a, b| number(a).total_cmp(&number(b)));
     }
-    few.sort_by(|a, b| number(a).partial_cmp(&number(b)).unwrap_or(Ordering::Equal));
-    let are_numbers = few.iter().all(|text| !number(text).is_nan());
-    match &few[..] {
-        [first, .., last] if few.len() > MOST && are_numbers => format!("{first} … {last}"),
-        [a, b, ..] if few.len() > MOST => format!("{a}, {b}, …"),
-        _ => few
-            .iter()
-            .map(|text| text.as_str())
-            .collect::<Vec<_>>()
-            .join(", "),
+    let mut seen = BTreeSet::new();
+    all.retain(|text| seen.insert(text.clone()));
+    match &all[..] {
+        [first, .., last] if all.len() > MOST && are_numbers => format!("{first} … {last}"),
+        [a, b, ..] if all.len() > MOST => format!("{a}, {b}, …"),
+        all => all.join(", "),
     }
 }

@@ -1,8 +1,7 @@
 //! The keys of a case's file: the table by which files are read is the text that people get.
 
 use super::CaseError;
-use super::places::line_of;
-use toml::de::{DeTable, DeValue};
+use super::places::{all, line_of};
 
 /// Heads of tables in brackets, and below each its keys, indented by two, with their meanings.
 pub(in crate::hard) const KEYS: &str = include_str!("keys.txt");
@@ -21,26 +20,24 @@ pub(super) fn keys(table: &str) -> Vec<&'static str> {
     names.flat_map(|names| names.split(", ")).collect()
 }
 
-/// Refuses a key that a table of the text, or one inside of it, does not know.
-pub(super) fn refuse_unknown(table: &DeTable<'_>, name: &str, text: &str) -> Result<(), CaseError> {
-    let known = keys(name);
-    for (key, value) in table {
-        let own = key.get_ref().as_ref();
-        if !known.is_empty() && !known.contains(&own) {
-            let error = CaseError::unknown("key", own, known.into_iter());
-            return Err(error.at(line_of(text, key.span().start)));
+/// Refuses a key that its table does not know.
+pub(super) fn refuse_unknown(text: &str) -> Result<(), CaseError> {
+    for (path, [start, _]) in all(text) {
+        let mut names = path.iter().map(String::as_str);
+        let own = names.next_back().unwrap_or_default();
+        let mut names: Vec<_> = names.filter(|name| !is_number(name)).collect();
+        if let ["run", "load", body] = &mut names[..] {
+            *body = "BODY";
         }
-        let own = if name == "run.load" { "BODY" } else { own };
-        let inner = [name, ".", own].concat();
-        let inner = inner.trim_start_matches('.');
-        match value.get_ref() {
-            DeValue::Table(table) => refuse_unknown(table, inner, text)?,
-            DeValue::Array(list) => {
-                let mut tables = list.iter().filter_map(|item| item.get_ref().as_table());
-                tables.try_for_each(|table| refuse_unknown(table, inner, text))?;
-            }
-            _ => {}
+        let known = keys(&names.join("."));
+        if !(known.is_empty() || known.contains(&own) || is_number(own)) {
+            let error = CaseError::unknown("key", own, known.into_iter());
+            return Err(error.at(line_of(text, start)));
         }
     }
     Ok(())
+}
+
+fn is_number(part: &str) -> bool {
+    part.parse::<usize>().is_ok()
 }

@@ -17,7 +17,7 @@ pub(super) fn line_of(text: &str, at: usize) -> usize {
 }
 
 /// All that a text holds, each after what it is in: its path, and the bytes at which its key and its value start.
-fn all(text: &str) -> Vec<(Path, [usize; 2])> {
+pub(super) fn all(text: &str) -> Vec<(Path, [usize; 2])> {
     fn add(value: &DeValue<'_>, path: &Path, found: &mut Vec<(Path, [usize; 2])>) {
         let mut entry = |key: String, starts: [usize; 2], inner: &DeValue<'_>| {
             let path = [&path[..], &[key]].concat();
