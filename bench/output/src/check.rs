@@ -196,6 +196,12 @@ impl fmt::Display for Verdict {
     }
 }
 
+/// True of an error that keeps a bar. Errors may be negative, where less is better: what does not gain energy may lose it.
+/// NaN and −∞ are no errors, but what a formula without a result ends in.
+fn is_within(error: f64, bar: f64) -> bool {
+    f64::NEG_INFINITY < error && error <= bar
+}
+
 impl Check {
     /// A row whose error must be within our own bar: [`Verdict::Pass`] or [`Verdict::Fail`].
     pub fn within(
@@ -205,7 +211,6 @@ impl Check {
         error: f64,
         bar: f64,
     ) -> Self {
-        // NaN fails: the comparison is false.
         Self {
             error: Some(error),
             reached: if error.is_finite() {
@@ -214,7 +219,7 @@ impl Check {
                 Reached::NotFinite
             },
             bar: Some(bar),
-            ..Self::stated(case, reference, ours, error <= bar)
+            ..Self::stated(case, reference, ours, is_within(error, bar))
         }
     }
 
@@ -370,9 +375,9 @@ impl Check {
         self.parts != Parts::default()
     }
 
-    /// True if the error exceeds the bar or is NaN, whatever the verdict.
+    /// True if the error does not keep the bar, whatever the verdict.
     pub fn is_beyond(&self) -> bool {
-        matches!((self.error, self.bar), (Some(error), Some(bar)) if error > bar || error.is_nan())
+        matches!((self.error, self.bar), (Some(error), Some(bar)) if !is_within(error, bar))
     }
 
     /// Turns a failure into a limit if the solver does not claim convergence and the error is at
@@ -453,6 +458,8 @@ mod tests {
             (row(0.5), json!(0.5), "number", "pass"),
             (row(f64::NAN), Value::Null, "not-finite", "fail"),
             (row(f64::INFINITY), Value::Null, "not-finite", "fail"),
+            (row(f64::NEG_INFINITY), Value::Null, "not-finite", "fail"),
+            (row(-2.0), json!(-2.0), "number", "pass"),
             (claim, Value::Null, "absent", "not-yet"),
         ] {
             let written = serde_json::to_value(&check).expect("JSON");

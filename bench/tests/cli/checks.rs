@@ -41,6 +41,14 @@ fn the_paper_writes_checks_rows_and_charts() {
 fn hard_cases_are_checks_by_name() {
     let at = folder("hard");
     refused(&at, "hard H99", &["H99", "H42", "H49", "H54"]);
+    assert!(good(&at, "hard --keys").contains("[[run.check]]"));
+    assert!(good(&at, "hard H12 --list").contains("2, 4, 8 falls"));
+    // What only a step would look up is found before any is made.
+    let case = include_str!("../../studies/cases/H12.toml");
+    let case = case.replace("drive_speed", "drive_sped");
+    fs::write(at.join("own.toml"), case).expect("writes");
+    let told = "line 136: no control is called `drive_sped`: perhaps `drive_speed`";
+    refused(&at, "hard own.toml --quick", &["own.toml", told]);
     let checks = json(&at, "hard h32 H32 --quick --json -");
     let checks = checks.as_array().expect("a list");
     assert!(checks.len() >= 4);

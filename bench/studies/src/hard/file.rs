@@ -1,79 +1,20 @@
 //! Hard cases as files: a scene, what is seen in its run, and what that has to be.
 //!
-//! A string that begins with `=` stands for a number, as in a spreadsheet: `"=mu * g"` ([`expression`]); `{mu}`, `{x:.3}`
-//! and `{x:+e}` in any other string of a scene or a check for the text of one.
+//! ```text
+#![doc = include_str!("file/keys.txt")]
+//! ```
 //!
-//! | top | meaning |
-//! |---|---|
-//! | `name`, `title` | as `taut hard` lists it |
-//! | `source` | where the reference comes from, and its derivation |
-//! | `let` | values that all runs share, `"NAME = FORMULA"` each, in order; `pi` and `quick` (1 or 0) are there |
-//! | `scene` | that of the runs that have none of their own |
-//!
-//! | `[[run]]` | meaning |
-//! |---|---|
-//! | `each` | rows of values, or lists by name with all their combinations: each is run and checked by itself, one with
-//! | | `long = true` only in a whole run |
-//! | `over` | lists of values, or of tables of them, or counts from 0 on by name, all combinations of which are run together: their results are series |
-//! | `quick` | shorter lists for the quick run |
-//! | `let` | as above, from the values of the row, too |
-//! | `scene` | a scene as `taut run` reads it; an entry with `repeat = N` stands N times, with `k` = 0, 1, …, or its `value` |
-//! | `bodies` | segments of a `cable`, each or `every` so many: so much `heavier`, with a `velocity`, with a `spin` about the origin,
-//! | | with a `turning` of their own |
-//! | `mode` | natural oscillation that the run starts in: `coordinates` of a body that move, 0 to 5, its `number` from 0,
-//! | | its `amplitude`; its frequency is `eigenvalue`, its largest coordinate is seen as `mode` |
-//! | `rest` | `true`: the run starts where the scene comes to rest; `{ steps, pass }`: its loads raised in so many steps, by
-//! | | passes of so many seconds; `{ creep }`: brought there by the solver alone, by such passes; `{ solved = true }`: by its
-//! | | own static equilibrium; `{ follow, pass }`: its loads are raised in so many steps, and the run is what comes to rest in
-//! | | each, by such passes if there are any |
-//! | `stretch` | compliance of all ball joints, m/N |
-//! | `shuffle` | seed of another order of bodies and constraints, in which the scene is run; 0 leaves them their own |
-//! | `places` | where bodies have to be, `{ body, place }` each: the farthest from it is seen as `misplaced` |
-//! | `step` | `dt` (default 1/60 s), `substeps`, `scheme`; `paper = true`: the paper's; `alpha`: weight of the geometric
-//! | | stiffness; `guard = false`; `balance = true` keeps one of energy; `backend`: without refinement |
-//! | `steps` or `time` | how long |
-//! | `drive` | values of controls, and velocities of driven bodies, by name: formulas of the `time` at which a step begins |
-//! | `load` | `force`, `torque` and the point `at` which the force acts, in the body's frame, by bodies' names: formulas of the
-//! | | `time` |
-//! | `change` | before the step of that number, or of each where it is 0: `remove` a constraint, `cut` a cable at the joint
-//! | | of that number, `tie` two bodies rigidly at their distance until the next change |
-//! | `solvers` | `every`: by every solver; `every-direct`: by all that do not iterate; `every-unguarded`: each step is one
-//! | | solve; `first-unguarded`: by the first alone |
-//! | `quick-solvers` | of those in the quick run: the `direct` ones alone, or the `first` |
-//! | `may-fail` | `true`: a step that fails ends the run, `"limits"`: so does a joint beyond the scene's limits of gaps; `failed` is 1,
-//! | | and `singular` where the matrix was and its constraint is named; `ended` says why, `ended_at` is when |
-//! | `see` | `"NAME = FORMULA"` each, in order, with texts in braces as elsewhere, of columns of `taut run`, of [`probes`] and of what is above: one number each |
-//! | | An entry `{ repeat = N, see = "…" }` stands N times, with `{k}` = 0, 1, …: the largest of them is seen |
-//! | `path` | bodies whose ways are compared, 60 places a second, or where they begin in a run without steps: `apart`, the largest
-//! | | distance from those of the last run of the row, `to_next`, of the run after it, `from_first`, of the first solver |
-//! | `halve` | a bracket: runs with its `name` at `from` and at `to`, between which `times` halvings find the value from which on
-//! | | `up` holds, `found` ± `width`; `low.NAME` is what the first run has seen |
-//! | `finds` | as above, of all the runs of a row together |
-//! | `keep` | names of what is found that later runs have in place of values of the file's `let` |
-//! | `audit` | values of the row with which every solver's claims are audited on the scene |
-//!
-//! | `[[run.check]]` | meaning |
-//! |---|---|
-//! | `case` | what it is |
-//! | `ours` and `reference` | two formulas that are compared, or |
-//! | `error` | a formula for how far it is from `reference`, which is in words; `ours` may put it in words, or |
-//! | `holds` | a condition, for `reference` and `ours` in words |
-//! | `vector` | numbers of the reference and of ours, beside an `error` |
-//! | `unit`, `bar`, `measure` | of the error: `relative` (default where two are compared), `absolute` |
-//! | `by`, `note` | what is measured; what else is worth knowing |
-//! | `limit` | `{ when = …, cause = "…" }`: a failure that is a known limit |
-//! | `algebraic`, `time`, `space` | parts of the error |
-//! | `by-solver` | `true`: each solver by itself, those that pass alike in one row |
-//! | `by-run` | two texts, what a run is called and several of them: so each run |
-//! | `claim` | `true`: it `holds` or does not, as a statement of others |
-//! | `if` | the check is made where this holds |
+//! Formulas: [`expression`]. Probes: [`probes`].
 
 mod changes;
 mod drive;
 mod expression;
 pub(super) mod frequency;
+mod guarantees;
 mod judge;
+mod keys;
 mod oracles;
+mod places;
 mod probes;
 mod rest;
 mod rod;
@@ -84,10 +25,12 @@ mod text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::ops::Range;
 use taut_ground::trajectory::ENERGY_TOLERANCE;
 use toml::{Table, Value};
 
+pub(super) use guarantees::guarantees;
+pub(super) use keys::KEYS;
+use places::{line_of, located};
 pub(super) use run::{outcome, scenes, verify};
 
 /// The files of this folder, in the order in which they are told.
@@ -172,6 +115,9 @@ pub struct CaseFile {
     #[serde(default)]
     scene: Table,
     run: Vec<Run>,
+    /// As it was read.
+    #[serde(skip)]
+    text: String,
 }
 
 #[derive(Debug, Deserialize)]
@@ -224,7 +170,10 @@ struct Run {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "`each` is rows of values, or lists of them by name"
+)]
 enum Rows {
     Listed(Vec<Table>),
     Combined(BTreeMap<String, Value>),
@@ -251,7 +200,7 @@ struct Bodies {
 
 /// A natural oscillation that a run starts in.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct Mode {
     coordinates: Vec<usize>,
     number: Value,
@@ -259,7 +208,7 @@ struct Mode {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct Load {
     force: [Value; 3],
     torque: [Value; 3],
@@ -269,7 +218,7 @@ struct Load {
 
 /// What may end a run early.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(from = "Value")]
+#[serde(try_from = "Value")]
 enum MayFail {
     #[default]
     Nothing,
@@ -278,19 +227,26 @@ enum MayFail {
     Limits,
 }
 
-impl From<Value> for MayFail {
-    fn from(value: Value) -> Self {
-        match value {
-            Value::Boolean(false) => Self::Nothing,
-            Value::String(_) => Self::Limits,
-            _ => Self::Step,
+impl TryFrom<Value> for MayFail {
+    type Error = &'static str;
+
+    fn try_from(value: Value) -> Result<Self, Self::Error> {
+        match (value.as_bool(), value.as_str()) {
+            (Some(false), _) => Ok(Self::Nothing),
+            (Some(true), _) => Ok(Self::Step),
+            (_, Some("limits")) => Ok(Self::Limits),
+            _ => Err("`may-fail` is true, false or \"limits\""),
         }
     }
 }
 
 /// How a scene comes to rest.
 #[derive(Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "`rest` is true, { steps, pass }, { creep }, { solved } or { follow, pass }"
+)]
 enum Rest {
     Settled(bool),
     Raised {
@@ -304,7 +260,6 @@ enum Rest {
     Crept {
         creep: f64,
     },
-    #[serde(rename_all = "kebab-case")]
     Solved {
         #[serde(rename = "solved")]
         _solved: bool,
@@ -323,19 +278,24 @@ struct Change {
 
 /// Whether a balance of energy is kept, and how much may come from nowhere.
 #[derive(Debug, Default, Clone, Copy, Deserialize)]
-#[serde(from = "Value")]
+#[serde(try_from = "Value")]
 struct Balance(Option<f64>);
 
-impl From<Value> for Balance {
-    fn from(value: Value) -> Self {
-        let usual = (value.as_bool() == Some(true)).then_some(ENERGY_TOLERANCE);
-        Self(usual.or(value.as_float()))
+impl TryFrom<Value> for Balance {
+    type Error = &'static str;
+
+    fn try_from(value: Value) -> Result<Self, Self::Error> {
+        match value {
+            Value::Boolean(kept) => Ok(Self(kept.then_some(ENERGY_TOLERANCE))),
+            Value::Float(most) => Ok(Self(Some(most))),
+            _ => Err("`balance` is true, or how much may come from nowhere, such as 1e-9"),
+        }
     }
 }
 
 /// A bracket that is halved.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct Halve {
     name: String,
     from: Value,
@@ -354,14 +314,18 @@ struct Place {
 
 /// `NAME = FORMULA`, or the largest of several of them.
 #[derive(Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "an entry of `see` is \"NAME = FORMULA\" or { repeat, see }"
+)]
 enum See {
     One(String),
     Largest { repeat: Value, see: String },
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct Step {
     dt: Option<Value>,
     substeps: Option<Value>,
@@ -428,7 +392,7 @@ struct CheckEntry {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct Limit {
     when: String,
     cause: String,
@@ -440,34 +404,75 @@ impl CaseFile {
     /// # Errors
     /// [`CaseError`], in one line.
     pub fn parse(text: &str) -> Result<Self, CaseError> {
-        let mut file: Self = toml::from_str(text).map_err(|e| CaseError::toml(&e, text))?;
+        let syntax = |e: toml::de::Error| {
+            let start = e.span().unwrap_or_default().start;
+            CaseError::read(e.message(), []).at(line_of(text, start))
+        };
+        keys::refuse_unknown(text)?;
+        let mut file: Self = toml::from_str(text).map_err(syntax)?;
+        for (k, run) in file.run.iter().enumerate() {
+            let sound = run.know_their_names(&file.values);
+            sound.map_err(|e| located(e.into(), text, Some(k)))?;
+        }
+        text.clone_into(&mut file.text);
         let without = file.run.iter_mut().filter(|run| run.scene.is_empty());
         without.for_each(|run| run.scene.clone_from(&file.scene));
         Ok(file)
     }
+}
 
-    /// A line for each check: what is guaranteed, and with which number.
-    pub(super) fn guarantees(&self) -> impl Iterator<Item = String> {
-        let checks = self.run.iter().flat_map(|run| &run.check);
-        checks.map(|check| {
-            let bar = match &check.bar {
-                Some(Value::String(bar)) => format!(" within {}", bar.trim_start_matches('=')),
-                Some(Value::Float(bar)) => format!(" within {bar:e}"),
-                Some(bar) => format!(" within {bar}"),
-                None => String::new(),
-            };
-            let unit = [" ", &check.unit].concat();
-            let unit = if check.unit.is_empty() { "" } else { &unit };
-            format!("{}: {}{bar}{unit}", check.case, check.reference)
-        })
+impl Run {
+    /// Refuses names that only some rows have, and those of lists and audited rows that the run does not have.
+    fn know_their_names(&self, shared: &[String]) -> Result<(), CaseError> {
+        let none = BTreeMap::new();
+        let (rows, lists) = match &self.each {
+            Rows::Listed(rows) => (&rows[..], &none),
+            Rows::Combined(lists) => (&[][..], lists),
+        };
+        let lists = || lists.iter().chain(&self.over);
+        let mut names = vec!["long"];
+        names.extend(
+            rows.iter()
+                .take(1)
+                .flat_map(Table::keys)
+                .map(String::as_str),
+        );
+        refuse_rows("each", rows, &names)?;
+        names.extend(lists().map(|(name, _)| name.as_str()));
+        let mut quick = self.quick.keys();
+        if let Some(name) = quick.find(|name| !names.contains(&name.as_str())) {
+            let error = CaseError::unknown("list", name, names.into_iter());
+            return Err(error.inside(name).inside(&"quick"));
+        }
+        let tables = lists().filter_map(|(_, list)| list.as_array()).flatten();
+        let tables = tables.filter_map(Value::as_table).flat_map(Table::keys);
+        let halved = self.halve.iter().map(|halve| &halve.name);
+        names.extend(tables.chain(halved).map(String::as_str));
+        names.extend(
+            shared
+                .iter()
+                .filter_map(|text| Some(text.split_once('=')?.0.trim())),
+        );
+        refuse_rows("audit", &self.audit, &names)
     }
+}
+
+/// Refuses values of rows that are not `known`.
+fn refuse_rows(key: &str, rows: &[Table], known: &[&str]) -> Result<(), CaseError> {
+    for (k, row) in rows.iter().enumerate() {
+        if let Some(name) = row.keys().find(|name| !known.contains(&name.as_str())) {
+            let error = CaseError::unknown("value", name, known.iter().copied());
+            return Err(error.inside(name).inside(&k).inside(&key));
+        }
+    }
+    Ok(())
 }
 
 /// A file of a case that cannot be read or run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CaseError {
-    /// As TOML, or for its keys.
-    Toml { line: usize, message: String },
+    /// In the words of a reader, a scene or a step.
+    Told { message: String },
     /// A name that there is not, and the nearest that there is.
     Unknown {
         kind: &'static str,
@@ -501,9 +506,33 @@ pub enum CaseError {
     },
     /// An error, and the formula or the text that it is in.
     Within { text: String, error: Box<CaseError> },
+    /// An error, and the keys that lead to it in its run.
+    InKey {
+        path: Vec<String>,
+        error: Box<CaseError>,
+    },
+    /// An error, and the line that it is in.
+    At { line: usize, error: Box<CaseError> },
 }
 
 impl CaseError {
+    fn at(self, line: usize) -> Self {
+        Self::At {
+            line,
+            error: Box::new(self),
+        }
+    }
+
+    /// The error under a key, or a number in a list, that is put before the keys that it has.
+    fn inside(self, key: &dyn fmt::Display) -> Self {
+        let (mut path, error) = match self {
+            Self::InKey { path, error } => (path, error),
+            error => (Vec::new(), Box::new(error)),
+        };
+        path.insert(0, key.to_string());
+        Self::InKey { path, error }
+    }
+
     fn within(self, text: &str) -> Self {
         match self {
             Self::Within { .. } => self,
@@ -518,39 +547,47 @@ impl CaseError {
         Self::Unknown {
             kind,
             name: name.to_owned(),
-            nearest: nearest(name, known),
+            nearest: nearest(name, known.filter(|known| *known != name)),
         }
     }
 
-    /// In one line: the keys that are expected are many, the nearest one is told.
-    fn toml(error: &toml::de::Error, text: &str) -> Self {
-        let Range { start, .. } = error.span().unwrap_or_default();
-        let line = 1 + text[..start].matches('\n').count();
-        let message = error.message().lines().next().unwrap_or_default();
-        let mut names = message.split('`').skip(1).step_by(2);
-        if !message.starts_with("unknown") {
-            let message = message.to_owned();
-            return Self::Toml { line, message };
+    /// A reader's message in one line: the names that it expects are many, the nearest of them and of `more` is told.
+    fn read<'a>(message: &'a str, more: impl IntoIterator<Item = &'a str>) -> Self {
+        let message = message.lines().next().unwrap_or_default();
+        let kind = ["key", "choice"][usize::from(message.contains("variant"))];
+        let expected = message.split(" (").next().unwrap_or_default();
+        let of_variant = expected.strip_prefix("unexpected keys in table: ");
+        let mut names = match of_variant {
+            Some(names) => names.split([',', ' ']).collect::<Vec<_>>(),
+            None if expected.starts_with("unknown") => {
+                expected.split('`').skip(1).step_by(2).collect()
+            }
+            None => Vec::new(),
         }
-        let name = names.next().unwrap_or_default();
-        let error = Self::unknown("key", name, names);
-        error.within(&format!("line {line}"))
+        .into_iter();
+        match names.next() {
+            Some(name) => Self::unknown(kind, name, names.chain(more)),
+            None => Self::Told {
+                message: message.to_owned(),
+            },
+        }
     }
 }
 
 impl fmt::Display for CaseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Toml { line, message } => write!(f, "line {line}: {message}"),
+            Self::Told { message } => write!(f, "{message}"),
             Self::Unknown {
                 kind,
                 name,
                 nearest,
             } => {
                 write!(f, "no {kind} is called `{name}`")?;
-                let near = nearest.iter();
-                near.into_iter()
-                    .try_for_each(|near| write!(f, ": perhaps `{near}`"))
+                match nearest {
+                    Some(nearest) => write!(f, ": perhaps `{nearest}`"),
+                    None => write!(f, ": there is none"),
+                }
             }
             Self::Arguments {
                 function,
@@ -570,6 +607,8 @@ impl fmt::Display for CaseError {
                 write!(f, "`{key}` is {found}: it has to be from 0 to {most:.0e}")
             }
             Self::Within { text, error } => write!(f, "`{text}`: {error}"),
+            Self::InKey { path, error } => write!(f, "`{}`: {error}", path.join(".")),
+            Self::At { line, error } => write!(f, "line {line}: {error}"),
         }
     }
 }

@@ -27,12 +27,15 @@ pub(crate) const STUDY: Study = Study {
 
 #[derive(Debug, Args)]
 struct Options {
-    /// Cases by name, such as H42, or as TOML files (default: all)
+    /// Cases by name, such as H42, or as TOML files, whose keys `--keys` explains (default: all)
     #[arg(value_name = "CASE", value_parser = found)]
     cases: Vec<Case>,
     /// Lists the cases: name, title, and what those of files guarantee, with which number
     #[arg(long)]
     list: bool,
+    /// Explains the keys of a case's file
+    #[arg(long)]
+    keys: bool,
     /// A short form, some seconds altogether
     #[arg(long)]
     quick: bool,
@@ -59,7 +62,8 @@ fn listed(case: &Case) -> String {
     let Case::File(file) = case else {
         return head;
     };
-    let lines = file.guarantees().map(|line| format!("    {line}\n"));
+    let lines = file::guarantees(file);
+    let lines = lines.iter().map(|line| format!("    {line}\n"));
     std::iter::once(head).chain(lines).collect()
 }
 
@@ -75,8 +79,11 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
             return Err(Refused(reason).into());
         }
     }
-    if options.list {
-        let text: String = experiments.iter().map(listed).collect();
+    if options.list || options.keys {
+        let text = match options.keys {
+            true => file::KEYS.to_owned(),
+            false => experiments.iter().map(listed).collect(),
+        };
         return Ok(Found {
             text,
             ..Found::default()

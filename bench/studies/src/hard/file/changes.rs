@@ -1,5 +1,6 @@
 //! Changes of a scene before it is run, and while it is.
 
+use super::drive::{body, numbered};
 use super::text::Names;
 use super::{CaseError, Run};
 use nalgebra::Vector3;
@@ -32,6 +33,23 @@ pub(super) fn change(run: &Run, stepper: &mut Stepper, step: usize) -> Result<()
             }
             Ok(())
         })?;
+    }
+    Ok(())
+}
+
+/// Finds what the changes of a run name in its scene at the beginning.
+pub(super) fn know_changes(run: &Run, scene: &Scene) -> Result<(), CaseError> {
+    for change in &run.change {
+        if let Some(name) = &change.remove {
+            numbered("joint or cable", name, scene.constraint_names.iter())?;
+        }
+        if let Some((cable, _)) = &change.cut {
+            let cables = scene.cables.iter().map(|cable| &cable.name);
+            numbered("cable", cable, cables)?;
+        }
+        for name in change.tie.iter().flatten() {
+            body(scene, name)?;
+        }
     }
     Ok(())
 }

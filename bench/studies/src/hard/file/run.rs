@@ -1,8 +1,9 @@
 //! Runs the cases of files.
 
-use super::changes::{change, shuffled};
-use super::drive::{self, Input, inputs};
+use super::changes::{change, know_changes, shuffled};
+use super::drive::{self, Input, body, inputs, numbered};
 use super::judge::check;
+use super::places::{in_scene, located};
 use super::probes::{Placed, Seen, Swing};
 use super::rest::{at_rest, under_part};
 use super::sights::{Sights, wraps};
@@ -15,6 +16,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::fmt;
 use taut_ground::choice::Choice;
 use taut_ground::modes::natural;
 use taut_ground::pace;
@@ -62,45 +64,58 @@ pub(in crate::hard) fn outcome(
 }
 
 /// Finds all names of a case, without a step.
-pub(in crate::hard) fn verify(file: &CaseFile) -> Result<(), ExperimentError> {
+pub(in crate::hard) fn verify(file: &CaseFile) -> Result<(), CaseError> {
     let mut names = Names::new(true);
-    names.define(&file.values)?;
-    for run in &file.run {
-        for row in rows(run, &names)? {
-            checked(run, &row, &names, Some(0))?;
-        }
+    let shared = names.define(&file.values);
+    shared.map_err(|e| located(e.into(), &file.text, None))?;
+    for (k, run) in file.run.iter().enumerate() {
+        let found = verified(run, &names);
+        found.map_err(|e| located(e, &file.text, Some(k)))?;
     }
     Ok(())
 }
 
+fn verified(run: &Run, shared: &Names) -> Result<(), ExperimentError> {
+    for row in rows(run, shared)? {
+        let (_, found) = checked(run, &row, shared, Some(0))?;
+        for name in &run.keep {
+            super::expression::number(name, &found.values)?;
+        }
+    }
+    audited(run, shared).map(drop)
+}
+
 /// The scenes on which the solvers' claims are audited.
 pub(in crate::hard) fn scenes(file: &CaseFile) -> Result<Vec<Scene>, ExperimentError> {
-    let mut scenes = Vec::new();
     let mut shared = Names::new(true);
     shared.define(&file.values)?;
-    for run in &file.run {
-        for row in &run.audit {
-            let mut names = with_row(&shared, row)?;
-            names.define(&run.values)?;
-            let mut scene = shuffled(run, &names, built(run, &names)?)?;
-            displaced(run, &mut scene, &mut names)?;
-            for input in inputs(run, &mut names, &scene, 0.0)? {
-                match input {
-                    Input::Control(control, value) => scene.set_control(control, value, 0.0),
-                    Input::Velocity(body, velocity) => scene.bodies.velocity[body] = velocity,
-                    Input::Load(body, force, torque) => {
-                        scene.bodies.force[body] = force;
-                        scene.bodies.torque[body] = torque;
-                    }
+    let runs = file.run.iter().map(|run| audited(run, &shared));
+    Ok(runs.collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+fn audited(run: &Run, shared: &Names) -> Result<Vec<Scene>, ExperimentError> {
+    let mut scenes = Vec::new();
+    for row in &run.audit {
+        let mut names = with_row(shared, row)?;
+        names.define(&run.values)?;
+        let mut scene = shuffled(run, &names, built(run, &names)?)?;
+        displaced(run, &mut scene, &mut names)?;
+        for input in inputs(run, &mut names, &scene, 0.0)? {
+            match input {
+                Input::Control(control, value) => scene.set_control(control, value, 0.0),
+                Input::Velocity(body, velocity) => scene.bodies.velocity[body] = velocity,
+                Input::Load(body, force, torque) => {
+                    scene.bodies.force[body] = force;
+                    scene.bodies.torque[body] = torque;
                 }
             }
-            scenes.push(scene);
         }
+        scenes.push(scene);
     }
     Ok(scenes)
 }
 
-fn rows(run: &Run, shared: &Names) -> Result<Vec<Table>, CaseError> {
+pub(super) fn rows(run: &Run, shared: &Names) -> Result<Vec<Table>, CaseError> {
     let quick = shared.is_quick();
     let backend = run.step.backend.as_deref().map(str::parse::<Backend>);
     if matches!(backend, Some(Ok(backend)) if !backend.is_compiled()) {
@@ -117,7 +132,7 @@ fn rows(run: &Run, shared: &Names) -> Result<Vec<Table>, CaseError> {
 }
 
 /// All combinations of lists of values, or of the shorter ones; a table stands for its own values.
-fn combined(
+pub(super) fn combined(
     run: &Run,
     lists: &BTreeMap<String, Value>,
     names: &Names,
@@ -146,7 +161,7 @@ fn combined(
 }
 
 /// The names with a row's values; formulas among these know the numbers.
-fn with_row(shared: &Names, row: &Table) -> Result<Names, CaseError> {
+pub(super) fn with_row(shared: &Names, row: &Table) -> Result<Names, CaseError> {
     let mut names = shared.clone();
     let is_formula = |value: &Value| value.as_str().is_some_and(|text| text.starts_with('='));
     let values = row.iter().filter(|(name, _)| *name != "long");
@@ -158,7 +173,7 @@ fn with_row(shared: &Names, row: &Table) -> Result<Names, CaseError> {
 }
 
 /// Names of the runs together: each value is a series over them, but for those that are one number.
-fn gathered(runs: &[&Names]) -> Names {
+pub(super) fn gathered(runs: &[&Names]) -> Names {
     let mut together = runs.first().map(|n| (*n).clone()).unwrap_or_default();
     for (name, series) in &mut together.values.known {
         let all = runs.iter().filter_map(|n| n.values.known.get(name));
@@ -231,7 +246,8 @@ fn checked(
     all.define(&run.finds)?;
     let mut checks = Vec::new();
     for entry in &run.check {
-        if !holds(entry.only.as_deref(), &all)? {
+        // Names are to be known whether a check is made or not.
+        if !holds(entry.only.as_deref(), &all)? && most.is_none() {
             continue;
         }
         if entry.by_solver {
@@ -307,15 +323,17 @@ fn compare(run: &Run, runs: &mut [Names]) {
     }
 }
 
-fn holds(condition: Option<&str>, names: &Names) -> Result<bool, CaseError> {
+pub(super) fn holds(condition: Option<&str>, names: &Names) -> Result<bool, CaseError> {
     condition.map_or(Ok(true), |text| {
         Ok(super::expression::number(text, &names.values)? != 0.0)
     })
 }
 
 fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
-    let table = names.table(&run.scene)?;
-    let mut scene = SceneSource::parse(&table.to_string(), &[])?.build()?;
+    let table = names.table(&run.scene);
+    let table = table.map_err(|e| e.inside(&"scene"))?;
+    let read = SceneSource::parse(&table.to_string(), &[]).and_then(|scene| scene.build());
+    let mut scene = read.map_err(|fault| in_scene(&fault, &table, run, names))?;
     if let Some(stretch) = &run.stretch {
         let law = RowLaw::new(names.number(stretch)?, 0.0);
         for constraint in &mut scene.constraints {
@@ -325,7 +343,10 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
         }
     }
     for group in &run.bodies {
-        let segments = scene.cable(&group.cable)?.bodies.clone();
+        let cables = scene.cables.iter().map(|cable| &cable.name);
+        let segments = scene.cables[numbered("cable", &group.cable, cables)?]
+            .bodies
+            .clone();
         let bodies = &mut scene.bodies;
         for i in segments.into_iter().step_by(group.every.unwrap_or(1)) {
             if let Some(heavier) = &group.heavier {
@@ -383,6 +404,12 @@ pub(super) fn dt(run: &Run, names: &Names) -> Result<f64, CaseError> {
     dt.map_or(Ok(1.0 / 60.0), |dt| names.number(dt))
 }
 
+/// What is wrong with a name under `step`.
+fn unread(fault: &dyn fmt::Display, key: &str) -> CaseError {
+    let message = fault.to_string();
+    CaseError::Told { message }.inside(&key).inside(&"step")
+}
+
 fn options(
     run: &Run,
     names: &Names,
@@ -410,12 +437,13 @@ fn options(
         options.substeps = names.count("substeps", substeps, 1e4)?;
     }
     if let Some(backend) = &run.step.backend {
-        options.backend = backend.parse()?;
+        options.backend = backend.parse().map_err(|e| unread(&e, "backend"))?;
         options.refinements = 0;
     }
     options.energy_tolerance = run.step.balance.0;
     if let Some(scheme) = &run.step.scheme {
-        options.scheme = names.text(scheme)?.parse()?;
+        let scheme = names.text(scheme)?.parse();
+        options.scheme = scheme.map_err(|e| unread(&e, "scheme"))?;
         options.stiffness = GeometricStiffness::inertia(options.scheme.default_alpha());
     }
     if let Some(alpha) = &run.step.alpha {
@@ -521,14 +549,15 @@ fn texts(run: &Run, names: &Names) -> Result<Vec<String>, CaseError> {
 
 /// Bodies, and where they have to be.
 fn places(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<Placed>, ExperimentError> {
-    let filled = names.filled(&Value::Array(run.places.clone()))?;
+    let filled = names.filled(&Value::Array(run.places.clone()));
+    let filled = filled.map_err(|e| e.inside(&"places"))?;
     let filled = filled.as_array().into_iter().flatten();
     let place = |entry: &Value| {
         let place: Place = entry
             .clone()
             .try_into()
-            .map_err(|e| CaseError::toml(&e, ""))?;
-        Ok((scene.body(&place.body)?, Vector3::from(place.place)))
+            .map_err(|e| CaseError::read(e.message(), []).inside(&"places"))?;
+        Ok((body(scene, &place.body)?, Vector3::from(place.place)))
     };
     filled.map(place).collect()
 }
@@ -566,6 +595,9 @@ fn recorded(
     }
     let path = path(run, names, &first)?;
     if steps == 0 {
+        let scene = stepper.scene();
+        inputs(run, &mut known, scene, 0.0)?;
+        know_changes(run, scene)?;
         names.path = path
             .iter()
             .map(|body| first.bodies.position[*body])
@@ -622,9 +654,13 @@ fn recorded(
 
 /// The bodies whose ways are compared.
 fn path(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<usize>, ExperimentError> {
-    let path = names.filled(&Value::Array(run.path.clone()))?;
+    let path = names.filled(&Value::Array(run.path.clone()));
+    let path = path.map_err(|e| e.inside(&"path"))?;
     let path = path.as_array().into_iter().flatten();
-    let bodies = path.filter_map(Value::as_str).map(|name| scene.body(name));
+    let bodies = path.map(|name| match name.as_str() {
+        Some(name) => body(scene, name),
+        None => body(scene, &name.to_string()),
+    });
     Ok(bodies.collect::<Result<_, _>>()?)
 }
 

@@ -54,8 +54,7 @@ impl Sights {
                 ColumnError::UnknownQuantity {
                     quantity, known, ..
                 } => CaseError::unknown("quantity", quantity, known.iter().copied()),
-                other => CaseError::Toml {
-                    line: 0,
+                other => CaseError::Told {
                     message: other.to_string(),
                 },
             }

@@ -116,8 +116,10 @@ impl Names {
 
     /// A scene's table with numbers and texts in place of formulas, and entries repeated.
     pub(super) fn table(&self, table: &Table) -> Result<Table, CaseError> {
-        let entries = table.iter().filter(|(key, _)| *key != "repeat");
-        let filled = entries.map(|(key, value)| Ok((key.clone(), self.filled(value)?)));
+        let filled = table.iter().map(|(key, value)| {
+            let value = self.filled(value).map_err(|e| e.inside(key))?;
+            Ok((key.clone(), value))
+        });
         filled.collect()
     }
 
@@ -128,18 +130,22 @@ impl Names {
             Value::Table(table) => Value::Table(self.table(table)?),
             Value::Array(all) => {
                 let mut filled = Vec::new();
-                for item in all {
-                    match item.as_table().and_then(|t| t.get("repeat")) {
-                        None => filled.push(self.filled(item)?),
-                        Some(count) => {
-                            let mut names = self.clone();
-                            for k in 0..self.count("repeat", count, 1e4)? {
-                                names.values.set("k", k as f64);
-                                let item = names.filled(item)?;
-                                let alone = item.get("value").cloned();
-                                filled.push(alone.unwrap_or(item));
-                            }
-                        }
+                for (number, item) in all.iter().enumerate() {
+                    let inside = |e: CaseError| e.inside(&number);
+                    let mut entry = item.as_table().cloned().unwrap_or_default();
+                    let Some(count) = entry.remove("repeat") else {
+                        filled.push(self.filled(item).map_err(inside)?);
+                        continue;
+                    };
+                    let alone = entry.get("value").filter(|_| entry.len() == 1);
+                    let mut names = self.clone();
+                    for k in 0..self.count("repeat", &count, 1e4).map_err(inside)? {
+                        names.values.set("k", k as f64);
+                        let one = match alone {
+                            Some(value) => names.filled(value),
+                            None => names.table(&entry).map(Value::Table),
+                        };
+                        filled.push(one.map_err(inside)?);
                     }
                 }
                 Value::Array(filled)
@@ -150,7 +156,7 @@ impl Names {
 }
 
 /// Where the brace before a text closes.
-fn closing(text: &str) -> Option<usize> {
+pub(super) fn closing(text: &str) -> Option<usize> {
     let mut depth = 1;
     text.char_indices().find_map(|(at, c)| {
         match c {

@@ -1,0 +1,43 @@
+//! The keys of a case's file: the table by which files are read is the text that people get.
+
+use super::CaseError;
+use super::places::{all, line_of};
+
+/// Heads of tables in brackets, and below each its keys, indented by two, with their meanings.
+pub(in crate::hard) const KEYS: &str = include_str!("keys.txt");
+
+/// The keys of a table; none where all names are free.
+pub(super) fn keys(table: &str) -> Vec<&'static str> {
+    let head = |line: &&str| line.starts_with('[');
+    let own = |line: &&str| line.trim_matches(['[', ']']) == table;
+    let lines = KEYS
+        .lines()
+        .skip_while(|line| !(table.is_empty() || head(line) && own(line)));
+    let lines = lines.skip(1).take_while(|line| !head(line));
+    let entries = lines.filter_map(|line| line.strip_prefix("  "));
+    let entries = entries.filter(|entry| !entry.starts_with(' '));
+    let names = entries.filter_map(|entry| entry.split("  ").next());
+    names.flat_map(|names| names.split(", ")).collect()
+}
+
+/// Refuses a key that its table does not know.
+pub(super) fn refuse_unknown(text: &str) -> Result<(), CaseError> {
+    for (path, [start, _]) in all(text) {
+        let mut names = path.iter().map(String::as_str);
+        let own = names.next_back().unwrap_or_default();
+        let mut names: Vec<_> = names.filter(|name| !is_number(name)).collect();
+        if let ["run", "load", body] = &mut names[..] {
+            *body = "BODY";
+        }
+        let known = keys(&names.join("."));
+        if !(known.is_empty() || known.contains(&own) || is_number(own)) {
+            let error = CaseError::unknown("key", own, known.into_iter());
+            return Err(error.at(line_of(text, start)));
+        }
+    }
+    Ok(())
+}
+
+fn is_number(part: &str) -> bool {
+    part.parse::<usize>().is_ok()
+}
