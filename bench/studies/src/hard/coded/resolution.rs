@@ -244,7 +244,7 @@ fn piled(unforeseen: &mut f64) -> Result<(Check, Scene), ExperimentError> {
         "a rope let down in a pile and pulled taut",
         format!("{exact:.1} N"),
         format!("{mean:.1} N, {most} segments, {left} when taut"),
-        mean / exact - 1.0,
+        (mean / exact - 1.0).abs(),
         BARS[2],
     )
     .by("mean tension over EA (d − L)/L, less 1")
