@@ -61,7 +61,8 @@ const LARGEST_TURN: f64 = 2.5;
 ///
 /// # Errors
 /// [`StepError::NoEquilibrium`] where none is found in 400 solves (a body that nothing holds, a mechanism in free
-/// fall); [`StepError::EquilibriumOverlaps`] where shapes would be inside each other there; else as [`Stepper::step`](crate::Stepper::step).
+/// fall); [`StepError::EquilibriumOverlaps`] where shapes would be inside each other there; else as
+/// [`Stepper::step`](crate::Stepper::step).
 pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, StepError> {
     scene.validate()?;
     let mut resting = Scene {

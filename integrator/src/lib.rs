@@ -80,7 +80,7 @@
 //! | `step/slipping`, `step/contact_solve` | the solve with cables that slip, and with contacts |
 //! | `step/winch_cuts` | what a step does with cables at their winches |
 //! | `step/forces`, `step/told`, `step/work` | what a step tells: forces, their means over it, the work of its drives |
-//! | `step/reference` | the exact multipliers |
+//! | `step/reference`, `step/sample` | the exact multipliers; samples of the error of a solve |
 //! | `step/choice` | the solver that `auto` stands for |
 //! | `run` | [`Stepper`]: steps one after the other, and what happens between them |
 //! | `run/access` | values set between steps: states, loads, motors, winches, controls |

@@ -109,9 +109,10 @@ impl Stepper {
     }
 
     /// Goes on as a run in another state, with what is no part of a state: the flag that stops it, the state that a stopped step
-    /// goes back to, the companion, and the events of the last step.
+    /// goes back to, the companion, of one its coarseness, and the events of the last step.
     fn go_on_as(&mut self, mut other: Self) {
         other.step.effort = std::mem::take(&mut self.step.effort);
+        other.step.guarded.division.coarseness = self.step.guarded.division.coarseness;
         other.beginning = self.beginning.take();
         other.companion = self.companion.take();
         other.fired = std::mem::take(&mut self.fired);
@@ -181,7 +182,8 @@ impl Stepper {
         Ok(step.tally.report(step.time, step.refinements()))
     }
 
-    /// Clears what failed work has left; a step that was stopped goes back to its beginning. Returns the error that is to be told.
+    /// Clears what failed work has left; a step that was stopped goes back to its beginning. Returns the error to
+    /// tell.
     fn after_failure(&mut self, mut e: StepError) -> StepError {
         if matches!(e, StepError::Stopped { .. } | StepError::TooMuchWork { .. }) {
             match self.return_to_beginning() {

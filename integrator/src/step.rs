@@ -10,7 +10,7 @@
 //! guard         φ(q⁺) beside φ + Δt (J v⁺ + ∂φ/∂t): taken, divided or redone                   guarded
 //! ```
 //!
-//! Runs repeat it and do what happens between steps; nothing here knows of them.
+//! Runs repeat it and do what happens between steps; no code here names them.
 
 pub(crate) mod choice;
 pub(crate) mod contact_solve;

@@ -5,7 +5,9 @@ use crate::run::Stepper;
 use crate::step::Stage;
 use crate::{ContactImpulses, StepError};
 use nalgebra::Vector3;
-use taut_model::{Bodies, Constraint, Control, Controls, Mobility, Motor, Scene, Target, Winch};
+use taut_model::{
+    Bodies, Constraint, Control, Controls, Drive, Mobility, Motor, Scene, Target, Winch,
+};
 use taut_solver::SolveError;
 
 impl Stepper {
@@ -309,42 +311,40 @@ impl Stepper {
     /// [`Winch::since`].
     ///
     /// # Errors
-    /// [`StepError::NotControllable`] where that has no winch or a number is out of its range.
+    /// [`StepError::NotControllable`] where that has no winch or a number is out of its range; those of a solve as
+    /// [`set_control`](Self::set_control).
     pub fn set_winch(&mut self, constraint: usize, winch: Winch) -> Result<(), StepError> {
-        let constraints = &mut self.step.scene.constraints;
-        if constraint >= constraints.len() {
-            return Err(missing("constraint", constraint, constraints.len()));
+        let scene = &self.step.scene;
+        if constraint >= scene.constraints.len() {
+            return Err(missing("constraint", constraint, scene.constraints.len()));
         }
-        let what = || {
-            format!(
-                "constraint `{}`",
-                self.step.scene.constraint_names[constraint]
-            )
-        };
-        if let Constraint::Fairlead(_) = constraints[constraint] {
-            winch.validate(what)?;
-            self.step
-                .scene
-                .cut_at_winch(constraint, self.step.time, 0.0);
-            let mut changes = false;
-            if let Constraint::Fairlead(lead) = &mut self.step.scene.constraints[constraint] {
-                let since = lead.winch.since;
-                let mut winch = Winch { since, ..winch };
-                winch.set_speed(winch.speed, lead.length);
-                changes = lead.winch != winch;
-                lead.winch = winch;
+        let what = || format!("constraint `{}`", scene.constraint_names[constraint]);
+        match &scene.constraints[constraint] {
+            Constraint::Fairlead(_) => {}
+            Constraint::MasslessCable(cable) if cable.winch.is_some() => {}
+            Constraint::MasslessCable(_) => {
+                return Err(refused(what(), "is a cable without a winch"));
             }
-            self.changed(changes);
-            return Ok(());
+            _ => return Err(refused(what(), "is no cable with a winch")),
         }
-        let Constraint::MasslessCable(cable) = &mut constraints[constraint] else {
-            return Err(refused(what(), "is no cable with a winch"));
-        };
         winch.validate(what)?;
-        cable.rebase(self.step.time);
-        let length = cable.length;
-        let Some(own) = &mut cable.winch else {
-            return Err(refused(what(), "is a cable without a winch"));
+        let drive = Drive {
+            constraint,
+            gain: 1.0,
+        };
+        self.step.catch_up_at_jump(drive, winch.speed)?;
+        let (scene, time) = (&mut self.step.scene, self.step.time);
+        scene.cut_at_winch(constraint, time, 0.0);
+        let (own, length) = match &mut scene.constraints[constraint] {
+            Constraint::Fairlead(lead) => (Some(&mut lead.winch), lead.length),
+            Constraint::MasslessCable(cable) => {
+                cable.rebase(time);
+                (cable.winch.as_mut(), cable.length)
+            }
+            _ => (None, 0.0),
+        };
+        let Some(own) = own else {
+            return Ok(());
         };
         let mut winch = Winch {
             since: own.since,
@@ -363,10 +363,13 @@ impl Stepper {
     ///
     /// # Errors
     /// [`StepError::NotControllable`] where there is no such control or the value is not finite; those of a solve where it jumps
-    /// while bodies touch.
+    /// while bodies touch or hang on massless ropes.
     pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         self.channel(control, value)?;
-        self.step.let_riders_go(control, value)?;
+        for k in 0..self.step.scene.controls[control].drives.len() {
+            let drive = self.step.scene.controls[control].drives[k];
+            self.step.catch_up_at_jump(drive, value)?;
+        }
         self.step.scene.set_control(control, value, self.step.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
         self.step.system_data.rescale(&self.step.scene);
@@ -397,6 +400,7 @@ impl Stepper {
         let Some(&driven) = drives.get(drive) else {
             return Err(missing("drive", drive, drives.len()));
         };
+        self.step.catch_up_at_jump(driven, value)?;
         self.step.scene.set_drive(driven, value, self.step.time);
         self.changed(true);
         Ok(())
@@ -406,7 +410,7 @@ impl Stepper {
     ///
     /// # Errors
     /// [`SceneError::UnknownControl`](taut_model::SceneError::UnknownControl) in [`StepError::Scene`] where the scene has no
-    /// control of one of their names, [`StepError::NotControllable`] where a value is not finite.
+    /// control of one of their names, else as [`set_control`](Self::set_control).
     pub fn set_controls(&mut self, controls: &Controls) -> Result<(), StepError> {
         for (name, value) in controls.values() {
             self.set_control(self.step.scene.control(name)?, value)?;

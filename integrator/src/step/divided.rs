@@ -85,9 +85,9 @@ pub(crate) struct Division {
     pub(crate) goes_on: bool,
     /// True if an elastic rope is caught, whose swing the parts resolve.
     swings: bool,
-    /// True if the velocities of all bodies went half a step back just now, from those of the [`Stepper::substep_start`].
+    /// True if the velocities of all bodies went half a step back just now, from those of the [`substep_start`](super::guarded::Guarded::substep_start).
     pub(super) from_start: bool,
-    /// Length of this run's steps over that of the run that it accompanies.
+    /// Length of the steps over that of the steps whose error these tell.
     pub(crate) coarseness: f64,
     /// Sum of the parts' multipliers, one a row.
     sum: Aligned,
@@ -396,31 +396,24 @@ impl Step {
         Ok(())
     }
 
-    /// Before a control gets this value. Where a drive jumps by more than gravity's speed in a step, what rides on it leaves with
-    /// the velocity of now; so does what hangs on a massless rope that pays out faster.
+    /// Before a drive gets another speed. Where it jumps by more than gravity's speed in a step, what rides on it leaves with the
+    /// velocity of now; so does what hangs on a massless rope that pays out faster.
     ///
     /// # Errors
     /// Those of a solve.
-    pub(crate) fn let_riders_go(&mut self, control: usize, value: f64) -> Result<(), StepError> {
-        // Slip goes on from the step before.
-        if !self.slip.is_empty() {
-            return Ok(());
-        }
+    pub(crate) fn catch_up_at_jump(&mut self, drive: Drive, value: f64) -> Result<(), StepError> {
+        let before = self.scene.drive_value(&drive);
+        let faster = before.map_or(0.0, |before| (value - before) * drive.gain);
+        let least = self.scene.gravity.norm() * self.substep();
         // Contacts as a restored run knows them.
         let rides = !self.contacts.known().0.is_empty();
-        let least = self.scene.gravity.norm() * self.substep();
-        let jumps = |drive: &Drive| {
-            let Some(before) = self.scene.drive_value(drive) else {
-                return false;
-            };
-            let faster = (value - before) * drive.gain;
-            let hangs = matches!(
-                self.scene.constraints[drive.constraint],
-                Constraint::MasslessCable(_)
-            );
-            rides && faster.abs() > least || hangs && faster > least
+        let hangs = match &self.scene.constraints[drive.constraint] {
+            Constraint::MasslessCable(cable) => cable.winch.is_some_and(|winch| !winch.brake),
+            _ => false,
         };
-        if self.scene.controls[control].drives.iter().any(jumps) {
+        let jumps = rides && faster.abs() > least || hangs && least > 0.0 && faster > least;
+        // Slip goes on from the step before.
+        if jumps && self.slip.is_empty() {
             self.catch_up()?;
         }
         Ok(())

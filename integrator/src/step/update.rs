@@ -7,7 +7,7 @@ use crate::{StepError, motion};
 use taut_solver::SolveError;
 
 impl Step {
-    /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.
+    /// The second half of a sub-step, which leaves the windings of twist rows, so that it can be taken back.
     pub(crate) fn update(&mut self) -> Result<(), StepError> {
         if self.progress.stage != Stage::Solved {
             let source = SolveError::OutOfOrder {

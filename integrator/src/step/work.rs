@@ -39,7 +39,7 @@ pub(crate) struct Account {
     pub(crate) owed: f64,
     /// Largest kinetic energy without excess, and largest work \[J].
     pub(crate) scale: f64,
-    /// Weight times extent, and as much as a motion at [`STILL`] needs \[J].
+    /// Weight times extent, and what makes motions too slow to be judged pass \[J].
     pub(crate) potential: f64,
 }
 

@@ -29,7 +29,7 @@ use taut_ground::trajectory::ENERGY_TOLERANCE;
 use toml::{Table, Value};
 
 pub(super) use guarantees::guarantees;
-pub(super) use keys::KEYS;
+pub(super) use keys::help;
 use places::{line_of, located};
 pub(super) use run::{outcome, scenes, verify};
 
@@ -288,6 +288,7 @@ impl TryFrom<Value> for Balance {
         match value {
             Value::Boolean(kept) => Ok(Self(kept.then_some(ENERGY_TOLERANCE))),
             Value::Float(most) => Ok(Self(Some(most))),
+            Value::Integer(most) => Ok(Self(Some(most as f64))),
             _ => Err("`balance` is true, or how much may come from nowhere, such as 1e-9"),
         }
     }
@@ -498,10 +499,11 @@ pub enum CaseError {
         key: &'static str,
         place: &'static str,
     },
-    /// A count that is negative, no number, or too large.
+    /// A count that is too small, no number, or too large.
     Count {
         key: &'static str,
         found: f64,
+        least: f64,
         most: f64,
     },
     /// An error, and the formula or the text that it is in.
@@ -558,7 +560,10 @@ impl CaseError {
         let expected = message.split(" (").next().unwrap_or_default();
         let of_variant = expected.strip_prefix("unexpected keys in table: ");
         let mut names = match of_variant {
-            Some(names) => names.split([',', ' ']).collect::<Vec<_>>(),
+            Some(names) => names
+                .split(", available keys: ")
+                .flat_map(|names| names.split(", "))
+                .collect::<Vec<_>>(),
             None if expected.starts_with("unknown") => {
                 expected.split('`').skip(1).step_by(2).collect()
             }
@@ -603,8 +608,17 @@ impl fmt::Display for CaseError {
             ),
             Self::NoName { text } => write!(f, "`{text}`: write `NAME = FORMULA`"),
             Self::Missing { key, place } => write!(f, "{place} needs `{key}`"),
-            Self::Count { key, found, most } => {
-                write!(f, "`{key}` is {found}: it has to be from 0 to {most:.0e}")
+            Self::Count {
+                key,
+                found,
+                least,
+                most,
+            } => {
+                write!(f, "`{key}` is {found}: it has to be from {least} to ")?;
+                match most {
+                    most if *most < 1e3 => write!(f, "{most}"),
+                    most => write!(f, "{most:.0e}"),
+                }
             }
             Self::Within { text, error } => write!(f, "`{text}`: {error}"),
             Self::InKey { path, error } => write!(f, "`{}`: {error}", path.join(".")),

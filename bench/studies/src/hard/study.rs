@@ -81,7 +81,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
     }
     if options.list || options.keys {
         let text = match options.keys {
-            true => file::KEYS.to_owned(),
+            true => file::help(),
             false => experiments.iter().map(listed).collect(),
         };
         return Ok(Found {

@@ -155,15 +155,29 @@ fn what_hangs_on_a_rope_that_pays_out_falls_from_rest() {
             ..StepOptions::default()
         };
         let dt = options.dt;
-        let mut stepper = Stepper::new(scene, options).unwrap();
-        let start = stepper.scene().bodies.position[0].z;
-        stepper.step().unwrap();
-        stepper.set_control(0, 1.0).unwrap();
-        for step in 1..=10 {
+        let winch = Winch {
+            speed: 1.0,
+            ..Winch::new()
+        };
+        for what in ["control", "drive", "winch"] {
+            let mut stepper = Stepper::new(scene.clone(), options.clone()).unwrap();
+            let start = stepper.scene().bodies.position[0].z;
             stepper.step().unwrap();
-            let t = f64::from(step) * dt;
-            let off = stepper.scene().bodies.position[0].z - (start - 0.5 * 9.81 * t * t);
-            assert!(off.abs() < 2e-4, "{mass} {substeps}: {off} m after {t} s");
+            let set = match what {
+                "control" => stepper.set_control(0, 1.0),
+                "drive" => stepper.set_drive(0, 0, 1.0),
+                _ => stepper.set_winch(rope, winch),
+            };
+            set.unwrap();
+            for step in 1..=10 {
+                stepper.step().unwrap();
+                let t = f64::from(step) * dt;
+                let off = stepper.scene().bodies.position[0].z - (start - 0.5 * 9.81 * t * t);
+                assert!(
+                    off.abs() < 2e-4,
+                    "{what} {mass} {substeps}: {off} m after {t} s"
+                );
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use super::{CaseError, Run};
 use nalgebra::Vector3;
 use taut_ground::random::Random;
 use taut_integrator::Stepper;
-use taut_model::{Constraint, Distance, Frame, RowLaw, Scene, Side};
+use taut_model::{Action, Constraint, Distance, Frame, RowLaw, Scene, Side};
 use taut_output::check::ExperimentError;
 
 /// Name of what ties two bodies.
@@ -41,7 +41,16 @@ pub(super) fn change(run: &Run, stepper: &mut Stepper, step: usize) -> Result<()
 pub(super) fn know_changes(run: &Run, scene: &Scene) -> Result<(), CaseError> {
     for change in &run.change {
         if let Some(name) = &change.remove {
-            numbered("joint or cable", name, scene.constraint_names.iter())?;
+            let later = scene.events.iter().flat_map(|event| &event.then);
+            let later = later.filter_map(|action| match action {
+                Action::Attach { name, .. } => Some(name),
+                _ => None,
+            });
+            numbered(
+                "joint or cable",
+                name,
+                scene.constraint_names.iter().chain(later),
+            )?;
         }
         if let Some((cable, _)) = &change.cut {
             let cables = scene.cables.iter().map(|cable| &cable.name);

@@ -141,7 +141,7 @@ fn smaller(a: f64, b: f64) -> f64 {
 }
 
 /// All functions that a formula may name.
-fn known() -> impl Iterator<Item = &'static str> {
+pub(super) fn known() -> impl Iterator<Item = &'static str> {
     let plain = FUNCTIONS.iter().chain(ORACLES).map(|(name, ..)| *name);
     let reducers = REDUCERS.iter().map(|(name, _)| *name);
     let series = OF_SERIES.iter().map(|(name, _)| *name);

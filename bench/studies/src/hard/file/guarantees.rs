@@ -2,7 +2,7 @@
 
 use super::run::{combined, gathered, holds, rows, with_row};
 use super::text::{Names, closing};
-use super::{CaseError, CaseFile, CheckEntry, Run};
+use super::{CaseError, CaseFile, CheckEntry, Distance, Run};
 use std::collections::BTreeSet;
 use taut_output::table::formed;
 use toml::{Table, Value};
@@ -70,9 +70,16 @@ fn guarantee(check: &CheckEntry, rows: &[Names]) -> Option<String> {
         Value::Float(bar) => format!("{bar:e}"),
         bar => bar.to_string(),
     });
-    let bar = bar.map_or_else(String::new, |bar| format!(" within {bar} {}", check.unit));
+    // Two formulas are compared by their ratio, unless they say otherwise.
+    let is_relative =
+        check.ours.is_some() && !is_words && check.measure != Some(Distance::Absolute);
+    let bar = bar.map_or_else(String::new, |bar| match is_relative {
+        true => format!(" {} within {bar} of it", check.unit),
+        false => format!(" within {bar} {}", check.unit),
+    });
     let case = filled(&check.case, &rows);
-    let line = format!("{case}: {reference}{}", bar.trim_end());
+    let bar = bar.trim_end().replace("  ", " ");
+    let line = format!("{case}: {reference}{bar}");
     (!rows.is_empty()).then_some(line)
 }
 
@@ -106,7 +113,11 @@ fn filled(text: &str, rows: &[&Names]) -> String {
         out.extend([before, all.as_deref().unwrap_or("…")]);
         rest = &after[end + 1..];
     }
-    (out + rest).replace("…, …", "…").replace("…, …", "…")
+    out += rest;
+    while out.contains("…, …") {
+        out = out.replace("…, …", "…");
+    }
+    out
 }
 
 /// Texts of all rows in one: each of a few, the ends of many numbers, the first of many words.

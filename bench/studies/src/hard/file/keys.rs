@@ -1,10 +1,39 @@
 //! The keys of a case's file: the table by which files are read is the text that people get.
 
 use super::CaseError;
+use super::expression::known;
 use super::places::{all, line_of};
+use super::probes::PROBES;
 
 /// Heads of tables in brackets, and below each its keys, indented by two, with their meanings.
-pub(in crate::hard) const KEYS: &str = include_str!("keys.txt");
+pub(super) const KEYS: &str = include_str!("keys.txt");
+
+/// The keys, and the names that formulas know.
+pub(in crate::hard) fn help() -> String {
+    let mut text = KEYS.to_owned();
+    let functions: Vec<_> = known().collect();
+    let probes: Vec<_> = PROBES.iter().map(|(name, ..)| *name).collect();
+    for (title, names) in [("Functions", functions), ("Probes", probes)] {
+        text += "\n";
+        text += title;
+        text += ":";
+        let mut width = title.len();
+        for name in names {
+            width += name.len() + 1;
+            if width > WIDTH {
+                text += "\n ";
+                width = name.len() + 1;
+            }
+            text += " ";
+            text += name;
+        }
+        text += "\n";
+    }
+    text + "Columns: those of `taut run`, in its help\n"
+}
+
+/// Letters of a line of names, at most.
+const WIDTH: usize = 110;
 
 /// The keys of a table; none where all names are free.
 pub(super) fn keys(table: &str) -> Vec<&'static str> {

@@ -7,7 +7,7 @@ use super::places::{in_scene, located};
 use super::probes::{Placed, Seen, Swing};
 use super::rest::{at_rest, under_part};
 use super::sights::{Sights, wraps};
-use super::text::{Names, defined, split};
+use super::text::{Names, counted, defined, split};
 use super::{CaseError, CaseFile, Fewer, Halve, MayFail, Place, Rest, Rows, Run, See, Solvers};
 use crate::checks::ended;
 use crate::hard::{alike, farthest, solvers, together};
@@ -140,12 +140,22 @@ pub(super) fn combined(
     let mut all = vec![Table::new()];
     for (name, list) in lists {
         let shorter = run.quick.get(name).filter(|_| names.is_quick());
+        let key = match shorter {
+            Some(_) => "quick",
+            None if std::ptr::eq(lists, &run.over) => "over",
+            None => "each",
+        };
+        let inside = |e: CaseError| e.inside(name).inside(&key);
         let list = match shorter.unwrap_or(list) {
             Value::Array(list) => list.clone(),
-            count => (0..names.number(count)? as i64)
-                .map(Value::Integer)
-                .collect(),
+            count => {
+                let count = names.count("values", count, 1.0..=MOST_VALUES);
+                let numbers = 0..count.map_err(inside)? as i64;
+                numbers.map(Value::Integer).collect()
+            }
         };
+        let count = counted("values", (all.len() * list.len()) as f64, 1.0..=MOST_VALUES);
+        count.map_err(inside)?;
         let longer = |known: &Table, value: &Value| {
             let mut row = known.clone();
             match value {
@@ -293,7 +303,7 @@ fn halved(
         Ok(super::expression::number(&halve.up, &values)? != 0.0)
     };
     if !up(&ends[0])? && up(&ends[1])? {
-        for _ in 0..names.count("times", &halve.times, 1e3)? {
+        for _ in 0..names.count("times", &halve.times, 0.0..=1e3)? {
             let middle = low.midpoint(high);
             if up(&at(middle)?)? {
                 high = middle;
@@ -348,7 +358,9 @@ fn built(run: &Run, names: &Names) -> Result<Scene, ExperimentError> {
             .bodies
             .clone();
         let bodies = &mut scene.bodies;
-        for i in segments.into_iter().step_by(group.every.unwrap_or(1)) {
+        let every = counted("every", group.every.unwrap_or(1) as f64, 1.0..=1e9);
+        let every = every.map_err(|e| e.inside(&"bodies"))?;
+        for i in segments.into_iter().step_by(every) {
             if let Some(heavier) = &group.heavier {
                 let times = names.number(heavier)?;
                 bodies.mass[i] *= times;
@@ -382,11 +394,19 @@ fn displaced(
     if std::mem::take(&mut scene.start_in_equilibrium) {
         *scene = static_equilibrium(scene.clone(), &StepOptions::default().backend)?;
     }
-    let Some(modes) = natural(scene, &mode.coordinates) else {
+    let inside = |e: CaseError| e.inside(&"mode");
+    for coordinate in &mode.coordinates {
+        counted("coordinates", *coordinate as f64, 0.0..=5.0).map_err(inside)?;
+    }
+    let modes = natural(scene, &mode.coordinates);
+    let Some(modes) = modes.filter(|modes| modes.shapes.ncols() > 0) else {
         names.values.set("eigenvalue", f64::NAN);
         return Ok(None);
     };
-    let number = names.number(&mode.number)? as usize;
+    let last = (modes.shapes.ncols() - 1) as f64;
+    let number = names
+        .count("number", &mode.number, 0.0..=last)
+        .map_err(inside)?;
     names.values.set("eigenvalue", modes.frequency(number));
     let largest = modes.shapes.column(number).iamax();
     let swing = Swing {
@@ -434,7 +454,7 @@ fn options(
         options.guard = None;
     }
     if let Some(substeps) = &run.step.substeps {
-        options.substeps = names.count("substeps", substeps, 1e4)?;
+        options.substeps = names.count("substeps", substeps, 1.0..=1e4)?;
     }
     if let Some(backend) = &run.step.backend {
         options.backend = backend.parse().map_err(|e| unread(&e, "backend"))?;
@@ -473,9 +493,9 @@ fn seen(
         _ => None,
     };
     let steps = match (follow.or(run.steps.as_ref()), &run.time) {
-        (Some(steps), _) => names.count("steps", steps, MOST_STEPS)?,
+        (Some(steps), _) => names.count("steps", steps, 0.0..=MOST_STEPS)?,
         (None, Some(time)) => {
-            names.count("time", time, MOST_STEPS * options.dt)?;
+            names.count("time", time, 0.0..=MOST_STEPS * options.dt)?;
             steps_in(names.number(time)?, options.dt)
         }
         (None, None) => {
@@ -522,6 +542,9 @@ fn seen(
     Ok(names)
 }
 
+/// Most combinations of a run's lists.
+const MOST_VALUES: f64 = 1e4;
+
 /// Most steps of a run.
 const MOST_STEPS: f64 = 1e8;
 
@@ -533,14 +556,20 @@ fn texts(run: &Run, names: &Names) -> Result<Vec<String>, CaseError> {
             See::One(text) => texts.push(names.text(text)?),
             See::Largest { repeat, see } => {
                 let (name, formula) = split(see)?;
-                let count = names.count("repeat", repeat, 1e4)?;
+                let count = names.count("repeat", repeat, 1.0..=1e4)?;
                 let of = |k: usize| formula.replace("{k}", &k.to_string());
                 let one = |k: usize| format!("{name}.{k} = {}", of(k));
                 texts.extend((0..count).map(one));
-                let all = (1..count).fold(format!("[{name}.0]"), |all, k| {
-                    format!("max({all}, [{name}.{k}])")
-                });
-                texts.push(format!("{name} = {all}"));
+                let mut all: Vec<String> = (0..count).map(|k| format!("[{name}.{k}]")).collect();
+                // In pairs: formulas nest to a limited depth.
+                while all.len() > 1 {
+                    let larger = |pair: &[String]| match pair {
+                        [a, b] => format!("max({a}, {b})"),
+                        rest => rest.concat(),
+                    };
+                    all = all.chunks(2).map(larger).collect();
+                }
+                texts.push(format!("{name} = {}", all.concat()));
             }
         }
     }

@@ -49,7 +49,10 @@ fn a_case_of_a_few_lines_is_measured() {
             "{checks:?}"
         );
     }
-    assert_eq!(guarantees(&case), ["2, 30 kg: 19.62, 294.3 within 1e-10 N"]);
+    assert_eq!(
+        guarantees(&case),
+        ["2, 30 kg: 19.62, 294.3 N within 1e-10 of it"]
+    );
 }
 
 #[test]
@@ -139,6 +142,8 @@ keep = ["pull"]"#;
         &text,
         r#"
 quick = { extra | quick = { extr | line 9: no list is called `extr`: perhaps `extra`
+quick = { extra = [0] } | quick = { extra = [] } | line 9: `values` is 0: it has to be from 1 to 1e4
+over = { extra = [0, 1] } | over = { extra = [0], more = 1e12 } | line 8: `values` is 1000000000000: it has to be from 1 to 1e4
 rest = true | rest = { steps = 2, pas = 1 } | line 10: no key is called `pas`: perhaps `pass`
 rest = true | rest = { steps = 2, creep = 1 } | line 10: `rest` is true, { steps, pass }, { creep }, { solved } or { follow, pass }
 may-fail = true | may-fail = "limit" | line 11: `may-fail` is true, false or "limits"
@@ -146,6 +151,7 @@ balance = true | balance = "yes" | line 12: `balance` is true, or how much may c
 balance = true | scheme = "spok" | line 12: unknown scheme `spok`: choose one of linearly-implicit, spook, third-difference[:a=A][:gamma=G]
 { hoist = 0 | { hoit = 0 | line 13: no control is called `hoit`: perhaps `hoist`
 { hoist = 0 | { loda = [0, 0, 0] | line 13: no body is called `loda`: perhaps `load`
+{ hoist = 0 | { load = [0, 0] | line 13: a vector has three numbers, not 2
 value = "load" | value = "lod" | line 14: no body is called `lod`: perhaps `load`
 { repeat = 1, value | { repaet = 1, value | line 14: no key is called `repaet`: perhaps `repeat`
 place = [0 | plaec = [0 | line 15: no key is called `plaec`: perhaps `place`
@@ -237,7 +243,7 @@ fn the_table_of_keys_is_that_of_the_reader() {
     read::<Halve>("run.halve", &[]);
     read::<CheckEntry>("run.check", &[]);
     read::<Limit>("run.check.limit", &[]);
-    for line in KEYS.lines() {
+    for line in keys::help().lines() {
         assert!(line.chars().count() <= 120, "{line}");
     }
 }
@@ -259,7 +265,7 @@ fn guarantees_are_told_without_a_run() {
         ),
         (
             once,
-            "8, 13 kg up, down, … N: what the run has as `pull` within 1",
+            "8, 13 kg up, down, … N: what the run has as `pull` within 1 of it",
         ),
     ] {
         let case = CaseFile::parse(&text.replace(CHECK, check)).unwrap();
@@ -312,4 +318,30 @@ fn all_files_are_sound() {
         let case = CaseFile::parse(text).unwrap();
         verify(&case).unwrap_or_else(|e| panic!("{}: {e}", case.name));
     }
+}
+
+/// Counts that no scene has are refused before anything is built with them.
+#[test]
+fn counts_out_of_range_are_refused() {
+    let text = r#"
+name = "hoist"
+title = "a hoist"
+source = "none"
+
+[[run]]
+steps = 1
+bodies = [{ cable = "cable", every = 2, heavier = 2 }]
+mode = { coordinates = [0], number = 0, amplitude = 0.01 }
+check = []
+[run.scene.hoist]
+segments = 4
+"#;
+    verify(&CaseFile::parse(text).unwrap()).unwrap();
+    refused(
+        text,
+        r#"
+every = 2 | every = 0 | line 8: `every` is 0: it has to be from 1 to 1e9
+[0], number = 0 | [6], number = 0 | line 9: `coordinates` is 6: it has to be from 0 to 5
+number = 0 | number = 99 | line 9: `number` is 99: it has to be from 0 to 4"#,
+    );
 }

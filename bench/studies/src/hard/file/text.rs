@@ -4,6 +4,7 @@ use super::CaseError;
 use super::expression::{Formula, Values, number};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use taut_output::table::formed;
 use toml::{Table, Value};
 
@@ -53,22 +54,17 @@ impl Names {
         Ok(())
     }
 
-    /// A number as it is written, or by a formula after `=`.
-    /// A count, or a time, from 0 to `most`.
+    /// A count, or a time, in a range.
     pub(super) fn count(
         &self,
         key: &'static str,
         value: &Value,
-        most: f64,
+        range: RangeInclusive<f64>,
     ) -> Result<usize, CaseError> {
-        let found = self.number(value)?;
-        if (0.0..=most).contains(&found) {
-            Ok(found as usize)
-        } else {
-            Err(CaseError::Count { key, found, most })
-        }
+        counted(key, self.number(value)?, range)
     }
 
+    /// A number as it is written, or by a formula after `=`.
     pub(super) fn number(&self, value: &Value) -> Result<f64, CaseError> {
         match value {
             Value::Integer(n) => Ok(*n as f64),
@@ -139,7 +135,7 @@ impl Names {
                     };
                     let alone = entry.get("value").filter(|_| entry.len() == 1);
                     let mut names = self.clone();
-                    for k in 0..self.count("repeat", &count, 1e4).map_err(inside)? {
+                    for k in 0..self.count("repeat", &count, 0.0..=1e4).map_err(inside)? {
                         names.values.set("k", k as f64);
                         let one = match alone {
                             Some(value) => names.filled(value),
@@ -152,6 +148,24 @@ impl Names {
             }
             other => other.clone(),
         })
+    }
+}
+
+/// A number that has to be in a range, as a count.
+pub(super) fn counted(
+    key: &'static str,
+    found: f64,
+    range: RangeInclusive<f64>,
+) -> Result<usize, CaseError> {
+    let (least, most) = (*range.start(), *range.end());
+    match range.contains(&found) {
+        true => Ok(found as usize),
+        false => Err(CaseError::Count {
+            key,
+            found,
+            least,
+            most,
+        }),
     }
 }
 
