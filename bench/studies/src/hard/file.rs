@@ -18,6 +18,7 @@ mod places;
 mod probes;
 mod rest;
 mod rod;
+mod rows;
 mod run;
 mod sights;
 mod text;
@@ -35,71 +36,17 @@ pub(super) use run::{outcome, scenes, verify};
 
 /// The files of this folder, in the order in which they are told.
 macro_rules! files {
-    ($($name:literal),* $(,)?) => {
+    ($($name:literal)*) => {
         &[$(include_str!(concat!("../../cases/", $name, ".toml"))),*]
     };
 }
 
-pub(super) const FILES: &[&str] = files![
-    "H01",
-    "H02",
-    "H03",
-    "H04",
-    "H05",
-    "H06",
-    "H07",
-    "H07d",
-    "H08",
-    "H09",
-    "H10",
-    "H11",
-    "H12",
-    "H13",
-    "H14",
-    "H15",
-    "H16",
-    "H20",
-    "H21",
-    "H22",
-    "H23",
-    "H24",
-    "H25",
-    "H26",
-    "H27",
-    "H28",
-    "H29",
-    "H30",
-    "H31",
-    "H32",
-    "H33",
-    "H34",
-    "H35",
-    "H36",
-    "H37",
-    "H38",
-    "H39",
-    "H40",
-    "H41",
-    "H42",
-    "H43",
-    "H44",
-    "H45",
-    "H51",
-    "H55",
-    "H56",
-    "H58",
-    "H59",
-    "H61",
-    "H62",
-    "H63",
-    "H64",
-    "H65",
-    "H66",
-    "landing",
-    "scale",
-    "touchdown",
-    "wound",
-];
+pub(super) const FILES: &[&str] = files! {
+    "H01" "H02" "H03" "H04" "H05" "H06" "H07" "H07d" "H08" "H09" "H10" "H11" "H12" "H13" "H14" "H15" "H16"
+    "H20" "H21" "H22" "H23" "H24" "H25" "H26" "H27" "H28" "H29" "H30" "H31" "H32" "H33" "H34" "H35" "H36"
+    "H37" "H38" "H39" "H40" "H41" "H42" "H43" "H44" "H45" "H51" "H55" "H56" "H58" "H59" "H61" "H62" "H63"
+    "H64" "H65" "H66" "landing" "scale" "touchdown" "wound"
+};
 
 /// A case as it is written.
 #[derive(Debug, Deserialize)]

@@ -1,6 +1,7 @@
 //! What a case guarantees, told without a run.
 
-use super::run::{combined, gathered, holds, rows, with_row};
+use super::rows::{combined, gathered, rows, with_row};
+use super::run::holds;
 use super::text::{Names, closing};
 use super::{CaseError, CaseFile, CheckEntry, Distance, Run};
 use std::collections::BTreeSet;
