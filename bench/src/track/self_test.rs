@@ -20,12 +20,14 @@ pub struct SelfTest {
     pub same: usize,
     /// Comparisons with the slower copy in which every figure fails.
     pub slowed: usize,
-    /// The least and the greatest ratio of the comparisons with itself; greatest before least
-    /// without any.
-    pub same_ratios: [f64; 2],
-    /// The least and the greatest ratio of the slower copy.
-    pub slowed_ratios: [f64; 2],
+    /// The least and the greatest ratio of the comparisons with itself, each with its figure; `None` without any.
+    pub same_ratios: Option<[Extreme; 2]>,
+    /// Those of the slower copy.
+    pub slowed_ratios: Option<[Extreme; 2]>,
 }
+
+/// A ratio, and `scene/backend measure` that it is of.
+pub type Extreme = (f64, String);
 
 impl SelfTest {
     /// True if every comparison came out right.
@@ -41,11 +43,8 @@ pub fn self_test(
     trials: usize,
     progress: &ProgressBar,
 ) -> Result<SelfTest, String> {
-    let none = [f64::INFINITY, f64::NEG_INFINITY];
     let mut test = SelfTest {
         trials,
-        same_ratios: none,
-        slowed_ratios: none,
         ..SelfTest::default()
     };
     let mut slower = versus.clone();
@@ -75,10 +74,17 @@ fn all(compared: &[Row], is_right: fn(Verdict) -> bool) -> bool {
     judged.peek().is_some() && judged.all(is_right)
 }
 
-fn widen([least, most]: &mut [f64; 2], compared: &[Row]) {
-    for ratio in compared.iter().filter_map(|c| c.ratio) {
-        *least = least.min(ratio.value);
-        *most = most.max(ratio.value);
+fn widen(extremes: &mut Option<[Extreme; 2]>, compared: &[Row]) {
+    for row in compared {
+        let Some(ratio) = row.ratio else { continue };
+        let here = || (ratio.value, format!("{} {}", row.case, row.measure));
+        let [least, most] = extremes.get_or_insert_with(|| [here(), here()]);
+        if ratio.value < least.0 {
+            *least = here();
+        }
+        if ratio.value > most.0 {
+            *most = here();
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
-use super::self_test::{SLOWED, SelfTest};
+use super::self_test::{Extreme, SLOWED, SelfTest};
 use comfy_table::Cell;
 use std::fmt::Write;
 use taut_output::settings::distinct;
@@ -82,16 +82,19 @@ pub fn self_test_text(test: &SelfTest) -> String {
         return "nothing was measured\n".to_owned();
     }
     let trials = test.trials;
-    let line = |what: &str, count: usize, does: &str, [least, most]: [f64; 2]| {
+    let line = |what: &str, count: usize, does: &str, extremes: &Option<[Extreme; 2]>| {
         let mut line = format!("{what}: {count} of {trials} {does}");
-        if least <= most {
-            let _ = write!(line, ", ratios {least:.4} … {most:.4}");
+        if let Some([(least, of_least), (most, of_most)]) = extremes {
+            let _ = write!(
+                line,
+                ", ratios {least:.4} ({of_least}) … {most:.4} ({of_most})"
+            );
         }
         line + "\n"
     };
     let slower = format!("{:.0} % slower", 100.0 * SLOWED);
-    line("the same program", test.same, "pass", test.same_ratios)
-        + &line(&slower, test.slowed, "fail", test.slowed_ratios)
+    line("the same program", test.same, "pass", &test.same_ratios)
+        + &line(&slower, test.slowed, "fail", &test.slowed_ratios)
 }
 
 fn number(measure: &str, value: Option<f64>) -> String {
