@@ -3,17 +3,11 @@
 //! A pass is [`PASS`] steps from the common state, the same work each time. The least time of a step is the mean over a pass
 //! of the least time that each of its steps took in any pass: none needs more than some tens of microseconds without a
 //! disturbance. The median is that of whole passes.
-//!
-//! A pause of [`PAUSE`] of its time follows each step, which only the slowed program counts. In the pause the stores of the step
-//! drain: steps of `cg` are 5 % faster after one, and a program that alone paused would be 4 % slower, not 10 %.
 
 use super::start::{PASS, Start};
 use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
-
-/// Pause after a step over its time.
-const PAUSE: f64 = 0.1;
 
 /// Fewest passes.
 const PASSES: usize = 30;
@@ -45,18 +39,17 @@ fn nanoseconds(since: Instant) -> f64 {
     since.elapsed().as_nanos() as f64
 }
 
-/// A step. Its time \[ns], of a slowed one with the spin that makes it longer by the part `slowed`, read from the clock and so
-/// some tens of nanoseconds more.
+/// A step. Its time \[ns], which a spin makes longer by the part `slowed` of it, read from the clock and so some tens of
+/// nanoseconds more.
 pub(super) fn step(stepper: &mut Stepper, slowed: f64) -> Result<f64, StepError> {
     let clock = Instant::now();
     stepper.step()?;
-    let spent = nanoseconds(clock);
-    let end = spent * (1.0 + slowed.max(PAUSE));
-    let mut spun = spent;
-    while spun < end {
-        spun = nanoseconds(clock);
+    let mut spent = nanoseconds(clock);
+    let end = spent * (1.0 + slowed);
+    while spent < end {
+        spent = nanoseconds(clock);
     }
-    Ok(if slowed > 0.0 { spun } else { spent })
+    Ok(spent)
 }
 
 /// A pass, from the common state; `least` takes the least times of its steps, slowed as [`step`] has it. Mean time of a
