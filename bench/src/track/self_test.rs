@@ -27,7 +27,7 @@ pub struct SelfTest {
 }
 
 /// A ratio, and `scene/backend measure` that it is of.
-pub type Extreme = (f64, String);
+pub(super) type Extreme = (f64, String);
 
 impl SelfTest {
     /// True if every comparison came out right.
