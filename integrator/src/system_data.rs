@@ -287,6 +287,12 @@ impl SystemData {
         }
     }
 
+    /// Largest size of c − J v.
+    pub(crate) fn largest_rate(&self) -> f64 {
+        let sizes = self.rate.iter().map(|rate| rate.abs());
+        sizes.fold(0.0, f64::max)
+    }
+
     /// Largest distance of a gap from its prediction, over the length that turns; that of a slack cable is what it ends taut by.
     /// NaN where a gap is.
     pub(crate) fn disagreement(&self) -> f64 {

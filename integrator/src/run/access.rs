@@ -319,20 +319,18 @@ impl Stepper {
             return Err(missing("constraint", constraint, scene.constraints.len()));
         }
         let what = || format!("constraint `{}`", scene.constraint_names[constraint]);
-        match &scene.constraints[constraint] {
-            Constraint::Fairlead(_) => {}
-            Constraint::MasslessCable(cable) if cable.winch.is_some() => {}
-            Constraint::MasslessCable(_) => {
-                return Err(refused(what(), "is a cable without a winch"));
-            }
+        let own = match &scene.constraints[constraint] {
+            Constraint::Fairlead(lead) => lead.winch,
+            Constraint::MasslessCable(cable) => match cable.winch {
+                Some(winch) => winch,
+                None => return Err(refused(what(), "is a cable without a winch")),
+            },
             _ => return Err(refused(what(), "is no cable with a winch")),
-        }
-        winch.validate(what)?;
-        let drive = Drive {
-            constraint,
-            gain: 1.0,
         };
-        self.step.catch_up_at_jump(drive, winch.speed)?;
+        winch.validate(what)?;
+        // A braked drum stands still.
+        let [before, after] = [own, winch].map(|w| if w.brake { 0.0 } else { w.speed });
+        self.step.catch_up_at_jump(constraint, after - before)?;
         let (scene, time) = (&mut self.step.scene, self.step.time);
         scene.cut_at_winch(constraint, time, 0.0);
         let (own, length) = match &mut scene.constraints[constraint] {
@@ -367,14 +365,30 @@ impl Stepper {
     pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         self.channel(control, value)?;
         for k in 0..self.step.scene.controls[control].drives.len() {
-            let drive = self.step.scene.controls[control].drives[k];
-            self.step.catch_up_at_jump(drive, value)?;
+            self.before_jump(self.step.scene.controls[control].drives[k], value)?;
         }
         self.step.scene.set_control(control, value, self.step.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
         self.step.system_data.rescale(&self.step.scene);
         self.step.progress.stage.unsolve();
         Ok(())
+    }
+
+    /// Before a drive of a control gets this value; a braked drum stands still with any.
+    fn before_jump(&mut self, drive: Drive, value: f64) -> Result<(), StepError> {
+        let scene = &self.step.scene;
+        let is_braked = match &scene.constraints[drive.constraint] {
+            Constraint::Fairlead(lead) => lead.winch.brake,
+            Constraint::MasslessCable(cable) => cable.winch.is_some_and(|winch| winch.brake),
+            _ => false,
+        };
+        match scene.drive_value(&drive) {
+            Some(before) if !is_braked => {
+                let faster = (value - before) * drive.gain;
+                self.step.catch_up_at_jump(drive.constraint, faster)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// A control that takes this value.
@@ -400,7 +414,7 @@ impl Stepper {
         let Some(&driven) = drives.get(drive) else {
             return Err(missing("drive", drive, drives.len()));
         };
-        self.step.catch_up_at_jump(driven, value)?;
+        self.before_jump(driven, value)?;
         self.step.scene.set_drive(driven, value, self.step.time);
         self.changed(true);
         Ok(())

@@ -40,7 +40,7 @@ use crate::system_data::SystemData;
 use crate::{Guard, StepError};
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
-use taut_model::{Constraint, Drive};
+use taut_model::Constraint;
 
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
@@ -396,21 +396,23 @@ impl Step {
         Ok(())
     }
 
-    /// Before a drive gets another speed. Where it jumps by more than gravity's speed in a step, what rides on it leaves with the
-    /// velocity of now; so does what hangs on a massless rope that pays out faster.
+    /// Before a motor or a winch becomes `faster` by a jump (m/s, rad/s). Where that is more than gravity's speed in a step, what
+    /// rides on it leaves with the velocity of now; so does what hangs on a massless rope that is paid out.
     ///
     /// # Errors
     /// Those of a solve.
-    pub(crate) fn catch_up_at_jump(&mut self, drive: Drive, value: f64) -> Result<(), StepError> {
-        let before = self.scene.drive_value(&drive);
-        let faster = before.map_or(0.0, |before| (value - before) * drive.gain);
+    pub(crate) fn catch_up_at_jump(
+        &mut self,
+        constraint: usize,
+        faster: f64,
+    ) -> Result<(), StepError> {
         let least = self.scene.gravity.norm() * self.substep();
         // Contacts as a restored run knows them.
         let rides = !self.contacts.known().0.is_empty();
-        let hangs = match &self.scene.constraints[drive.constraint] {
-            Constraint::MasslessCable(cable) => cable.winch.is_some_and(|winch| !winch.brake),
-            _ => false,
-        };
+        let hangs = matches!(
+            self.scene.constraints[constraint],
+            Constraint::MasslessCable(_)
+        );
         let jumps = rides && faster.abs() > least || hangs && least > 0.0 && faster > least;
         // Slip goes on from the step before.
         if jumps && self.slip.is_empty() {

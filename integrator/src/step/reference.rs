@@ -127,11 +127,7 @@ impl Step {
         slip.take_out(&mut self.system_data);
         slip.begin();
         let mut mu = stuck.clone();
-        let speed = self
-            .system_data
-            .rate
-            .iter()
-            .fold(0.0, |m: f64, r| m.max(r.abs()));
+        let speed = self.system_data.largest_rate();
         for pass in 0.. {
             while let Some((i, column)) = slip.wanted(bounded) {
                 let response = self.solve_extended(Some(column))?;

@@ -67,11 +67,7 @@ impl Step {
 
     /// Searches a pattern of sticking and slipping; false if none was found.
     fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
-        let speed = self
-            .system_data
-            .rate
-            .iter()
-            .fold(0.0, |m: f64, r| m.max(r.abs()));
+        let speed = self.system_data.largest_rate();
         for pass in 0.. {
             while let Some((i, _)) = self.slip.wanted(&self.active_set) {
                 self.respond(i)?;

@@ -159,8 +159,13 @@ fn what_hangs_on_a_rope_that_pays_out_falls_from_rest() {
             speed: 1.0,
             ..Winch::new()
         };
-        for what in ["control", "drive", "winch"] {
-            let mut stepper = Stepper::new(scene.clone(), options.clone()).unwrap();
+        for what in ["control", "drive", "winch", "brake"] {
+            let mut scene = scene.clone();
+            if let Constraint::MasslessCable(cable) = &mut scene.constraints[rope] {
+                let brake = what == "brake";
+                cable.winch = cable.winch.map(|winch| Winch { brake, ..winch });
+            }
+            let mut stepper = Stepper::new(scene, options.clone()).unwrap();
             let start = stepper.scene().bodies.position[0].z;
             stepper.step().unwrap();
             let set = match what {
