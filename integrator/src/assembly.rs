@@ -1,6 +1,6 @@
 //! The joints' part of S = J M̃⁻¹ Jᵀ + Σ, a block in each lane.
 //!
-//! With Q = [ [r]×; gᵀ ] for a side's lever arm and gradients, a joint's block on a body is ∓[I 0; 0 0] beside ±Q, and
+//! J is that of (26), `model/src/constraint/gap.rs`, of which this writes out the product of a pair. With Q = [ [r]×; gᵀ ] for a side's lever arm and gradients, a joint's block on a body is ∓[I 0; 0 0] beside ±Q, and
 //! with w = 1/m and A the inverse of the angular part of M̃
 //!
 //! ```text

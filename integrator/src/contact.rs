@@ -1,7 +1,7 @@
 //! Contacts with dry friction, condensed onto the factor of the joints \[SL §V-D, §VII-D].
 //!
 //! A contact has three rows H of the relative velocity where two shapes meet: along the normal n, from shape 1 to shape 0,
-//! and along two directions across it. Its impulse p, in the same axes, joins Δt f:
+//! and along two directions across it: rows of a joint's J at the point, [`row_along`]. Its impulse p, in the same axes, joins Δt f:
 //!
 //! ```text
 //! M̃ Δv = Δt f + Jᵀ μ + Hᵀ p,      J Δv + Σ μ = c − J v,      u = H (v + Δv) + b + σ p
@@ -57,6 +57,7 @@ use crate::system_data::SystemData;
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
 use taut_model::collide::Surface;
+use taut_model::constraint::row_along;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -201,9 +202,7 @@ impl Touch {
     pub(crate) fn row(&self, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
         self.carriers().iter().map(move |carrier| {
             let axis = self.axes[k] * carrier.part;
-            let turn = carrier.lever.cross(&axis);
-            let row = [axis.x, axis.y, axis.z, turn.x, turn.y, turn.z];
-            (carrier.body, row)
+            (carrier.body, row_along(&axis, &carrier.lever))
         })
     }
 

@@ -137,6 +137,7 @@ mod motion;
 mod options;
 mod regularization;
 mod report;
+mod response;
 mod run;
 #[cfg(feature = "serde")]
 mod serde_forms;

@@ -13,6 +13,7 @@
 //! Runs repeat it and do what happens between steps; no code here names them.
 
 pub(crate) mod choice;
+mod condensed;
 pub(crate) mod contact_solve;
 mod divided;
 pub(crate) mod forces;

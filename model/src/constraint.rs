@@ -30,6 +30,7 @@ pub(crate) use cosserat::{BendTwist, bends_little};
 pub use distance::Distance;
 pub(crate) use fairlead::of_length;
 pub use fairlead::{Fairlead, LEAST};
+pub use gap::row_along;
 pub use hinge::Hinge;
 pub use link_bend::{BendDefinition, LinkBend};
 pub use loads::{Loads, Wrench};

@@ -10,16 +10,14 @@ use super::groups::Groups;
 use super::sweeps::Split;
 use super::through::{Columns, Through};
 use super::{CARRIERS, ContactBody, FLOOR, Touch};
-use crate::Form;
-use crate::assembly_map::AssemblyMap;
 use crate::effort::Effort;
-use crate::slip::Slip;
+use crate::response::Factor;
 use crate::system_data::SystemData;
 use std::ops::Range;
 use taut_model::linearized::dot;
 use taut_model::{Linearized, Scene};
 use taut_solver::coulomb::{ConeMethod, ConeReport, ConeSolver, Contacts as Problem};
-use taut_solver::{LinearSolver, SolveError, SolveReport, SymBlockMatrix};
+use taut_solver::{SolveError, SolveReport};
 
 /// Multiplications that a dense problem is worth: some tenths of a second. Of 893 hard problems of a pile at a mass ratio of
 /// 10⁵ they leave 23 unsolved, and ten times as many 19.
@@ -37,65 +35,6 @@ const HELD: f64 = 1e-10;
 
 /// Least regularisation over W without joints, where these leave none.
 const LEAST: f64 = 1e-13;
-
-/// The factor of the joints' system, for right-hand sides of rows.
-pub(crate) struct Factor<'a> {
-    pub(crate) solver: &'a mut dyn LinearSolver,
-    pub(crate) matrix: &'a SymBlockMatrix,
-    pub(crate) assembly_map: &'a AssemblyMap,
-    pub(crate) form: Form,
-    pub(crate) rows: &'a Linearized,
-    /// The sheaves that the response goes over: those that slip hold the ratio of their tensions, not their lengths.
-    pub(crate) slip: Option<&'a mut Slip>,
-    /// Right-hand sides and solutions.
-    pub(crate) system: &'a mut [Vec<f64>; 2],
-    /// Work that the step has spent on contacts, its limit, and the flag that stops the step.
-    pub(crate) effort: &'a mut Effort,
-}
-
-impl Factor<'_> {
-    /// μ of S μ = b for each of these vectors of rows, in place.
-    pub(crate) fn respond(&mut self, vectors: &mut [f64]) -> Result<SolveReport, SolveError> {
-        let rows = self.rows;
-        let (dim, count) = (self.matrix.dim(), vectors.len() / rows.rows().max(1));
-        let [b, x] = &mut *self.system;
-        for s in [&mut *b, &mut *x] {
-            s.resize(dim * count, 0.0);
-        }
-        for (b, rhs) in b
-            .chunks_exact_mut(dim)
-            .zip(vectors.chunks_exact(rows.rows()))
-        {
-            self.assembly_map.gather(rows, None, rhs, 1.0, b);
-        }
-        if self.solver.takes_guess() {
-            x.fill(0.0);
-        }
-        let report = match count {
-            1 => self.solver.solve(self.matrix, b, x),
-            _ => self.solver.solve_many(self.matrix, b, x),
-        };
-        if let Ok(report) = &report {
-            let entries = self.matrix.values().len();
-            self.effort.spend_solves(count, report.iterations, entries);
-        }
-        let sign = match self.form {
-            Form::Schur => 1.0,
-            Form::Kkt => -1.0,
-        };
-        for (x, to) in x
-            .chunks_exact(dim)
-            .zip(vectors.chunks_exact_mut(rows.rows()))
-        {
-            self.assembly_map.scatter_multipliers(rows, x, sign, to);
-            if let Some(slip) = self.slip.as_mut().filter(|slip| slip.slips()) {
-                // Where no rates obey, the sheave sticks.
-                slip.obey(to);
-            }
-        }
-        report
-    }
-}
 
 /// A row of H on one body, times M̃⁻¹.
 type Moved = Option<(usize, [f64; 6])>;

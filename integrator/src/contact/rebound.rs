@@ -26,8 +26,9 @@
 //! are then held together, and the one that arrived still rebounds. Then the step's impulses go towards those of a step
 //! without restitution, which take energy away, until the gain is none.
 
-use super::operator::{Factor, Operator};
+use super::operator::Operator;
 use super::{Contacts, Touch};
+use crate::response::Factor;
 use crate::system_data::SystemData;
 use taut_model::Scene;
 use taut_solver::SolveError;

@@ -12,7 +12,8 @@
 
 use super::Touch;
 use super::groups::Island;
-use super::operator::{Factor, Operator};
+use super::operator::Operator;
+use crate::response::Factor;
 use taut_model::linearized::dot;
 use taut_solver::SolveError;
 use taut_solver::coulomb::{ConeMethod, ConeReport, violation};

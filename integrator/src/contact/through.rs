@@ -11,7 +11,8 @@
 
 use super::CARRIERS;
 use super::Touch;
-use super::operator::{Factor, Operator};
+use super::operator::Operator;
+use crate::response::Factor;
 use crate::system_data::SystemData;
 use taut_lanes::{Isa, Kernel, Level, dispatch};
 use taut_model::linearized::dot;

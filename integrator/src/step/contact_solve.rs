@@ -2,8 +2,8 @@
 
 use super::Step;
 use crate::contact::groups::LIMIT;
-use crate::contact::operator::Factor;
 use crate::contact::rebound::Budget;
+use crate::response::factor_of;
 use crate::system_data::SystemData;
 use crate::{Phase, StepError};
 use nalgebra::Vector3;
@@ -17,38 +17,12 @@ const PASSES: usize = 6;
 /// Largest violation of the contacts' conditions, over the size of their rates, that needs no further pass.
 const TOLERANCE: f64 = 1e-10;
 
-/// The factor of the joints' system of a stepper, of which nothing else is taken.
-macro_rules! factor_of {
-    ($stepper:expr, $slip:expr) => {
-        Factor {
-            solver: &mut *$stepper.system.solver,
-            matrix: &$stepper.system.matrix,
-            assembly_map: &$stepper.system.assembly_map,
-            form: $stepper.options.form,
-            rows: &$stepper.system_data.rows,
-            slip: $slip,
-            system: &mut $stepper.system.columns,
-            effort: &mut $stepper.effort,
-        }
-    };
-}
-
 impl Step {
     /// Finds the contacts of a step of `dt` from the present state.
     pub(crate) fn find_contacts(&mut self, dt: f64, of_scheme: bool) -> Result<(), StepError> {
         self.contacts.of_scheme = of_scheme;
         self.contacts.find(&self.scene, dt)?;
         Ok(())
-    }
-
-    /// μ of the factorised system, and the sheaves' slip.
-    #[inline(always)]
-    pub(crate) fn solve_rows(&mut self) -> Result<(), StepError> {
-        self.solve_assembled()?;
-        if self.slip.is_empty() {
-            return Ok(());
-        }
-        self.solve_slip()
     }
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.

@@ -2,7 +2,7 @@
 
 use super::Step;
 use crate::StepError;
-use crate::contact::operator::Factor;
+use crate::response::factor_of;
 
 impl Step {
     /// After a solve in which all sheaves stick: the solution with those that slip.
@@ -37,17 +37,7 @@ impl Step {
     /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
     fn respond(&mut self, i: usize) -> Result<(), StepError> {
         let mut response = std::mem::take(&mut self.slip.column);
-        let mut factor = Factor {
-            solver: &mut *self.system.solver,
-            matrix: &self.system.matrix,
-            assembly_map: &self.system.assembly_map,
-            form: self.options.form,
-            rows: &self.system_data.rows,
-            slip: None,
-            system: &mut self.system.columns,
-            effort: &mut self.effort,
-        };
-        let report = factor.respond(&mut response);
+        let report = factor_of!(self, None).respond(&mut response);
         self.slip.learn(i, &response);
         self.slip.column = response;
         let report = report.map_err(|e| self.culprit(e))?;

@@ -53,15 +53,14 @@ impl Step {
     /// with bounds keep them.
     pub(crate) fn solve_linearized(&mut self, dt: f64) -> Result<(), StepError> {
         self.active_set.begin();
-        self.contacts.keep(&self.system_data.inertia, false);
+        self.begin_condensed(false);
         loop {
             self.active_set.hold(&mut self.system_data, dt);
-            self.contacts.keep(&self.system_data.inertia, true);
+            self.begin_condensed(true);
             let solved = self.solve_once(dt);
             self.active_set.release(&mut self.system_data);
             solved?;
-            self.contacts.apply(&mut self.system_data.inertia, false);
-            self.slip.release(&mut self.system_data);
+            self.release_condensed();
             let presses = self.contacts.presses();
             let verdict =
                 self.active_set
@@ -70,12 +69,9 @@ impl Step {
             if verdict != Outcome::Changed {
                 break;
             }
-            self.slip.take_out(&mut self.system_data);
-            self.contacts.take_out(&mut self.system_data.inertia, false);
+            self.take_condensed_out();
         }
-        if !self.slip.is_empty() {
-            self.end_slip();
-        }
+        self.end_condensed();
         self.multipliers.mu_dt = dt;
         let tension = Multiply(
             1.0 / dt,
@@ -98,11 +94,7 @@ impl Step {
             .factorize(&self.system.matrix)
             .map_err(|e| self.culprit(e))?;
         self.tally.end(Phase::Factorize);
-        self.solve_rows()?;
-        if self.contacts.is_empty() {
-            return Ok(());
-        }
-        self.solve_contacts(dt)
+        self.solve_condensed(dt)
     }
 
     /// μ of the factorised system and its right-hand side.

@@ -12,6 +12,7 @@
 //!
 //! All of it is for one joint, or for one in each lane.
 
+use nalgebra::Vector3;
 use taut_lanes::Lanes;
 use taut_lanes::vector::{Vec3, add, combine, cross, dot, sub};
 
@@ -72,6 +73,20 @@ impl JointJacobian<f64> {
             angular(s),
         ]
     }
+}
+
+/// Row gᵀ J_a of a point along the direction g, \[g, r × g], with its lever r: of contacts, distances and ropes.
+#[must_use]
+#[inline(always)]
+pub fn row_along(g: &Vector3<f64>, lever: &Vector3<f64>) -> [f64; 6] {
+    joined(g, &lever.cross(g))
+}
+
+/// The numbers of both, one after the other.
+#[inline(always)]
+pub(super) fn joined(linear: &Vector3<f64>, angular: &Vector3<f64>) -> [f64; 6] {
+    let ([x, y, z], [p, q, s]) = ((*linear).into(), (*angular).into());
+    [x, y, z, p, q, s]
 }
 
 /// Velocity of the attachment point of one side, and the body's angular velocity.

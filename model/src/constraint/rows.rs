@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::gap;
-use super::gap::JointJacobian;
+use super::gap::{JointJacobian, joined, row_along};
 use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
@@ -126,7 +126,7 @@ impl<'a> Rows<'a> {
 
     /// One row of the gap of a force along `k` that acts on both sides at one point, with the levers `arms`.
     pub(super) fn along(&mut self, phi: f64, k: &Vector3<f64>, arms: [&Vector3<f64>; 2]) {
-        let [on_a, on_b] = arms.map(|arm| joined(k, &arm.cross(k)));
+        let [on_a, on_b] = arms.map(|arm| row_along(k, arm));
         self.push(phi, &on_a, &on_b.map(|j| -j));
     }
 
@@ -154,7 +154,7 @@ impl<'a> Rows<'a> {
             *to = *lever;
         }
         let at = 6 * (block * self.phi.len() + row);
-        self.write(at, &joined(g, &lever.cross(g)));
+        self.write(at, &row_along(g, lever));
     }
 
     /// The gradient of row `row` on the side of block number `block`: a force that acts at `lever` with what it turns.
@@ -177,10 +177,4 @@ impl<'a> Rows<'a> {
             out.copy_from_slice(numbers);
         }
     }
-}
-
-/// The numbers of both, one after the other.
-fn joined(linear: &Vector3<f64>, angular: &Vector3<f64>) -> [f64; 6] {
-    let ([x, y, z], [p, q, s]) = ((*linear).into(), (*angular).into());
-    [x, y, z, p, q, s]
 }
