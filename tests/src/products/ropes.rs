@@ -190,13 +190,16 @@ fn at_sheaves(m: &Moment) -> impl Iterator<Item = (f64, f64, f64, f64)> + '_ {
 }
 
 /// By how much e^(μθ) differs between sub-steps, over itself: a span turns by its end's way over its length.
-fn between(case: &Case, m: &Moment) -> f64 {
+fn between(case: &Case, n: usize) -> f64 {
+    let m = &case.run.steps[n];
     let friction = case.choices.rope.as_ref().and_then(|r| r.sheave);
     if case.choices.steps.substeps == 1 {
         return 0.0;
     }
-    let speeds = m.bodies.velocity.iter().map(Vector3::norm);
-    let fastest = speeds.fold(0.0, f64::max);
+    // What has come to rest at the end of the step moved in its first sub-step.
+    let ends = [case.before(n), &m.bodies];
+    let speeds = ends.iter().flat_map(|bodies| &bodies.velocity);
+    let fastest = speeds.map(Vector3::norm).fold(0.0, f64::max);
     let lengths = m.parts.iter().map(|part| part.length);
     let shortest = lengths.fold(f64::INFINITY, f64::min);
     friction.unwrap_or(0.0) * fastest / (RATE * shortest)
@@ -213,7 +216,7 @@ pub(super) fn cone_of_sheaves(case: &Case) -> Fault {
         at_sheaves(m)
             .zip(wheels)
             .find_map(|((before, after, slip, grip), last)| {
-                let grip = grip.max(last.grip) * (1.0 + 1e-6 + between(case, m));
+                let grip = grip.max(last.grip) * (1.0 + 1e-6 + between(case, n));
                 let beyond = before > grip * after + noise || after > grip * before + noise;
                 beyond.then(|| {
                     format!("{before:.6e} and {after:.6e} N, e^μθ = {grip}, slip {slip:e} m/s")
