@@ -287,7 +287,8 @@ impl Activation {
     /// whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within it take for v².
     ///
     /// `before` are the rates of the step before, `driven` the drives of both \[m/s], `landing` the speed of a row's load \[m/s],
-    /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg].
+    /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg]; `thrown` the same of rows that
+    /// slipped and whose load is thrown back in the step, which divide it whatever they do, 0 of all others.
     pub(crate) fn struck(
         &self,
         (system_data, bounded): (&SystemData, &ActiveSet),
@@ -295,6 +296,7 @@ impl Activation {
         (dt, least, goes_on): (f64, f64, bool),
         landing: impl Fn(usize) -> f64,
         loaded: impl Fn(usize) -> f64,
+        thrown: impl Fn(usize) -> f64,
     ) -> Option<f64> {
         let struck = |(k, place): (usize, RowState)| {
             let bound = system_data.rows.bounds[k];
@@ -310,10 +312,14 @@ impl Activation {
                 dt * (dt + damping) * response > least * least * compliance
             };
             let own = response(system_data, k);
+            let (is_rigid, omega) = (is_stiff(own, STIFF), dt * (own / compliance).sqrt());
+            let found = if is_rigid { 0.0 } else { omega };
+            if is_stiff(thrown(k), SOFT) {
+                return Some(found);
+            }
             if side == 0.0 || !passes && opens || !is_stiff(own, SOFT) {
                 return None;
             }
-            let (is_rigid, omega) = (is_stiff(own, STIFF), dt * (own / compliance).sqrt());
             let (after, before) = ((end - begin) / dt, before[r]);
             let rate = match passes {
                 true => after.abs().max(before.abs()),
@@ -327,7 +333,7 @@ impl Activation {
             let swings = drive <= least && (is_caught || lands || goes_on);
             let bar = if swings { SOFT } else { STIFF };
             let divides = (is_hit || drive > least) && is_stiff(loaded(k), bar);
-            divides.then_some(if is_rigid { 0.0 } else { omega })
+            divides.then_some(found)
         };
         let all = bounded.places().enumerate().filter_map(struck);
         all.reduce(f64::max)

@@ -133,6 +133,15 @@ impl Slip {
         self.sheaves.iter().any(|s| s.bounds.contains(&k))
     }
 
+    /// Returns true if bounded row `k` is a part of a cable beside a sheave that it slips over.
+    pub(crate) fn gives(&self, k: usize) -> bool {
+        let slips = |s: &&Sheave| s.motion != Motion::Sticks;
+        self.sheaves
+            .iter()
+            .filter(slips)
+            .any(|s| s.bounds.contains(&k))
+    }
+
     /// Number of sheaves over which a cable slips.
     pub(crate) fn count(&self) -> usize {
         self.sheaves.iter().filter(|s| s.rate != 0.0).count()

@@ -13,6 +13,7 @@ mod blows;
 mod momenta;
 mod passing;
 mod riding;
+mod thrown;
 
 const G: f64 = 9.81;
 

@@ -5,7 +5,11 @@
 //! that they had lost, and the error is of first order. Such a step is taken back and made of
 //! [`PARTS`] or more steps of the same scheme. The condition is a row, stiff in its eyes, that is caught,
 //! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
-//! in a step. Cables that slip over sheaves with friction divide no step: their parts share one length.
+//! in a step. Cables that slip over sheaves with friction are caught in whole steps: their parts share one length.
+//!
+//! What slips brakes up to the blow in which its load is thrown back, and is slack after it. A whole step has one force of a
+//! row: none, so that the load would arrive too fast by F Δt/m and keep that. Where a drum or a rope over a sheave slipped in the
+//! step before and its load is thrown back in this one, the step is divided too, with the Ω of a row that is caught.
 //!
 //! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
 //! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row swings
@@ -81,6 +85,8 @@ pub(crate) struct Division {
     /// Places of the bounded rows at the beginning of the step, and ∂φ/∂t of the step before.
     places: Vec<RowState>,
     phi_t: Vec<f64>,
+    /// Bounded rows that gave way at their limit of force, or to friction on a sheave, in the step before.
+    gave: Vec<bool>,
     /// True if the step before was divided or implicit.
     pub(crate) goes_on: bool,
     /// True if an elastic rope is caught, whose swing the parts resolve.
@@ -102,6 +108,7 @@ impl Division {
             left: 1,
             places: Vec::with_capacity(bounded),
             phi_t: Vec::with_capacity(bounded),
+            gave: Vec::with_capacity(bounded),
             goes_on: false,
             swings: false,
             from_start: false,
@@ -130,6 +137,19 @@ impl Step {
         division.phi_t.clear();
         let phi_t = bounds.iter().map(|b| self.history.phi_t[b.row]);
         division.phi_t.extend(phi_t);
+        let gives = |(k, place): (usize, RowState)| {
+            let side = bounds[k].side();
+            let at_limit = match place {
+                RowState::Inside => false,
+                RowState::Lower => side > 0.0,
+                RowState::Upper => side < 0.0,
+            };
+            at_limit || self.slip.gives(k)
+        };
+        division.gave.clear();
+        division
+            .gave
+            .extend(self.active_set.places().enumerate().map(gives));
     }
 
     /// Parts that the step just taken needs for this disagreement of its gaps with their prediction: 1 if it stands, `None` if it
@@ -205,16 +225,22 @@ impl Step {
             true => 0.0,
             false => self.loaded_response(k),
         };
+        let least = LEAST * slowest(&self.scene, dt);
+        let rebounds = lands && self.contacts.rebound_is_due();
+        let thrown = |k: usize| {
+            let gave = rebounds && self.guarded.division.gave[k] && !self.is_beside_made(k);
+            match gave && self.landing(k) > least {
+                true => self.loaded_response(k),
+                false => 0.0,
+            }
+        };
         self.activation.struck(
             (&self.system_data, &self.active_set),
             (&self.history.rate, driven),
-            (
-                dt,
-                LEAST * slowest(&self.scene, dt),
-                self.guarded.division.goes_on,
-            ),
+            (dt, least, self.guarded.division.goes_on),
             landing,
             loaded,
+            thrown,
         )
     }
 

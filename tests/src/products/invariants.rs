@@ -678,8 +678,8 @@ fn pushed(case: &Case) -> Fault {
     })
 }
 
-/// Order of convergence of a case in which nothing is sudden and no rope rings faster than the steps of the halvings or is
-/// slack: the binary logarithm of how many times less the second halving of the step changes than the first.
+/// Order of convergence of a case in which nothing is sudden and no rope rings faster than the steps of the halvings, relaxes
+/// within them or is slack: the binary logarithm of how many times less the second halving of the step changes than the first.
 #[must_use]
 pub fn order(case: &Case) -> Option<f64> {
     let steps = case.run.steps.len().checked_sub(1)?;
@@ -687,7 +687,8 @@ pub fn order(case: &Case) -> Option<f64> {
     let rope = case.choices.rope.as_ref();
     let finest = paired::coarsest(case) as f64;
     let rings = rope.is_some_and(|r| r.slack > 0.0 || r.segments.is_some())
-        || ringing(case) > (paired::RESOLVED * finest).powi(2);
+        || ringing(case) > (paired::RESOLVED * finest).powi(2)
+        || paired::relaxes(case);
     let touches = case.run.steps[0].report.contacts.touching > 0;
     let smooth = !shocked(case, steps) && !touches && !rings;
     (smooth && second > 1e-9).then(|| (first / second).log2())

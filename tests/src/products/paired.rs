@@ -171,11 +171,32 @@ fn end(choices: &Choices, finer: usize, moved: f64) -> Option<Vector3<f64>> {
 /// Ω Δt of a ringing that a step follows.
 pub(super) const RESOLVED: f64 = 0.125;
 
+/// λ Δt of a decay e^(−λ t) that a step of first order follows: halving the step divides the error by 1.7 or more.
+const CALM: f64 = 0.2;
+
+/// Times that the steps of the last halving are shorter than those of the first.
+const HALVED: usize = 16;
+
+/// Rate τ Ω² at which the damper of a rope without mass stops what is fast, times a step so many times as short.
+fn relaxation(case: &Case, finer: usize) -> f64 {
+    let damping = case.choices.rope.as_ref().map_or(0.0, |r| r.damping);
+    damping * RATE * ringing(case) / finer as f64
+}
+
+/// Returns true if what a damper stops takes some steps of the halvings and a part of others: an error that is of no order there.
+pub(super) fn relaxes(case: &Case) -> bool {
+    let first = relaxation(case, coarsest(case));
+    first > CALM && first < HALVED as f64
+}
+
 /// Times that the steps of the first of the halvings are shorter than the case's: a power of two, so that they follow the
-/// ringing of its ropes, if 32 suffices.
+/// ringing of its ropes, if 32 suffices, and what their dampers stop, if 64 does.
 pub(super) fn coarsest(case: &Case) -> usize {
     let shorter = |finer: &usize| (RESOLVED * *finer as f64).powi(2) >= ringing(case);
-    [1, 2, 4, 8, 16, 32].into_iter().find(shorter).unwrap_or(1)
+    let first = [1, 2, 4, 8, 16, 32].into_iter().find(shorter).unwrap_or(1);
+    let calm = |finer: &usize| *finer >= first && relaxation(case, *finer) <= CALM;
+    let calm = [1, 2, 4, 8, 16, 32, 64].into_iter().find(calm);
+    calm.unwrap_or(first)
 }
 
 /// Distances of the ends of runs with Δt, Δt/2 and Δt/4 \[m], Δt that of [`coarsest`], where no small change of the start
@@ -216,7 +237,7 @@ fn is_early(case: &Case, [first, second]: [f64; 2]) -> bool {
     };
     let third = (fine - finest).norm();
     let fourth_gains = |factor: f64| {
-        let fourth = end(16, 0.0).map(|x| (finest - x).norm());
+        let fourth = end(HALVED, 0.0).map(|x| (finest - x).norm());
         fourth.is_some_and(|fourth| third >= factor * fourth)
     };
     let nearer = match order(case) {

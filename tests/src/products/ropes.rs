@@ -26,6 +26,13 @@ fn mean_gap(phi: [f64; 4]) -> f64 {
     c + 0.5 * (d - 2.0 * c + b) - 0.1 * (d - 3.0 * c + 3.0 * b - a)
 }
 
+/// Stretch ε T by the last step's force \[m], which belongs to the beginning of the step: so does the compliance, that of as much
+/// rope as the part had then.
+fn stretched(history: [&Part; 4]) -> f64 {
+    let [_, _, begins, ends] = history;
+    begins.compliance * ends.tension
+}
+
 /// Farthest that a gap goes in the steps beside t: its rate at t is the mean of theirs, or that at
 /// the end of the first.
 fn way(phi: [f64; 4]) -> f64 {
@@ -80,16 +87,17 @@ pub(super) fn slack(case: &Case) -> Fault {
         }
         chains(m).into_iter().find_map(|chain| {
             let mut phi = [0.0; 4];
-            let mut parts = 0.0;
+            let (mut parts, mut law) = (0.0, 0.0);
             for part in &chain {
-                let own = history(case, n, part)?.map(|p| p.phi);
+                let history = history(case, n, part)?;
+                let own = history.map(|p| p.phi);
                 phi.iter_mut().zip(own).for_each(|(sum, phi)| *sum += phi);
                 parts += largest_mean(own);
+                law += stretched(history);
             }
             // Parts that a sheave holds apart cross their lengths one by one.
             let most = largest_mean(phi).max(parts);
             let way = way(phi);
-            let law: f64 = chain.iter().map(|part| part.compliance * part.tension).sum();
             let is_rigid = chain.iter().all(|part| part.compliance == 0.0);
             let turning = chain.iter().map(|part| turning(case, n, part) * (1.0 + part.damping * RATE));
             let turning: f64 = turning.sum();
@@ -142,7 +150,7 @@ pub(super) fn stretch(case: &Case) -> Fault {
             }
             let phi = history.map(|p| p.phi);
             let [least, most] = [f64::min, f64::max].map(|f| phi.into_iter().reduce(f).unwrap_or(0.0));
-            let law = part.compliance * part.tension;
+            let law = stretched(history);
             let found = mean_gap(phi) + part.damping * (phi[3] - phi[2]) * RATE;
             // A swing in parts goes beyond the gaps at the ends of its steps.
             let parts = if m.report.divided > 0 { 2.0 } else { 1.0 };
@@ -182,13 +190,16 @@ fn at_sheaves(m: &Moment) -> impl Iterator<Item = (f64, f64, f64, f64)> + '_ {
 }
 
 /// By how much e^(μθ) differs between sub-steps, over itself: a span turns by its end's way over its length.
-fn between(case: &Case, m: &Moment) -> f64 {
+fn between(case: &Case, n: usize) -> f64 {
+    let m = &case.run.steps[n];
     let friction = case.choices.rope.as_ref().and_then(|r| r.sheave);
     if case.choices.steps.substeps == 1 {
         return 0.0;
     }
-    let speeds = m.bodies.velocity.iter().map(Vector3::norm);
-    let fastest = speeds.fold(0.0, f64::max);
+    // What has come to rest at the end of the step moved in its first sub-step.
+    let ends = [case.before(n), &m.bodies];
+    let speeds = ends.iter().flat_map(|bodies| &bodies.velocity);
+    let fastest = speeds.map(Vector3::norm).fold(0.0, f64::max);
     let lengths = m.parts.iter().map(|part| part.length);
     let shortest = lengths.fold(f64::INFINITY, f64::min);
     friction.unwrap_or(0.0) * fastest / (RATE * shortest)
@@ -205,7 +216,7 @@ pub(super) fn cone_of_sheaves(case: &Case) -> Fault {
         at_sheaves(m)
             .zip(wheels)
             .find_map(|((before, after, slip, grip), last)| {
-                let grip = grip.max(last.grip) * (1.0 + 1e-6 + between(case, m));
+                let grip = grip.max(last.grip) * (1.0 + 1e-6 + between(case, n));
                 let beyond = before > grip * after + noise || after > grip * before + noise;
                 beyond.then(|| {
                     format!("{before:.6e} and {after:.6e} N, e^μθ = {grip}, slip {slip:e} m/s")
