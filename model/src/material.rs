@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::constraint::{JointLaw, RowLaw};
+use crate::error::SceneError;
 
 /// An isotropic elastic material.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +48,15 @@ impl Material {
             "rubber" => Some(Self::RUBBER),
             _ => None,
         }
+    }
+
+    /// As [`Material::named`], with an error that lists the names.
+    pub(crate) fn find(name: &str) -> Result<Self, SceneError> {
+        Self::named(name).ok_or_else(|| SceneError::UnknownName {
+            what: "material",
+            name: name.to_owned(),
+            known: Self::NAMES.map(str::to_owned).to_vec(),
+        })
     }
 
     /// Radius of a solid round cable with axial stiffness `ea` (N) \[m].

@@ -1,7 +1,7 @@
 //! The explicit text of a scene that is already built.
 //!
 //! Every number is written as it is, and what a text leaves out is left out only where the default has the same bits.
-//! The structs are taken apart field by field, so that a new field cannot be forgotten here.
+//! The text is built again and compared, so that nothing can be forgotten here.
 
 use std::collections::HashMap;
 
@@ -17,10 +17,7 @@ use super::motion::MotionEntry;
 use super::motor::{MotorEntry, WinchEntry, unless};
 use super::points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 use crate::body::{Body, Mobility};
-use crate::constraint::{
-    Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable, Paper, RowLaw,
-    Sheave, Slider, Spherical, TwistDefinition,
-};
+use crate::constraint::{Constraint, MasslessCable, Paper, Sheave, TwistDefinition};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
 use crate::scene::{CableParts, Capstan, Scene};
@@ -129,139 +126,83 @@ impl SceneText {
 
     /// Appends a constraint to the list that it belongs to.
     fn push(&mut self, scene: &Scene, name: &str, constraint: &Constraint, group: u32) {
-        let joint = |kind, frames| between(scene, name, kind, frames, group);
         match constraint {
-            Constraint::Spherical(Spherical { frames, stretch }) => {
-                let mut entry = joint(Kind::Spherical, frames);
-                entry.stretch = Some(stretch.compliance);
-                entry.damping = stretch.damping;
-                self.joint.push(entry);
-            }
-            Constraint::Cosserat(Cosserat {
-                frames,
-                law,
-                twist_reference,
-            }) => {
-                let mut entry = joint(Kind::Cosserat, frames);
-                entry.set_law(law);
-                entry.twist_reference = unless(*twist_reference, 0.0);
-                self.joint.push(entry);
-            }
-            Constraint::Paper(Paper {
-                frames,
-                law,
-                twist_definition,
-                safeguard,
-                twist_reference,
-            }) => {
-                let mut entry = joint(Kind::Paper, frames);
-                entry.set_law(law);
-                let ordinary = *twist_definition == TwistDefinition::default();
-                entry.twist_definition = (!ordinary).then_some(*twist_definition);
-                entry.safeguard = unless(*safeguard, Paper::SAFEGUARD);
-                entry.twist_reference = unless(*twist_reference, 0.0);
-                self.joint.push(entry);
-            }
-            Constraint::Lock(Lock {
-                frames,
-                linear,
-                angular,
-            }) => {
-                let mut entry = joint(Kind::Lock, frames);
-                entry.stretch = Some(linear.compliance);
-                entry.rotation = Some(angular.compliance);
-                entry.damping = linear.damping;
-                entry.rotation_damping = unless(angular.damping, linear.damping);
-                self.joint.push(entry);
-            }
-            Constraint::Distance(Distance {
-                frames,
-                length,
-                law,
-                transverse,
-            }) => {
-                let mut entry = joint(Kind::Distance, frames);
-                entry.length = Some(*length);
-                entry.stretch = Some(law.compliance);
-                entry.damping = law.damping;
-                entry.transverse = transverse.then_some(true);
-                self.joint.push(entry);
-            }
-            Constraint::Hinge(hinge) => {
-                let mut entry = joint(Kind::Hinge, &hinge.frames);
-                entry.set_hinge(hinge);
-                self.joint.push(entry);
-            }
-            Constraint::Slider(slider) => {
-                let mut entry = joint(Kind::Slider, &slider.frames);
-                entry.set_slider(slider);
-                self.joint.push(entry);
-            }
             Constraint::MasslessCable(cable) => {
                 let entry = MasslessCableEntry::of(scene, name, cable, group);
                 self.massless_cable.push(entry);
             }
-            Constraint::Fairlead(_) => {}
-            Constraint::LinkBend(LinkBend {
-                frames,
-                law,
-                definition,
-            }) => self.bend.push(BendEntry {
+            Constraint::LinkBend(bend) => self.bend.push(BendEntry {
                 name: name.to_owned(),
-                through: points(scene, frames),
-                definition: *definition,
-                bend: law.compliance,
-                damping: law.damping,
+                through: points(scene, &bend.frames),
+                definition: bend.definition,
+                bend: bend.law.compliance,
+                damping: bend.law.damping,
                 group: Some(group),
             }),
+            joint => self.joint.extend(JointEntry::of(scene, name, joint, group)),
         }
     }
 }
 
 impl JointEntry {
-    fn set_law(&mut self, law: &JointLaw) {
-        let JointLaw {
-            stretch,
-            bend,
-            twist,
-        } = law;
-        let first = [stretch, bend, twist].into_iter().find_map(|law| *law);
-        self.damping = first.map_or(0.0, |law| law.damping);
-        let compliance = |law: &Option<RowLaw>| law.map(|law| law.compliance);
-        let damping = |law: &Option<RowLaw>| law.and_then(|l| unless(l.damping, self.damping));
-        (self.stretch, self.stretch_damping) = (compliance(stretch), damping(stretch));
-        (self.bend, self.bend_damping) = (compliance(bend), damping(bend));
-        (self.twist, self.twist_damping) = (compliance(twist), damping(twist));
-    }
-
-    fn set_hinge(&mut self, hinge: &Hinge) {
-        let Hinge {
-            frames: _,
-            stretch,
-            tilt,
-            motor,
-            angle_reference,
-        } = hinge;
-        self.stretch = Some(stretch.compliance);
-        self.bend = Some(tilt.compliance);
-        self.damping = stretch.damping;
-        self.bend_damping = unless(tilt.damping, stretch.damping);
-        self.motor = motor.as_ref().map(MotorEntry::of);
-        self.angle_reference = unless(*angle_reference, 0.0);
-    }
-
-    fn set_slider(&mut self, slider: &Slider) {
-        let Slider {
-            frames: _,
-            rotation,
-            across,
-            motor,
-        } = slider;
-        self.rotation = Some(rotation.compliance);
-        self.across = Some(across.compliance);
-        self.damping = rotation.damping;
-        self.across_damping = unless(across.damping, rotation.damping);
-        self.motor = motor.as_ref().map(MotorEntry::of);
+    /// The joint as it is written; `None` for what is no joint in a text.
+    fn of(scene: &Scene, name: &str, joint: &Constraint, group: u32) -> Option<Self> {
+        let mut own = Self::default();
+        own.kind = match joint {
+            Constraint::Spherical(_) => Kind::Spherical,
+            Constraint::Cosserat(_) => Kind::Cosserat,
+            Constraint::Paper(paper) => {
+                let ordinary = paper.twist_definition == TwistDefinition::default();
+                own.twist_definition = (!ordinary).then_some(paper.twist_definition);
+                own.safeguard = unless(paper.safeguard, Paper::SAFEGUARD);
+                Kind::Paper
+            }
+            Constraint::Lock(_) => Kind::Lock,
+            Constraint::Distance(link) => {
+                own.length = Some(link.length);
+                own.transverse = link.transverse.then_some(true);
+                Kind::Distance
+            }
+            Constraint::Hinge(hinge) => {
+                own.angle_reference = unless(hinge.angle_reference, 0.0);
+                Kind::Hinge
+            }
+            Constraint::Slider(_) => Kind::Slider,
+            _ => return None,
+        };
+        let twist = joint.cable_joint().map_or(0.0, |(_, twist)| twist);
+        own.twist_reference = unless(twist, 0.0);
+        own.motor = joint.motor().map(MotorEntry::of);
+        let mut first = None;
+        for (kind, _, law) in joint.parts() {
+            if let Some((compliance, damping)) = own.row_mut(kind) {
+                *compliance = Some(law.compliance);
+                let of_all = *first.get_or_insert(law.damping);
+                *damping = unless(law.damping, of_all);
+            }
+        }
+        own.damping = first.unwrap_or(0.0);
+        let [a, b] = [&joint.frames()[0], &joint.frames()[1]];
+        let axes = |frame: &Frame| {
+            let turn = match frame.side {
+                Side::World(_) => Matrix3::identity(),
+                Side::Body(i) => scene.bodies.rotation(i),
+            };
+            let default = same_bits(&(turn.transpose() * hanging_axes()), &frame.axes);
+            (!default).then(|| frame.axes.into())
+        };
+        Some(Self {
+            name: name.to_owned(),
+            a: side(scene, a).0,
+            b: side(scene, b).0,
+            point_a: Some(a.point.into()),
+            point_b: Some(b.point.into()),
+            axes_a: axes(a),
+            axes_b: axes(b),
+            group: Some(group),
+            motion: side(scene, a).1.or(side(scene, b).1),
+            ..own
+        })
     }
 }
 
@@ -305,32 +246,6 @@ fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
     a.iter()
         .zip(b.iter())
         .all(|(a, b)| a.to_bits() == b.to_bits())
-}
-
-/// A joint of that kind without rows.
-fn between(scene: &Scene, name: &str, kind: Kind, frames: &[Frame; 2], group: u32) -> JointEntry {
-    let axes = |frame: &Frame| {
-        let turn = match frame.side {
-            Side::World(_) => Matrix3::identity(),
-            Side::Body(i) => scene.bodies.rotation(i),
-        };
-        let default = same_bits(&(turn.transpose() * hanging_axes()), &frame.axes);
-        (!default).then(|| frame.axes.into())
-    };
-    let [a, b] = frames;
-    JointEntry {
-        name: name.to_owned(),
-        kind,
-        a: side(scene, a).0,
-        b: side(scene, b).0,
-        point_a: Some(a.point.into()),
-        point_b: Some(b.point.into()),
-        axes_a: axes(a),
-        axes_b: axes(b),
-        group: Some(group),
-        motion: side(scene, a).1.or(side(scene, b).1),
-        ..JointEntry::default()
-    }
 }
 
 /// The name of what holds a frame, and its motion.

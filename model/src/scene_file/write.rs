@@ -5,8 +5,9 @@ use std::fmt::Write;
 use toml::{Table, Value};
 
 use super::keys::{self, Key};
-use super::{SceneSource, SceneText, one_line};
+use super::{SceneSource, SceneText, unwritten};
 use crate::error::SceneError;
+use crate::params::Parameters;
 
 /// Columns that comments are wrapped at.
 const WIDTH: usize = 110;
@@ -26,12 +27,12 @@ pub(super) const LISTS: [&str; 9] = [
 
 /// A scene's own parameters, in the table `name`, with every key: those that are not given are comments. Keys that the
 /// scene has no use for are left out, unless they have another value than by default, for the text to read back.
-pub(super) fn commented<P: Serialize + Default>(
+pub(super) fn commented<P: Parameters + Serialize + Default>(
     source: &SceneSource,
-    name: &str,
     parameters: &P,
 ) -> Result<String, SceneError> {
     let (default, table) = (table(&P::default())?, table(parameters)?);
+    let name = parameters.scene_name();
     let mut out = String::new();
     comment(&mut out, &keys::about(source));
     let _ = writeln!(out, "[{name}]");
@@ -100,11 +101,7 @@ fn ordered<'a>(table: &'a Table, known: &'a [Key]) -> impl Iterator<Item = (&'a 
 }
 
 fn table(value: &impl Serialize) -> Result<Table, SceneError> {
-    Table::try_from(value).map_err(|e| SceneError::Toml {
-        line: None,
-        column: None,
-        message: one_line(&e.to_string()),
-    })
+    Table::try_from(value).map_err(|e| unwritten(&e))
 }
 
 fn line(out: &mut String, key: &str, value: &Value) {
