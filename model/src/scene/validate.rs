@@ -164,21 +164,14 @@ impl Scene {
     }
 
     fn validate_lengths(&self) -> Result<(), SceneError> {
-        let b = &self.bodies;
-        let (n, m) = (b.len(), self.constraints.len());
-        for (what, got, expected) in [
-            ("bodies.mobility", b.mobility.len(), n),
-            ("bodies.orientation", b.orientation.len(), n),
-            ("bodies.velocity", b.velocity.len(), n),
-            ("bodies.angular_velocity", b.angular_velocity.len(), n),
-            ("bodies.mass", b.mass.len(), n),
-            ("bodies.inertia", b.inertia.len(), n),
-            ("bodies.force", b.force.len(), n),
-            ("bodies.torque", b.torque.len(), n),
+        let (n, m) = (self.bodies.len(), self.constraints.len());
+        let bodies = self.bodies.lengths().map(|(what, got)| (what, got, n));
+        let others = [
             ("body_names", self.body_names.len(), n),
             ("constraint_names", self.constraint_names.len(), m),
             ("groups", self.groups.len(), m),
-        ] {
+        ];
+        for (what, got, expected) in bodies.chain(others) {
             if got != expected {
                 return Err(SceneError::Length {
                     what,

@@ -342,32 +342,46 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
         return None;
     }
-    for (i, name) in scene.body_names.iter().enumerate() {
-        if built.bodies.get(i) != scene.bodies.get(i) {
-            return Some(format!("something of the body `{name}`"));
-        }
+    fn first<'a, T: PartialEq>(
+        kind: &str,
+        built: &[T],
+        own: &'a [T],
+        name: impl Fn(usize, &'a T) -> &'a str,
+    ) -> Option<String> {
+        let differs = built
+            .iter()
+            .zip(own)
+            .position(|(built, own)| built != own)?;
+        let name = name(differs, &own[differs]);
+        Some(format!("something of the {kind} `{name}`"))
     }
-    let mut controls = built.controls.iter().zip(&scene.controls);
-    if let Some((_, control)) = controls.find(|(built, control)| built != control) {
-        return Some(format!("something of the control `{}`", control.name));
-    }
-    let mut events = built.events.iter().zip(&scene.events);
-    if let Some((_, event)) = events.find(|(built, event)| built != event) {
-        return Some(format!("something of the event `{}`", event.name));
-    }
-    let mut colliders = built.colliders.iter().zip(&scene.colliders);
-    if let Some((_, collider)) = colliders.find(|(built, collider)| built != collider) {
-        return Some(format!("something of the collider `{}`", collider.name));
+    let bodies = |scene: &Scene| -> Vec<Body> {
+        (0..scene.bodies.len())
+            .map(|i| scene.bodies.get(i))
+            .collect()
+    };
+    let (names, own) = (&scene.body_names, bodies(scene));
+    let found = first("body", &bodies(built), &own, |i, _| &names[i])
+        .or_else(|| first("control", &built.controls, &scene.controls, |_, c| &c.name))
+        .or_else(|| first("event", &built.events, &scene.events, |_, e| &e.name))
+        .or_else(|| {
+            first("collider", &built.colliders, &scene.colliders, |_, c| {
+                &c.name
+            })
+        });
+    if found.is_some() {
+        return found;
     }
     let mut cables = scene.cables.iter();
     if let Some(cable) = cables.find(|cable| !built.cables.contains(cable)) {
         return Some(format!("something of the cable `{}`", cable.name));
     }
-    let pairs = built.constraints.iter().zip(&scene.constraints);
-    let mut named = scene.constraint_names.iter().zip(pairs);
-    let changed = named.find(|(_, (built, scene))| built != scene);
-    Some(changed.map_or_else(
-        || "something of the scene as a whole".to_owned(),
-        |(name, _)| format!("something of the constraint `{name}`"),
-    ))
+    let names = &scene.constraint_names;
+    let found = first(
+        "constraint",
+        &built.constraints,
+        &scene.constraints,
+        |i, _| &names[i],
+    );
+    found.or_else(|| Some("something of the scene as a whole".to_owned()))
 }
