@@ -304,6 +304,15 @@ impl Constraint {
         each_kind!(self, own => own.evaluate(bodies, t, rows));
     }
 
+    /// The massless cable that it is.
+    #[must_use]
+    pub fn massless_cable(&self) -> Option<&MasslessCable> {
+        match self {
+            Self::MasslessCable(cable) => Some(cable),
+            _ => None,
+        }
+    }
+
     /// The motor of the joint.
     #[must_use]
     pub fn motor(&self) -> Option<&Motor> {

@@ -361,7 +361,7 @@ impl Scene {
             ..Laid::default()
         };
         for part in self.parts_of(first) {
-            if let Constraint::MasslessCable(cable) = self.constraints.get(part)? {
+            if let Some(cable) = self.constraints.get(part)?.massless_cable() {
                 let own = cable.length_at(0.0);
                 laid.length += own;
                 laid.path += cable.path(&self.bodies, 0.0);
@@ -382,12 +382,10 @@ impl Scene {
             .collect()
     }
 
-    fn massless_cables(&self) -> impl Iterator<Item = (usize, &MasslessCable)> {
+    /// The massless cables with their numbers.
+    pub(crate) fn massless_cables(&self) -> impl Iterator<Item = (usize, &MasslessCable)> {
         let constraints = self.constraints.iter().enumerate();
-        constraints.filter_map(|(c, constraint)| match constraint {
-            Constraint::MasslessCable(cable) => Some((c, cable)),
-            _ => None,
-        })
+        constraints.filter_map(|(c, constraint)| Some((c, constraint.massless_cable()?)))
     }
 
     /// The note on the largest strain of a run, where it is one: `gaps` are the largest of each constraint in it \[m]. A

@@ -32,7 +32,7 @@ use taut_lanes::Lanes;
 use taut_lanes::functions::{atan, lane_by_lane, over_sine};
 use taut_lanes::vector::{Quaternion, Vec3, combine, scale_add};
 
-use super::facts::{Facts, Parts};
+use super::facts::{Facts, Parts, of_cable};
 use super::{JointLaw, Rows, unwrap_angle};
 use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
@@ -307,13 +307,7 @@ impl Facts for Cosserat {
         self.law.stretch.is_some()
     }
 
-    fn cable_joint(&self) -> Option<(&JointLaw, f64)> {
-        Some((&self.law, self.twist_reference))
-    }
-
-    fn cable_joint_mut(&mut self) -> Option<(&mut JointLaw, &mut f64)> {
-        Some((&mut self.law, &mut self.twist_reference))
-    }
+    of_cable!();
 
     fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));

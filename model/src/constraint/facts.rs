@@ -109,6 +109,34 @@ pub(crate) trait Facts: Sides {
     }
 }
 
+/// Facts of a joint with the field `motor`.
+macro_rules! driven {
+    () => {
+        fn motor(&self) -> Option<&Motor> {
+            self.motor.as_ref()
+        }
+
+        fn motor_mut(&mut self) -> Option<&mut Motor> {
+            self.motor.as_mut()
+        }
+    };
+}
+pub(super) use driven;
+
+/// Facts of a joint of cable, with the fields `law` and `twist_reference`.
+macro_rules! of_cable {
+    () => {
+        fn cable_joint(&self) -> Option<(&JointLaw, f64)> {
+            Some((&self.law, self.twist_reference))
+        }
+
+        fn cable_joint_mut(&mut self) -> Option<(&mut JointLaw, &mut f64)> {
+            Some((&mut self.law, &mut self.twist_reference))
+        }
+    };
+}
+pub(super) use of_cable;
+
 /// Way of a point of the world between two times \[m].
 pub(super) fn moved(frame: &Frame, [t, t_next]: [f64; 2]) -> Vector3<f64> {
     frame.displacement(t_next) - frame.displacement(t)

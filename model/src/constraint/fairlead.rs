@@ -18,7 +18,7 @@
 use nalgebra::Vector3;
 
 use super::cosserat::BendTwist;
-use super::facts::{Facts, Parts, any_moves, difference};
+use super::facts::{Facts, Parts, any_moves, difference, of_cable};
 use super::{JointLaw, RowKind, RowLaw, Rows, Winch, gap};
 use crate::body::Bodies;
 use crate::error::{SceneError, check};
@@ -142,13 +142,7 @@ impl Facts for Fairlead {
         Some((0, lower, f64::INFINITY))
     }
 
-    fn cable_joint(&self) -> Option<(&JointLaw, f64)> {
-        Some((&self.law, self.twist_reference))
-    }
-
-    fn cable_joint_mut(&mut self) -> Option<(&mut JointLaw, &mut f64)> {
-        Some((&mut self.law, &mut self.twist_reference))
-    }
+    of_cable!();
 
     fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));

@@ -7,7 +7,7 @@
 //! 5 rows, or 6. The axis is u of both frames. Singular where the axes point in opposite directions.
 
 use super::cosserat::{BendTwist, columns};
-use super::facts::{Facts, NO_ROWS, Parts};
+use super::facts::{Facts, NO_ROWS, Parts, driven};
 use super::{Motor, RowKind, RowLaw, Rows, Target};
 use crate::body::Bodies;
 use crate::frame::Frame;
@@ -85,13 +85,7 @@ impl Facts for Hinge {
         }
     }
 
-    fn motor(&self) -> Option<&Motor> {
-        self.motor.as_ref()
-    }
-
-    fn motor_mut(&mut self) -> Option<&mut Motor> {
-        self.motor.as_mut()
-    }
+    driven!();
 
     fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));

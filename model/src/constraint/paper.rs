@@ -15,7 +15,7 @@
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
-use super::facts::{Facts, Parts};
+use super::facts::{Facts, Parts, of_cable};
 use super::{JointLaw, Rows, unwrap_angle};
 use crate::body::Bodies;
 use crate::error::{SceneError, check};
@@ -128,13 +128,7 @@ impl Facts for Paper {
         self.law.stretch.is_some()
     }
 
-    fn cable_joint(&self) -> Option<(&JointLaw, f64)> {
-        Some((&self.law, self.twist_reference))
-    }
-
-    fn cable_joint_mut(&mut self) -> Option<(&mut JointLaw, &mut f64)> {
-        Some((&mut self.law, &mut self.twist_reference))
-    }
+    of_cable!();
 
     fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));

@@ -11,7 +11,7 @@
 //!
 //! 5 rows, or 6.
 
-use super::facts::{Facts, NO_ROWS, Parts, any_moves, difference};
+use super::facts::{Facts, NO_ROWS, Parts, any_moves, difference, driven};
 use super::{Motor, RowKind, RowLaw, Rows, Target, gap, lock};
 use crate::body::Bodies;
 use crate::frame::Frame;
@@ -89,13 +89,7 @@ impl Facts for Slider {
         }
     }
 
-    fn motor(&self) -> Option<&Motor> {
-        self.motor.as_ref()
-    }
-
-    fn motor_mut(&mut self) -> Option<&mut Motor> {
-        self.motor.as_mut()
-    }
+    driven!();
 }
 
 #[cfg(test)]
