@@ -131,6 +131,23 @@ impl<'a> Names<'a> {
         body.map(Side::Body).map_err(|error| Fault::new(key, error))
     }
 
+    /// What holds a point whose keys `body`, `point` and `motion` stand at `path`: a motion is for points of the world.
+    pub(super) fn holder(
+        &self,
+        of: &Entry<'_>,
+        path: &str,
+        (body, point): (&str, &[f64; 3]),
+        motion: Option<&MotionEntry>,
+    ) -> Result<Side, Fault> {
+        let at = |key: &str| format!("{path}.{key}");
+        of.finite(&at("point"), point)?;
+        let side = self.side(of, &at("body"), body, motion, &at("motion"))?;
+        if motion.is_some() && matches!(side, Side::Body(_)) {
+            return Err(of.conflict(&at("motion"), "moves points of the world: remove it"));
+        }
+        Ok(side)
+    }
+
     /// Number of the body called `name`, under `key` of the entry `of`.
     pub(super) fn body(&self, of: &Entry<'_>, key: &str, name: &str) -> Result<usize, Fault> {
         let body = self.find(format!("{} `{}`", of.list, of.name), name);

@@ -242,13 +242,8 @@ impl CableEntry {
 
 impl EndEntry {
     fn build(&self, of: &Entry<'_>, key: &str, names: &Names<'_>) -> Result<CableEnd, Fault> {
-        let at = |part: &str| format!("{key}.{part}");
-        of.finite(&at("point"), &self.point)?;
         let motion = self.motion.as_ref();
-        let side = names.side(of, &at("body"), &self.body, motion, &at("motion"))?;
-        if motion.is_some() && matches!(side, Side::Body(_)) {
-            return Err(of.conflict(&at("motion"), "moves points of the world: remove it"));
-        }
+        let side = names.holder(of, key, (&self.body, &self.point), motion)?;
         let point = Vector3::from(self.point);
         let frame = Frame {
             side,
@@ -260,7 +255,7 @@ impl EndEntry {
             (Hold::Free, Side::World(_)) if motion.is_none() => Ok(CableEnd::Free(point)),
             (Hold::Free, _) => {
                 let reason = "a free end is a point of the world without motion";
-                Err(of.conflict(&at("held"), reason))
+                Err(of.conflict(&format!("{key}.held"), reason))
             }
         }
     }

@@ -12,12 +12,12 @@ use super::collide::ColliderEntry;
 use super::control::ControlEntry;
 use super::entries::{BodyEntry, SceneText, written};
 use super::event::EventEntry;
-use super::joint::{JointEntry, Kind};
+use super::joint::JointEntry;
 use super::motion::MotionEntry;
-use super::motor::{MotorEntry, WinchEntry, unless};
+use super::motor::WinchEntry;
 use super::points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 use crate::body::{Body, Mobility};
-use crate::constraint::{Constraint, MasslessCable, Paper, Sheave, TwistDefinition};
+use crate::constraint::{Constraint, MasslessCable, Sheave};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
 use crate::scene::{CableParts, Capstan, Scene};
@@ -144,68 +144,6 @@ impl SceneText {
     }
 }
 
-impl JointEntry {
-    /// The joint as it is written; `None` for what is no joint in a text.
-    fn of(scene: &Scene, name: &str, joint: &Constraint, group: u32) -> Option<Self> {
-        let mut own = Self::default();
-        own.kind = match joint {
-            Constraint::Spherical(_) => Kind::Spherical,
-            Constraint::Cosserat(_) => Kind::Cosserat,
-            Constraint::Paper(paper) => {
-                let ordinary = paper.twist_definition == TwistDefinition::default();
-                own.twist_definition = (!ordinary).then_some(paper.twist_definition);
-                own.safeguard = unless(paper.safeguard, Paper::SAFEGUARD);
-                Kind::Paper
-            }
-            Constraint::Lock(_) => Kind::Lock,
-            Constraint::Distance(link) => {
-                own.length = Some(link.length);
-                own.transverse = link.transverse.then_some(true);
-                Kind::Distance
-            }
-            Constraint::Hinge(hinge) => {
-                own.angle_reference = unless(hinge.angle_reference, 0.0);
-                Kind::Hinge
-            }
-            Constraint::Slider(_) => Kind::Slider,
-            _ => return None,
-        };
-        let twist = joint.cable_joint().map_or(0.0, |(_, twist)| twist);
-        own.twist_reference = unless(twist, 0.0);
-        own.motor = joint.motor().map(MotorEntry::of);
-        let mut first = None;
-        for (kind, _, law) in joint.parts() {
-            if let Some((compliance, damping)) = own.row_mut(kind) {
-                *compliance = Some(law.compliance);
-                let of_all = *first.get_or_insert(law.damping);
-                *damping = unless(law.damping, of_all);
-            }
-        }
-        own.damping = first.unwrap_or(0.0);
-        let [a, b] = [&joint.frames()[0], &joint.frames()[1]];
-        let axes = |frame: &Frame| {
-            let turn = match frame.side {
-                Side::World(_) => Matrix3::identity(),
-                Side::Body(i) => scene.bodies.rotation(i),
-            };
-            let default = same_bits(&(turn.transpose() * hanging_axes()), &frame.axes);
-            (!default).then(|| frame.axes.into())
-        };
-        Some(Self {
-            name: name.to_owned(),
-            a: side(scene, a).0,
-            b: side(scene, b).0,
-            point_a: Some(a.point.into()),
-            point_b: Some(b.point.into()),
-            axes_a: axes(a),
-            axes_b: axes(b),
-            group: Some(group),
-            motion: side(scene, a).1.or(side(scene, b).1),
-            ..own
-        })
-    }
-}
-
 fn body(name: &str, body: &Body) -> BodyEntry {
     let Body {
         mobility,
@@ -242,14 +180,14 @@ fn body(name: &str, body: &Body) -> BodyEntry {
     }
 }
 
-fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
+pub(super) fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
     a.iter()
         .zip(b.iter())
         .all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
 /// The name of what holds a frame, and its motion.
-fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
+pub(super) fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
     match &frame.side {
         Side::World(motion) => (WORLD.to_owned(), MotionEntry::of(motion)),
         Side::Body(i) => (scene.body_names[*i].clone(), None),

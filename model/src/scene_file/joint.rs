@@ -4,9 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
+use super::from_scene::{same_bits, side};
 use super::keys::described;
 use super::motion::MotionEntry;
-use super::motor::MotorEntry;
+use super::motor::{MotorEntry, unless};
 use super::places::Fault;
 use crate::body::Bodies;
 use crate::constraint::{
@@ -15,6 +16,7 @@ use crate::constraint::{
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, axes_along, hanging_axes};
+use crate::scene::Scene;
 
 /// Kind of a joint in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -192,6 +194,66 @@ impl JointEntry {
                 law: law.stretch.ok_or_else(no_rows)?,
                 transverse: self.transverse.unwrap_or(false),
             }),
+        })
+    }
+
+    /// The joint as it is written; `None` for what is no joint in a text.
+    pub(super) fn of(scene: &Scene, name: &str, joint: &Constraint, group: u32) -> Option<Self> {
+        let mut own = Self::default();
+        own.kind = match joint {
+            Constraint::Spherical(_) => Kind::Spherical,
+            Constraint::Cosserat(_) => Kind::Cosserat,
+            Constraint::Paper(paper) => {
+                let ordinary = paper.twist_definition == TwistDefinition::default();
+                own.twist_definition = (!ordinary).then_some(paper.twist_definition);
+                own.safeguard = unless(paper.safeguard, Paper::SAFEGUARD);
+                Kind::Paper
+            }
+            Constraint::Lock(_) => Kind::Lock,
+            Constraint::Distance(link) => {
+                own.length = Some(link.length);
+                own.transverse = link.transverse.then_some(true);
+                Kind::Distance
+            }
+            Constraint::Hinge(hinge) => {
+                own.angle_reference = unless(hinge.angle_reference, 0.0);
+                Kind::Hinge
+            }
+            Constraint::Slider(_) => Kind::Slider,
+            _ => return None,
+        };
+        let twist = joint.cable_joint().map_or(0.0, |(_, twist)| twist);
+        own.twist_reference = unless(twist, 0.0);
+        own.motor = joint.motor().map(MotorEntry::of);
+        let mut first = None;
+        for (kind, _, law) in joint.parts() {
+            if let Some((compliance, damping)) = own.row_mut(kind) {
+                *compliance = Some(law.compliance);
+                let of_all = *first.get_or_insert(law.damping);
+                *damping = unless(law.damping, of_all);
+            }
+        }
+        own.damping = first.unwrap_or(0.0);
+        let [a, b] = [&joint.frames()[0], &joint.frames()[1]];
+        let axes = |frame: &Frame| {
+            let turn = match frame.side {
+                Side::World(_) => Matrix3::identity(),
+                Side::Body(i) => scene.bodies.rotation(i),
+            };
+            let default = same_bits(&(turn.transpose() * hanging_axes()), &frame.axes);
+            (!default).then(|| frame.axes.into())
+        };
+        Some(Self {
+            name: name.to_owned(),
+            a: side(scene, a).0,
+            b: side(scene, b).0,
+            point_a: Some(a.point.into()),
+            point_b: Some(b.point.into()),
+            axes_a: axes(a),
+            axes_b: axes(b),
+            group: Some(group),
+            motion: side(scene, a).1.or(side(scene, b).1),
+            ..own
         })
     }
 

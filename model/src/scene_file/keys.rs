@@ -3,7 +3,7 @@
 
 use super::{
     BendEntry, BodyEntry, CableEntry, ColliderEntry, ControlEntry, EventEntry, GroundEntry,
-    JointEntry, MasslessCableEntry, SceneSource, SceneText,
+    JointEntry, MasslessCableEntry, SceneSource,
 };
 use crate::named::each_source;
 use crate::params::Parameters;
@@ -79,22 +79,18 @@ pub(super) fn has_use(scene: &str, key: &Key) -> bool {
     named("Only in ").unwrap_or(true) && !named("Not in ").unwrap_or(false)
 }
 
-/// The keys of a list of an explicit scene, or of its top (`scene`).
-pub(super) fn of_list(list: &str) -> Vec<Key> {
-    of(match list {
-        "scene" => SceneText::KEYS,
-        "body" => BodyEntry::KEYS,
-        "joint" => JointEntry::KEYS,
-        "cable" => CableEntry::KEYS,
-        "event" => EventEntry::KEYS,
-        "control" => ControlEntry::KEYS,
-        "massless_cable" => MasslessCableEntry::KEYS,
-        "ground" => GroundEntry::KEYS,
-        "collider" => ColliderEntry::KEYS,
-        "bend" => BendEntry::KEYS,
-        _ => &[],
-    })
-}
+/// The lists of an explicit scene with their keys; those of constraints in the order in which they stand without `order`.
+pub(super) const LISTS: [(&str, Keys); 9] = [
+    ("body", BodyEntry::KEYS),
+    ("joint", JointEntry::KEYS),
+    ("cable", CableEntry::KEYS),
+    ("massless_cable", MasslessCableEntry::KEYS),
+    ("bend", BendEntry::KEYS),
+    ("ground", GroundEntry::KEYS),
+    ("collider", ColliderEntry::KEYS),
+    ("control", ControlEntry::KEYS),
+    ("event", EventEntry::KEYS),
+];
 
 /// An entry as it is read and written, with its keys and their meanings; no text holds the field after `;`. `with surface`
 /// adds the keys of the surface of a shape.

@@ -5,7 +5,7 @@
 
 use toml::de::{DeTable, DeValue};
 
-use super::{SceneSource, SceneText, fault_at, one_line, write};
+use super::{SceneSource, SceneText, fault_at, keys, one_line, write};
 use crate::error::SceneError;
 
 /// A fault with the paths of the keys that it may stand at, the likeliest first.
@@ -172,7 +172,10 @@ fn single(text: &str, at: Option<usize>) -> Option<String> {
         .filter(|(_, v)| v.get_ref().is_table());
     let (list, _) = tables.find(|(_, table)| at == Some(table.span().start))?;
     let list: &str = list.get_ref().as_ref();
-    write::LISTS.contains(&list).then(|| list.to_owned())
+    keys::LISTS
+        .iter()
+        .any(|(known, _)| *known == list)
+        .then(|| list.to_owned())
 }
 
 /// The key whose value holds the byte `at`.

@@ -305,13 +305,7 @@ fn through(
         .collect();
     let frames = frames?;
     let first = frames.first().and_then(Frame::body_index);
-    let shared = |point: &PointEntry| {
-        point
-            .sheave
-            .as_ref()
-            .is_some_and(|s| s.shared == Some(true))
-    };
-    if !points.iter().any(shared) && frames.iter().all(|f| f.body_index() == first) {
+    if !points.iter().any(PointEntry::is_shared) && frames.iter().all(|f| f.body_index() == first) {
         let reason = if first.is_none() {
             "ties the world to the world: put at least one point on a body"
         } else {
@@ -346,12 +340,7 @@ impl PointEntry {
         names: &Names<'_>,
     ) -> Result<Frame, Fault> {
         let key = |key: &str| format!("{path}.{key}");
-        let motion = self.motion.as_ref();
-        let side = names.side(of, &key("body"), &self.body, motion, &key("motion"))?;
-        if motion.is_some() && matches!(side, crate::frame::Side::Body(_)) {
-            return Err(of.conflict(&key("motion"), "moves points of the world: remove it"));
-        }
-        of.finite(&key("point"), &self.point)?;
+        let side = names.holder(of, path, (&self.body, &self.point), self.motion.as_ref())?;
         let axis = self.sheave.as_ref().and_then(|sheave| sheave.axis);
         let axes = match (axis, self.axes) {
             (None, None) if self.sheave.is_some() => {

@@ -4,26 +4,13 @@ use serde::Serialize;
 use std::fmt::Write;
 use toml::{Table, Value};
 
-use super::keys::{self, Key};
+use super::keys::{self, Described, Key};
 use super::{SceneSource, SceneText, unwritten};
 use crate::error::SceneError;
 use crate::params::Parameters;
 
 /// Columns that comments are wrapped at.
 const WIDTH: usize = 110;
-
-/// The lists of an explicit scene; those of constraints in the order in which they stand without `order`.
-pub(super) const LISTS: [&str; 9] = [
-    "body",
-    "joint",
-    "cable",
-    "massless_cable",
-    "bend",
-    "ground",
-    "collider",
-    "control",
-    "event",
-];
 
 /// A scene's own parameters, in the table `name`, with every key: those that are not given are comments. Keys that the
 /// scene has no use for are left out, unless they have another value than by default, for the text to read back.
@@ -62,19 +49,19 @@ pub(super) fn explicit_commented(scene: &SceneText) -> Result<String, SceneError
 
 fn explicit_text(scene: &SceneText, comments: bool) -> Result<String, SceneError> {
     let mut table = table(scene)?;
-    let lists = LISTS.map(|list| (list, table.remove(list)));
+    let lists = keys::LISTS.map(|(list, keys)| (list, keys, table.remove(list)));
     let mut out = String::new();
-    for (key, value) in ordered(&table, &keys::of_list("scene")) {
+    for (key, value) in ordered(&table, &keys::of(SceneText::KEYS)) {
         if comments {
             comment(&mut out, &key.meaning);
         }
         line(&mut out, &key.name, value);
     }
-    for (list, entries) in lists {
+    for (list, keys, entries) in lists {
         let Some(Value::Array(entries)) = entries else {
             continue;
         };
-        let known = keys::of_list(list);
+        let known = keys::of(keys);
         if comments && !entries.is_empty() {
             out.push('\n');
             for key in &known {
