@@ -149,9 +149,8 @@ impl GantryParams {
         self.check_ranges()?;
         let load_mass = self.mass_ratio * self.segment_mass;
         let load_edge = (load_mass / Material::STEEL.density).cbrt();
-        let radius = Material::STEEL.round_radius(self.ea);
-        let stiffness =
-            Stiffness::of_round(self.ea, radius, Material::STEEL.poisson, [self.ei, self.gj]);
+        let cable = Material::STEEL.round(self.ea, None, [self.ei, self.gj]);
+        let (radius, stiffness) = (cable.radius, cable.stiffness);
         let gantry = ResolvedGantry {
             segment_length: self.cable_length / self.segments as f64,
             radius,

@@ -14,11 +14,11 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::body::{Body, Mobility};
-use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
-use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
+use crate::cable::{Cable, CableEnd, Damping, JointKind, Segments};
+use crate::collide::{Collider, Shape, Surface};
 use crate::error::SceneError;
 use crate::frame::Frame;
-use crate::material::Stiffness;
+use crate::material::{Material, Stiffness};
 use crate::params::{finite, not_negative, params, representable, scenes};
 use crate::scene::Scene;
 
@@ -184,14 +184,8 @@ impl GroundedParams {
         // A cable that resists neither bending nor torsion has no such rows, and any stiffness will do.
         let ei = if stiff { self.ei } else { 1.0 };
         Cable {
-            name: name.to_owned(),
-            ends,
-            points: Vec::new(),
             segments: Segments::Equal(self.segments),
-            winch: None,
-            resolution: None,
             density: heavy * self.segment_mass * self.segments as f64 / self.length,
-            radius: self.radius,
             stiffness: Stiffness {
                 ea: self.ea,
                 ei,
@@ -205,11 +199,8 @@ impl GroundedParams {
             },
             bend: stiff,
             twist: stiff,
-            rest: Rest::Straight,
-            group: 0,
             collide: Some(self.surface()),
-            groups: DEFAULT_GROUP,
-            meets: u32::MAX,
+            ..Cable::round(name, &Material::STEEL, self.radius, ends)
         }
     }
 }

@@ -10,7 +10,7 @@ mod build;
 use crate::cable::{End, JointKind, MAX_SEGMENTS};
 use crate::constraint::TwistDefinition;
 use crate::error::{SceneError, check};
-use crate::material::{CrossSection, Material, Stiffness};
+use crate::material::{Material, Stiffness};
 use crate::params::{check_count, finite, not_negative, params, positive};
 
 /// Which joint is a group of its own, for block Gauss–Seidel over groups \[SL §VI-A]. All others are one group.
@@ -126,29 +126,24 @@ impl HoistParams {
         self.check_each()?;
         self.check_conflicts()?;
         let material = Material::find(self.material.as_deref().unwrap_or("steel"))?;
-        let solid = |radius| CrossSection::Circle { radius };
-        let ea = match (self.ea, self.radius) {
-            (Some(ea), _) => ea,
-            (None, Some(radius)) => material.young * solid(radius).area(),
-            (None, None) => 2e7,
-        };
-        let radius = self.radius.unwrap_or_else(|| material.round_radius(ea));
-        let stiffness = Stiffness::of_round(ea, radius, material.poisson, [self.ei, self.gj]);
+        let of_radius = self.radius.map(|radius| material.round_stiffness(radius));
+        let ea = self.ea.or(of_radius).unwrap_or(2e7);
+        let cable = material.round(ea, self.radius, [self.ei, self.gj]);
         let segment_length = self.length / self.segments as f64;
         let from_density = self.material.is_some() || self.radius.is_some();
         let segment_mass = match self.segment_mass {
             Some(mass) => mass,
-            None if from_density => material.density * solid(radius).area() * segment_length,
+            None if from_density => cable.density * segment_length,
             None => 1.0,
         };
         let hoist = Hoist {
             segments: self.segments,
             segment_length,
             segment_mass,
-            radius,
+            radius: cable.radius,
             load_mass: self.load_mass.unwrap_or(self.mass_ratio * segment_mass),
             top_mass: self.top_mass.unwrap_or(segment_mass),
-            stiffness,
+            stiffness: cable.stiffness,
         };
         hoist.check_representable()
     }
@@ -228,6 +223,7 @@ impl Hoist {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::CrossSection;
     use proptest::prelude::*;
     use std::f64::consts::PI;
 

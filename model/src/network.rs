@@ -126,9 +126,8 @@ impl NetworkParams {
             Network::Net => self.rows.max(self.columns) - 1,
             _ => self.segments,
         };
-        let radius = Material::STEEL.round_radius(self.ea);
-        let stiffness =
-            Stiffness::of_round(self.ea, radius, Material::STEEL.poisson, [self.ei, self.gj]);
+        let cable = Material::STEEL.round(self.ea, None, [self.ei, self.gj]);
+        let (radius, stiffness) = (cable.radius, cable.stiffness);
         let network = ResolvedNetwork {
             segment_length: self.length / parts as f64,
             radius,

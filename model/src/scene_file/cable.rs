@@ -13,7 +13,7 @@ use super::places::Fault;
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side};
-use crate::material::{CrossSection, Material, Stiffness};
+use crate::material::{Material, RoundCable};
 use crate::scene::resolution::Resolution;
 
 described! {
@@ -151,7 +151,7 @@ impl CableEntry {
     /// The cable between bodies that have their places.
     pub(super) fn build(&self, names: &Names<'_>, groups: &Groups) -> Result<Cable, Fault> {
         let of = Entry::new("cable", &self.name);
-        let (radius, stiffness, solid) = self.section(&of)?;
+        let round = self.section(&of)?;
         let from = self.from.build(&of, "from", names)?;
         let to = self.to.build(&of, "to", names)?;
         of.finite("points", self.points.as_flattened())?;
@@ -182,33 +182,29 @@ impl CableEntry {
             segments,
             winch: winch.transpose()?,
             resolution: resolution.transpose()?,
-            density: self.mass_per_length.unwrap_or(solid),
-            stiffness,
+            density: self.mass_per_length.unwrap_or(round.density),
+            stiffness: round.stiffness,
             damping,
             joint: self.joint,
             bend: self.bend.unwrap_or(true),
             twist: self.twist.unwrap_or(true),
             rest: self.rest,
-            ..Cable::round(&*self.name, &Material::STEEL, radius, [from, to])
+            ..Cable::round(&*self.name, &Material::STEEL, round.radius, [from, to])
         })
     }
 
-    /// Radius \[m], stiffness, and the mass per length of a solid cable \[kg/m].
-    fn section(&self, of: &Entry<'_>) -> Result<(f64, Stiffness, f64), Fault> {
+    /// Its radius and stiffness, and the mass per length of a solid cable.
+    fn section(&self, of: &Entry<'_>) -> Result<RoundCable, Fault> {
         let name = self.material.as_deref().unwrap_or("steel");
         let material = Material::find(name).map_err(|error| Fault::new("material", error))?;
         for (key, value, needs) in [("radius", self.radius, "> 0 m"), ("ea", self.ea, "> 0 N")] {
             let value = value.unwrap_or(1.0);
             of.check(key, value, value > 0.0, needs)?;
         }
-        let area = |radius| CrossSection::Circle { radius }.area();
-        let (radius, ea) = match (self.radius, self.ea) {
-            (Some(radius), ea) => (radius, ea.unwrap_or(material.young * area(radius))),
-            (None, Some(ea)) => (material.round_radius(ea), ea),
-            (None, None) => return Err(of.conflict("radius", "give it in m, or ea in N")),
-        };
-        let stiffness = Stiffness::of_round(ea, radius, material.poisson, [self.ei, self.gj]);
-        Ok((radius, stiffness, material.density * area(radius)))
+        let of_radius = self.radius.map(|radius| material.round_stiffness(radius));
+        let ea = self.ea.or(of_radius);
+        let ea = ea.ok_or_else(|| of.conflict("radius", "give it in m, or ea in N"))?;
+        Ok(material.round(ea, self.radius, [self.ei, self.gj]))
     }
 
     /// The fault of laying this cable, at the key that it is about.
@@ -232,11 +228,7 @@ impl CableEntry {
             ("gj", &["gj"]),
         ];
         let found = keys.iter().find(|(start, _)| about.starts_with(start));
-        let paths = found.map_or(&["name"][..], |(_, keys)| keys);
-        Fault {
-            paths: paths.iter().map(|key| (*key).to_owned()).collect(),
-            error,
-        }
+        Fault::at(found.map_or(&["name"][..], |(_, keys)| keys), error)
     }
 }
 

@@ -8,11 +8,11 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::build::{Entry, Names, WORLD};
-use super::entries::{self, SceneText, is_zero};
+use super::entries::{self, BodyEntry, SceneText, is_zero};
 use super::groups::{Groups, names_of};
 use super::keys::described;
 use super::motor::unless;
-use super::places::Fault;
+use super::places::{Fault, each};
 use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 use crate::error::SceneError;
 use crate::scene::Scene;
@@ -268,30 +268,28 @@ impl ColliderEntry {
     }
 }
 
-impl SceneText {
-    /// Gives body number `i`, which is the scene's last, the shape that its mass has.
-    pub(super) fn collide_body(
-        &self,
-        scene: &mut Scene,
-        i: usize,
-        groups: &Groups,
-    ) -> Result<(), Fault> {
-        let entry = &self.body[i];
-        let Some(surface) = entry.collide.as_ref().and_then(CollideEntry::surface) else {
-            return Ok(());
-        };
-        let of = Entry::new("body", &entry.name);
-        let Some(shape) = entry.shape.as_ref().and_then(entries::Shape::collides) else {
-            let reason = "needs shape: a sphere, a box or a cylinder; or write a [[collider]]";
-            return Err(of.conflict("collide", reason));
-        };
-        let mut collider = Collider::new(&*entry.name, Some(i), shape);
-        collider.surface = surface.build(&of, "collide.")?;
-        (collider.groups, collider.meets) = groups.masks(&surface);
-        let paths = ["shape", "collide"].map(str::to_owned).to_vec();
-        add(scene, collider).map_err(|error| Fault { paths, error })
-    }
+/// Gives body number `i`, which is the scene's last, the shape that its mass has.
+pub(super) fn collide_body(
+    scene: &mut Scene,
+    i: usize,
+    entry: &BodyEntry,
+    groups: &Groups,
+) -> Result<(), Fault> {
+    let Some(surface) = entry.collide.as_ref().and_then(CollideEntry::surface) else {
+        return Ok(());
+    };
+    let of = Entry::new("body", &entry.name);
+    let Some(shape) = entry.shape.as_ref().and_then(entries::Shape::collides) else {
+        let reason = "needs shape: a sphere, a box or a cylinder; or write a [[collider]]";
+        return Err(of.conflict("collide", reason));
+    };
+    let mut collider = Collider::new(&*entry.name, Some(i), shape);
+    collider.surface = surface.build(&of, "collide.")?;
+    (collider.groups, collider.meets) = groups.masks(&surface);
+    add(scene, collider).map_err(|error| Fault::at(&["shape", "collide"], error))
+}
 
+impl SceneText {
     /// Adds the colliders that stand for themselves.
     pub(super) fn add_colliders(
         &self,
@@ -299,17 +297,8 @@ impl SceneText {
         names: &Names<'_>,
         groups: &Groups,
     ) -> Result<(), Fault> {
-        let grounds = self.ground.iter().enumerate().map(|(i, entry)| {
-            let path = format!("ground.{i}");
-            (path, entry.build(), entry.surface())
-        });
-        let others = self.collider.iter().enumerate().map(|(i, entry)| {
-            let path = format!("collider.{i}");
-            (path, entry.build(names), entry.surface())
-        });
-        for (path, built, surface) in grounds.chain(others) {
-            let mut collider = built.map_err(|fault| fault.within(&path))?;
-            (collider.groups, collider.meets) = groups.masks(&surface);
+        let mut add_own = |mut collider: Collider, surface: &SurfaceEntry| {
+            (collider.groups, collider.meets) = groups.masks(surface);
             add(scene, collider).map_err(|error| {
                 let key = match &error {
                     SceneError::Duplicate { .. } => "name",
@@ -318,10 +307,15 @@ impl SceneText {
                     }
                     _ => "shape",
                 };
-                Fault::new(key, error).within(&path)
-            })?;
-        }
-        Ok(())
+                Fault::new(key, error)
+            })
+        };
+        each("ground", &self.ground, |_, entry| {
+            add_own(entry.build()?, &entry.surface())
+        })?;
+        each("collider", &self.collider, |_, entry| {
+            add_own(entry.build(names)?, &entry.surface())
+        })
     }
 }
 

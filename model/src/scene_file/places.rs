@@ -21,6 +21,12 @@ impl Fault {
         Self { paths, error }
     }
 
+    /// A fault at one of some keys.
+    pub(super) fn at(keys: &[&str], error: SceneError) -> Self {
+        let paths = keys.iter().map(|key| (*key).to_owned()).collect();
+        Self { paths, error }
+    }
+
     /// Puts the fault into the entry at `path`.
     pub(super) fn within(mut self, path: &str) -> Self {
         for inner in &mut self.paths {
@@ -31,6 +37,18 @@ impl Fault {
         }
         self
     }
+}
+
+/// Does something with each entry of a list, in which its faults then stand.
+pub(super) fn each<'a, T>(
+    list: &str,
+    entries: &'a [T],
+    mut with: impl FnMut(usize, &'a T) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    let mut numbered = entries.iter().enumerate();
+    numbered.try_for_each(|(i, entry)| {
+        with(i, entry).map_err(|fault| fault.within(&format!("{list}.{i}")))
+    })
 }
 
 /// The text and the overrides that a scene was read from. No part of the scene: any two are equal.
