@@ -7,8 +7,8 @@
 //! All angular rows of joints depend on the relative rotation of the two sides only: their Jacobian on ω_a is the
 //! negative of that on ω_b.
 //!
-//! A new kind takes a file with its struct and its facts (`constraint/facts.rs`), a line in the list of kinds below, and its
-//! keys in the text of scenes (`scene_file/joint.rs`).
+//! A new kind takes a file with its struct and its facts (`constraint/facts.rs`), its lines in this file (the module, its
+//! name and the list of kinds), and its keys in the text of scenes (`scene_file/joint.rs`).
 
 mod cosserat;
 mod distance;
@@ -176,7 +176,7 @@ macro_rules! kinds {
             }
         )*
 
-        /// What is done with any kind.
+        /// Matches over the kinds: `$do` for each, which binds its struct as `$own`.
         macro_rules! each_kind {
             ($constraint:expr, $own:ident => $do:expr) => {
                 match $constraint {

@@ -59,7 +59,7 @@ pub enum SceneSource {
     Explicit(Box<crate::scene_file::SceneText>),
 }
 
-/// What is done with the parameters of any named scene, and with the text of an explicit one.
+/// Matches over the sources: `$do` for the parameters of any named scene, `$with_text` for the text of an explicit one.
 macro_rules! each_source {
     ($source:expr, $params:ident => $do:expr, $text:pat => $with_text:expr) => {
         match $source {

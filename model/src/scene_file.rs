@@ -327,6 +327,16 @@
 //! # Faults
 //! Unknown keys are errors that list the valid ones. Faults of explicit scenes, also those found while building, name
 //! line, key and cure; where an override brought the fault in, they name the override.
+//!
+//! [`HoistParams`]: crate::HoistParams
+//! [`GantryParams`]: crate::GantryParams
+//! [`ParticleChainParams`]: crate::ParticleChainParams
+//! [`SpecimenParams`]: crate::SpecimenParams
+//! [`NetworkParams`]: crate::NetworkParams
+//! [`ReevedParams`]: crate::ReevedParams
+//! [`GroundedParams`]: crate::GroundedParams
+//! [`Scene::reeve`]: crate::Scene::reeve
+//! [`Scene::group_by_topology`]: crate::Scene::group_by_topology
 
 mod build;
 mod cable;

@@ -132,7 +132,7 @@ impl<'a> Names<'a> {
         body.map(Side::Body).map_err(|error| Fault::new(key, error))
     }
 
-    /// What holds a point whose keys `body`, `point` and `motion` stand at `path`: a motion is for points of the world.
+    /// The holder of a point whose keys `body`, `point` and `motion` stand at `path`: a motion is for points of the world.
     pub(super) fn holder(
         &self,
         of: &Entry<'_>,
