@@ -26,27 +26,101 @@ pub enum Mobility {
     Driven,
 }
 
-/// One body's worth of [`Bodies`]: what [`Bodies::push`] takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
-    /// Cause of its motion.
-    pub mobility: Mobility,
-    /// Centre of mass, world \[m].
-    pub position: Vector3<f64>,
-    /// Rotation from the body frame to the world frame.
-    pub orientation: UnitQuaternion<f64>,
-    /// Velocity of the centre of mass, world \[m/s].
-    pub velocity: Vector3<f64>,
-    /// Angular velocity, world \[rad/s].
-    pub angular_velocity: Vector3<f64>,
-    /// Mass \[kg], > 0.
-    pub mass: f64,
-    /// Inertia about the centre of mass, body frame \[kg m²], symmetric positive definite; zero for a point mass.
-    pub inertia: Matrix3<f64>,
-    /// External force at the centre of mass besides gravity, world \[N].
-    pub force: Vector3<f64>,
-    /// External torque, world \[N m].
-    pub torque: Vector3<f64>,
+/// The quantities of bodies: each with its type, its meaning for one body and that for all of them.
+macro_rules! quantities {
+    ($($quantity:ident: $type:ty, $of_one:literal, $of_all:literal;)*) => {
+        /// One body's worth of [`Bodies`]: what [`Bodies::push`] takes.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct Body {
+            $(
+                #[doc = $of_one]
+                pub $quantity: $type,
+            )*
+        }
+
+        /// All bodies of a scene; every vector has one entry a body, in the order of [`Bodies::push`].
+        #[derive(Debug, Clone, PartialEq, Default)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+        pub struct Bodies {
+            $(
+                #[doc = $of_all]
+                pub $quantity: Vec<$type>,
+            )*
+        }
+
+        impl Bodies {
+            /// Appends a body and returns its index.
+            pub fn push(&mut self, body: Body) -> usize {
+                $(self.$quantity.push(body.$quantity);)*
+                self.len() - 1
+            }
+
+            /// Body `i` becomes another.
+            pub(crate) fn put(&mut self, i: usize, body: Body) {
+                $(self.$quantity[i] = body.$quantity;)*
+            }
+
+            /// A copy of body `i`.
+            ///
+            /// # Panics
+            /// When `i` is not below [`Bodies::len`].
+            #[must_use]
+            pub fn get(&self, i: usize) -> Body {
+                Body {
+                    $($quantity: self.$quantity[i],)*
+                }
+            }
+
+            /// Keeps the bodies whose numbers `keep` is true of.
+            pub(crate) fn retain(&mut self, keep: impl Fn(usize) -> bool) {
+                $(
+                    let mut numbers = 0..;
+                    self.$quantity.retain(|_| numbers.next().is_none_or(&keep));
+                )*
+            }
+
+            /// Moves the last body to number `at`.
+            pub(crate) fn move_last(&mut self, at: usize) {
+                $(last_to(&mut self.$quantity, at);)*
+            }
+
+            /// The lengths of its vectors, by their names.
+            pub(crate) fn lengths(&self) -> impl Iterator<Item = (&'static str, usize)> {
+                [$((concat!("bodies.", stringify!($quantity)), self.$quantity.len())),*].into_iter()
+            }
+        }
+    };
+}
+
+quantities! {
+    mobility: Mobility,
+        "Cause of its motion.",
+        "Causes of their motion.";
+    position: Vector3<f64>,
+        r"Centre of mass, world \[m].",
+        r"Centres of mass, world \[m].";
+    orientation: UnitQuaternion<f64>,
+        "Rotation from the body frame to the world frame.",
+        "Rotations from the body frames to the world frame.";
+    velocity: Vector3<f64>,
+        r"Velocity of the centre of mass, world \[m/s].",
+        r"Velocities of the centres of mass, world \[m/s].";
+    angular_velocity: Vector3<f64>,
+        r"Angular velocity, world \[rad/s].",
+        r"Angular velocities, world \[rad/s].";
+    mass: f64,
+        r"Mass \[kg], > 0.",
+        r"Masses \[kg], > 0.";
+    inertia: Matrix3<f64>,
+        r"Inertia about the centre of mass, body frame \[kg m²], symmetric positive definite; zero for a point mass.",
+        r"Inertias about the centres of mass, body frames \[kg m²], symmetric positive definite; zero for point masses.";
+    force: Vector3<f64>,
+        r"External force at the centre of mass besides gravity, world \[N].",
+        r"External forces at the centres of mass besides gravity, world \[N].";
+    torque: Vector3<f64>,
+        r"External torque, world \[N m].",
+        r"External torques, world \[N m].";
 }
 
 impl Body {
@@ -122,33 +196,15 @@ impl Body {
     }
 }
 
-fn diagonal(x: f64, y: f64, z: f64) -> Matrix3<f64> {
-    Matrix3::from_diagonal(&Vector3::new(x, y, z))
+/// Moves the last of the items to number `at`.
+pub(crate) fn last_to<T>(items: &mut Vec<T>, at: usize) {
+    if let Some(last) = items.pop() {
+        items.insert(at, last);
+    }
 }
 
-/// All bodies of a scene; every vector has one entry a body, in the order of [`Bodies::push`].
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct Bodies {
-    /// Causes of their motion.
-    pub mobility: Vec<Mobility>,
-    /// Centres of mass, world \[m].
-    pub position: Vec<Vector3<f64>>,
-    /// Rotations from the body frames to the world frame.
-    pub orientation: Vec<UnitQuaternion<f64>>,
-    /// Velocities of the centres of mass, world \[m/s].
-    pub velocity: Vec<Vector3<f64>>,
-    /// Angular velocities, world \[rad/s].
-    pub angular_velocity: Vec<Vector3<f64>>,
-    /// Masses \[kg], > 0.
-    pub mass: Vec<f64>,
-    /// Inertias about the centres of mass, body frames \[kg m²], symmetric positive definite; zero for point masses.
-    pub inertia: Vec<Matrix3<f64>>,
-    /// External forces at the centres of mass besides gravity, world \[N].
-    pub force: Vec<Vector3<f64>>,
-    /// External torques, world \[N m].
-    pub torque: Vec<Vector3<f64>>,
+fn diagonal(x: f64, y: f64, z: f64) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::new(x, y, z))
 }
 
 impl Bodies {
@@ -178,52 +234,6 @@ impl Bodies {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
-    }
-
-    /// Appends a body and returns its index.
-    pub fn push(&mut self, body: Body) -> usize {
-        self.mobility.push(body.mobility);
-        self.position.push(body.position);
-        self.orientation.push(body.orientation);
-        self.velocity.push(body.velocity);
-        self.angular_velocity.push(body.angular_velocity);
-        self.mass.push(body.mass);
-        self.inertia.push(body.inertia);
-        self.force.push(body.force);
-        self.torque.push(body.torque);
-        self.len() - 1
-    }
-
-    /// Body `i` becomes another.
-    pub(crate) fn put(&mut self, i: usize, body: Body) {
-        self.mobility[i] = body.mobility;
-        self.position[i] = body.position;
-        self.orientation[i] = body.orientation;
-        self.velocity[i] = body.velocity;
-        self.angular_velocity[i] = body.angular_velocity;
-        self.mass[i] = body.mass;
-        self.inertia[i] = body.inertia;
-        self.force[i] = body.force;
-        self.torque[i] = body.torque;
-    }
-
-    /// A copy of body `i`.
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
-    #[must_use]
-    pub fn get(&self, i: usize) -> Body {
-        Body {
-            mobility: self.mobility[i],
-            position: self.position[i],
-            orientation: self.orientation[i],
-            velocity: self.velocity[i],
-            angular_velocity: self.angular_velocity[i],
-            mass: self.mass[i],
-            inertia: self.inertia[i],
-            force: self.force[i],
-            torque: self.torque[i],
-        }
     }
 
     /// True if forces and constraints move body `i`; static and driven bodies are as heavy as the

@@ -39,7 +39,9 @@ use nalgebra::Vector3;
 
 use crate::body::Body;
 use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
-use crate::constraint::{Constraint, Cosserat, Fairlead, JointLaw, Paper, Spherical, Winch};
+use crate::constraint::{
+    Constraint, Cosserat, Fairlead, JointLaw, Paper, Spherical, TwistDefinition, Winch,
+};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
@@ -77,6 +79,17 @@ impl JointKind {
             Self::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
             Self::Paper => Constraint::Paper(Paper::new(frames, law)),
         }
+    }
+
+    /// Refuses a definition of the twist that only the paper's joint knows, for others.
+    pub(crate) fn check_twist(self, definition: TwistDefinition) -> Result<(), SceneError> {
+        if self == Self::Paper || definition == TwistDefinition::Ordinary {
+            return Ok(());
+        }
+        Err(SceneError::Conflict {
+            what: "twist_definition".to_owned(),
+            reason: "is a choice of the paper's joint: use joint = \"paper\"",
+        })
     }
 }
 

@@ -6,9 +6,13 @@
 //!
 //! All angular rows of joints depend on the relative rotation of the two sides only: their Jacobian on ω_a is the
 //! negative of that on ω_b.
+//!
+//! A new kind takes a file with its struct and its facts (`constraint/facts.rs`), its lines in this file (the module, its
+//! name and the list of kinds), and its keys in the text of scenes (`scene_file/joint.rs`).
 
 mod cosserat;
 mod distance;
+pub(crate) mod facts;
 mod fairlead;
 pub(crate) mod gap;
 mod hinge;
@@ -45,10 +49,12 @@ pub use sheave::{Lay, Sheave};
 pub use slider::Slider;
 pub use spherical::Spherical;
 
+use facts::Facts;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
 use crate::body::Bodies;
+use crate::error::SceneError;
 use crate::frame::{Frame, Resolved};
 
 /// Most rows that one constraint can have.
@@ -93,6 +99,17 @@ pub struct JointLaw {
     pub twist: Option<RowLaw>,
 }
 
+impl JointLaw {
+    /// The rows of a joint whose first three are the gap, with so many rows of bend.
+    fn parts(&self, bend_rows: usize) -> facts::Parts {
+        [
+            (RowKind::Stretch, 3, self.stretch),
+            (RowKind::Bend, bend_rows, self.bend),
+            (RowKind::Twist, 1, self.twist),
+        ]
+    }
+}
+
 /// Quantity that a row measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -131,56 +148,77 @@ impl RowKind {
     }
 }
 
-/// A constraint between frames: a closed set of kinds, one file each.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum Constraint {
-    /// Ball joint, 3 rows.
-    Spherical(Spherical),
-    /// The angular joint of the paper with scalar bend, up to 5 rows.
-    Paper(Paper),
-    /// Cable joint with two bend directions, up to 6 rows.
-    Cosserat(Cosserat),
-    /// All six relative coordinates, 6 rows.
-    Lock(Lock),
-    /// Link of a particle chain, 1 row, or 3 with the transverse ones.
-    Distance(Distance),
-    /// Rotation about one axis, 5 rows, or 6 with a motor.
-    Hinge(Hinge),
-    /// Translation along one axis, 5 rows, or 6 with a motor.
-    Slider(Slider),
-    /// Total length through any number of points, 1 row.
-    MasslessCable(MasslessCable),
-    /// Angle between two links that share a point, 1 or 2 rows.
-    LinkBend(LinkBend),
-    /// Where a cable of segments leaves its winch, 3 rows, or up to 6 clamped.
-    Fairlead(Fairlead),
-}
-
-/// Each kind is a constraint.
+/// The kinds: for each its documentation and its name; its facts are in its own file ([`facts`]).
 macro_rules! kinds {
-    ($($kind:ident),*) => {$(
-        impl From<$kind> for Constraint {
-            fn from(constraint: $kind) -> Self {
-                Self::$kind(constraint)
+    ($($(#[doc = $doc:literal])* $kind:ident = $name:literal,)*) => {
+        /// A constraint between frames: a closed set of kinds, one file each.
+        #[derive(Debug, Clone, PartialEq)]
+        #[non_exhaustive]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+        pub enum Constraint {
+            $(
+                $(#[doc = $doc])*
+                $kind($kind),
+            )*
+        }
+
+        $(
+            impl facts::Sides for $kind {
+                fn frames(&self) -> &[Frame] {
+                    &self.frames
+                }
+            }
+
+            impl From<$kind> for Constraint {
+                fn from(constraint: $kind) -> Self {
+                    Self::$kind(constraint)
+                }
+            }
+        )*
+
+        /// Matches over the kinds: `$do` for each, which binds its struct as `$own`.
+        macro_rules! each_kind {
+            ($constraint:expr, $own:ident => $do:expr) => {
+                match $constraint {
+                    $(Constraint::$kind($own) => $do,)*
+                }
+            };
+        }
+
+        impl Constraint {
+            /// The kind's name, such as `spherical`.
+            #[must_use]
+            pub fn kind_name(&self) -> &'static str {
+                match self {
+                    $(Self::$kind(_) => $name,)*
+                }
             }
         }
-    )*};
+    };
 }
 
 kinds!(
-    Spherical,
-    Paper,
-    Cosserat,
-    Lock,
-    Distance,
-    Hinge,
-    Slider,
-    MasslessCable,
-    LinkBend,
-    Fairlead
+    /// Ball joint, 3 rows.
+    Spherical = "spherical",
+    /// The angular joint of the paper with scalar bend, up to 5 rows.
+    Paper = "paper",
+    /// Cable joint with two bend directions, up to 6 rows.
+    Cosserat = "cosserat",
+    /// All six relative coordinates, 6 rows.
+    Lock = "lock",
+    /// Link of a particle chain, 1 row, or 3 with the transverse ones.
+    Distance = "distance",
+    /// Rotation about one axis, 5 rows, or 6 with a motor.
+    Hinge = "hinge",
+    /// Translation along one axis, 5 rows, or 6 with a motor.
+    Slider = "slider",
+    /// Total length through any number of points, 1 row.
+    MasslessCable = "massless-cable",
+    /// Angle between two links that share a point, 1 or 2 rows.
+    LinkBend = "link-bend",
+    /// Where a cable of segments leaves its winch, 3 rows, or up to 6 clamped.
+    Fairlead = "fairlead",
 );
 
 impl Constraint {
@@ -193,58 +231,7 @@ impl Constraint {
     /// The rows in their order, as (kind, number of rows, law).
     #[inline]
     pub fn parts(&self) -> impl Iterator<Item = (RowKind, usize, RowLaw)> {
-        use RowKind::{Across, Bend, Length, Rotation, Stretch, Transverse, Twist};
-        let joint = |law: &JointLaw, bend_rows| {
-            [
-                (Stretch, 3, law.stretch),
-                (Bend, bend_rows, law.bend),
-                (Twist, 1, law.twist),
-            ]
-        };
-        let driven = |motor: Option<Motor>, angular| match motor.map(|m| m.part(angular)) {
-            Some((kind, law)) => (kind, 1, Some(law)),
-            None => (RowKind::Speed, 0, None),
-        };
-        let parts = match self {
-            Self::Spherical(c) => [
-                (Stretch, 3, Some(c.stretch)),
-                (Bend, 0, None),
-                (Twist, 0, None),
-            ],
-            Self::Paper(c) => joint(&c.law, 1),
-            Self::Cosserat(c) => joint(&c.law, 2),
-            Self::Lock(c) => [
-                (Stretch, 3, Some(c.linear)),
-                (Rotation, 3, Some(c.angular)),
-                (Twist, 0, None),
-            ],
-            Self::Distance(c) => [
-                (Length, 1, Some(c.law)),
-                (Transverse, 2, c.transverse.then_some(RowLaw::RIGID)),
-                (Twist, 0, None),
-            ],
-            Self::Hinge(c) => [
-                (Stretch, 3, Some(c.stretch)),
-                (Bend, 2, Some(c.tilt)),
-                driven(c.motor, true),
-            ],
-            Self::Slider(c) => [
-                (Rotation, 3, Some(c.rotation)),
-                (Across, 2, Some(c.across)),
-                driven(c.motor, false),
-            ],
-            Self::MasslessCable(c) => [(Length, 1, Some(c.law)), (Bend, 0, None), (Twist, 0, None)],
-            Self::Fairlead(c) => [
-                (Across, 3, c.law.stretch),
-                (Bend, 2, c.law.bend),
-                (Twist, 1, c.law.twist),
-            ],
-            Self::LinkBend(c) => [
-                (Bend, c.definition.rows(), Some(c.law)),
-                (Stretch, 0, None),
-                (Twist, 0, None),
-            ],
-        };
+        let parts = each_kind!(self, own => own.parts());
         let present = |(kind, rows, law): (_, _, Option<_>)| Some((kind, rows, law?));
         parts.into_iter().filter_map(present)
     }
@@ -252,34 +239,12 @@ impl Constraint {
     /// The frames of the sides, in order: a and b of a joint.
     #[must_use]
     pub fn frames(&self) -> &[Frame] {
-        match self {
-            Self::Spherical(c) => &c.frames,
-            Self::Paper(c) => &c.frames,
-            Self::Cosserat(c) => &c.frames,
-            Self::Lock(c) => &c.frames,
-            Self::Distance(c) => &c.frames,
-            Self::Hinge(c) => &c.frames,
-            Self::Slider(c) => &c.frames,
-            Self::MasslessCable(c) => &c.frames,
-            Self::LinkBend(c) => &c.frames,
-            Self::Fairlead(c) => &c.frames,
-        }
+        each_kind!(self, own => &own.frames)
     }
 
     /// The frames, to be changed; the bodies that they name are part of the topology.
     pub fn frames_mut(&mut self) -> &mut [Frame] {
-        match self {
-            Self::Spherical(c) => &mut c.frames,
-            Self::Paper(c) => &mut c.frames,
-            Self::Cosserat(c) => &mut c.frames,
-            Self::Lock(c) => &mut c.frames,
-            Self::Distance(c) => &mut c.frames,
-            Self::Hinge(c) => &mut c.frames,
-            Self::Slider(c) => &mut c.frames,
-            Self::MasslessCable(c) => &mut c.frames,
-            Self::LinkBend(c) => &mut c.frames,
-            Self::Fairlead(c) => &mut c.frames,
-        }
+        each_kind!(self, own => &mut own.frames)
     }
 
     /// Bodies of the sides that are held by bodies, in the order of the sides.
@@ -312,33 +277,12 @@ impl Constraint {
 
     /// True if a force acts at the attachment points: the Jacobian then changes as the levers turn.
     pub(crate) fn acts_at_points(&self) -> bool {
-        let of_points = matches!(
-            self,
-            Self::Distance(_)
-                | Self::Slider(_)
-                | Self::MasslessCable(_)
-                | Self::LinkBend(_)
-                | Self::Fairlead(_)
-        );
-        of_points || self.has_stretch_rows()
+        each_kind!(self, own => own.acts_at_points())
     }
 
-    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`, `distance`, `hinge`, `slider`,
-    /// `massless-cable`, `link-bend`, `fairlead`.
-    #[must_use]
-    pub fn kind_name(&self) -> &'static str {
-        match self {
-            Self::Spherical(_) => "spherical",
-            Self::Paper(_) => "paper",
-            Self::Cosserat(_) => "cosserat",
-            Self::Lock(_) => "lock",
-            Self::Distance(_) => "distance",
-            Self::Hinge(_) => "hinge",
-            Self::Slider(_) => "slider",
-            Self::MasslessCable(_) => "massless-cable",
-            Self::LinkBend(_) => "link-bend",
-            Self::Fairlead(_) => "fairlead",
-        }
+    /// True if it only pulls at its points, so that at the centre of a point mass it turns nothing.
+    pub(crate) fn only_pulls(&self) -> bool {
+        each_kind!(self, own => own.only_pulls())
     }
 
     /// Writes φ at time `t` into `phi` (length [`Constraint::rows`]). Allocates: no.
@@ -353,106 +297,57 @@ impl Constraint {
     /// rod or massless cable, three of a joint with rows of stretch, none of other kinds.
     #[must_use]
     pub fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
-        let one = |phi: f64| ([phi, 0.0, 0.0], 1);
-        let between = |frames: &[Frame]| {
-            let [a, b] = [0, 1].map(|side| frames[side].resolve_ahead(bodies, t, dt));
-            gap(&a, &b)
-        };
-        match self {
-            Self::MasslessCable(c) => one(c.path_ahead(bodies, t, dt) - c.length_at(t + dt)),
-            Self::Distance(c) => one(between(&c.frames).norm() - c.length),
-            joint if joint.has_stretch_rows() => (between(joint.frames()).into(), 3),
-            _ => ([0.0; 3], 0),
-        }
+        each_kind!(self, own => own.gap_ahead(bodies, t, dt))
     }
 
     /// Writes φ, the Jacobian blocks and the lever arms.
     pub(crate) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        each_kind!(self, own => own.evaluate(bodies, t, rows));
+    }
+
+    /// The massless cable that it is.
+    #[must_use]
+    pub fn massless_cable(&self) -> Option<&MasslessCable> {
         match self {
-            Self::Spherical(c) => {
-                let [a, b] = rows.resolve(&c.frames, bodies, t);
-                rows.stretch(&a, &b);
-            }
-            Self::Paper(c) => {
-                let [a, b] = rows.resolve(&c.frames, bodies, t);
-                c.evaluate(&a, &b, rows);
-            }
-            Self::Cosserat(c) => {
-                let [a, b] = rows.resolve(&c.frames, bodies, t);
-                c.evaluate(&a, &b, rows);
-            }
-            Self::Lock(c) => {
-                let [a, b] = rows.resolve(&c.frames, bodies, t);
-                lock::evaluate(&a, &b, rows);
-            }
-            Self::Distance(c) => {
-                let [a, b] = rows.resolve(&c.frames, bodies, t);
-                c.evaluate(&a, &b, rows);
-            }
-            Self::Hinge(c) => {
-                let [a, b] = rows.resolve(&c.frames, bodies, t);
-                c.evaluate(&a, &b, rows);
-            }
-            Self::Slider(c) => {
-                let [a, b] = rows.resolve(&c.frames, bodies, t);
-                c.evaluate(&a, &b, rows);
-            }
-            Self::MasslessCable(c) => c.evaluate(bodies, t, rows),
-            Self::LinkBend(c) => c.evaluate(bodies, t, rows),
-            Self::Fairlead(c) => c.evaluate(bodies, t, rows),
+            Self::MasslessCable(cable) => Some(cable),
+            _ => None,
         }
     }
 
     /// The motor of the joint.
     #[must_use]
     pub fn motor(&self) -> Option<&Motor> {
-        match self {
-            Self::Hinge(c) => c.motor.as_ref(),
-            Self::Slider(c) => c.motor.as_ref(),
-            _ => None,
-        }
+        each_kind!(self, own => own.motor())
     }
 
     /// The motor of the joint, to be set; whether there is one is part of the topology.
     pub fn motor_mut(&mut self) -> Option<&mut Motor> {
-        match self {
-            Self::Hinge(c) => c.motor.as_mut(),
-            Self::Slider(c) => c.motor.as_mut(),
-            _ => None,
-        }
+        each_kind!(self, own => own.motor_mut())
+    }
+
+    /// The winch of a massless cable, or of a cable of segments at its fairlead.
+    #[must_use]
+    pub fn winch(&self) -> Option<&Winch> {
+        each_kind!(self, own => own.winch())
+    }
+
+    /// Length at rest at time `t` (s) of a massless cable, or off the drum of a cable of segments \[m].
+    #[must_use]
+    pub fn length_at(&self, t: f64) -> Option<f64> {
+        each_kind!(self, own => Facts::length_at(own, t))
     }
 
     /// The row that has bounds, if there is one, and the bounds of its λ at time `t` (s), lower and upper \[N or N m];
     /// infinite stands for none.
     #[must_use]
     pub fn bounds(&self, t: f64) -> Option<(usize, f64, f64)> {
-        match self {
-            Self::MasslessCable(c) => {
-                let (lower, upper) = c.bounds_at(t);
-                (c.tension_only || c.winch.is_some()).then_some((0, lower, upper))
-            }
-            Self::Fairlead(c) => {
-                let (lower, upper) = c.bounds_at(t);
-                Some((0, lower, upper))
-            }
-            other => {
-                let limit = other.motor()?.force_limit;
-                Some((other.rows() - 1, -limit, limit))
-            }
-        }
+        each_kind!(self, own => own.bounds(t))
     }
 
     /// Factor of the rows' compliances at time `t` (s). `excess` is the length of a cable beyond
     /// its length at rest \[m].
     pub(crate) fn compliance_factor(&self, t: f64, excess: f64) -> f64 {
-        match self {
-            Self::MasslessCable(c) if !c.sheaves.is_empty() => {
-                let excess = if c.is_part() { excess } else { 0.0 };
-                (c.length_at(t) - c.wound() + excess) / c.length
-            }
-            Self::MasslessCable(c) if c.winch.is_some() => c.length_at(t) / c.length,
-            _ => 1.0,
-        }
+        each_kind!(self, own => own.compliance_factor(t, excess))
     }
 
     /// Writes ∂φ/∂t as the mean over \[t, t_next] with the bodies held: moved world sides depend on time, in their points
@@ -463,115 +358,53 @@ impl Constraint {
             return;
         }
         if self.acts_at_points() {
-            self.drive_points(bodies, t, t_next, phi_t);
+            each_kind!(self, own => own.drive_points(bodies, [t, t_next], phi_t));
         }
         if let (Some(motor), Some(last)) = (self.motor(), phi_t.last_mut()) {
             *last += motor.drive();
         }
     }
 
-    /// Part of ∂φ/∂t that comes from moved world sides and winches.
-    fn drive_points(&self, bodies: &Bodies, t: f64, t_next: f64, phi_t: &mut [f64]) {
-        let change = |f: &Frame| f.displacement(t_next) - f.displacement(t);
-        let time = t_next - t;
-        match self {
-            Self::Slider(c) => {
-                if c.frames.iter().any(|f| change(f) != Vector3::zeros()) {
-                    // The row of a speed has no φ that would tell.
-                    let at = |motor| Motor {
-                        target: Target::Position(0.0),
-                        ..motor
-                    };
-                    let slider = Slider {
-                        motor: c.motor.map(at),
-                        ..*c
-                    };
-                    Self::Slider(slider).difference(bodies, [t, t_next], phi_t);
-                }
-            }
-            Self::MasslessCable(_) | Self::LinkBend(_) => {
-                let points = self.frames().iter().any(|f| change(f) != Vector3::zeros());
-                if points || self.compliance_factor(t, 0.0) != self.compliance_factor(t_next, 0.0) {
-                    self.difference(bodies, [t, t_next], phi_t);
-                }
-            }
-            Self::Fairlead(c) => {
-                let points = c.frames.iter().any(|f| change(f) != Vector3::zeros());
-                if points || c.length_at(t) != c.length_at(t_next) {
-                    self.difference(bodies, [t, t_next], phi_t);
-                }
-            }
-            Self::Distance(c) => {
-                let [a, b] = &c.frames;
-                let change = change(a) - change(b);
-                // A link at rest needs no direction.
-                if change != Vector3::zeros() {
-                    let d = gap(&a.resolve(bodies, t), &b.resolve(bodies, t));
-                    c.drive(&d, &change, time, phi_t);
-                }
-            }
-            Self::Spherical(_)
-            | Self::Paper(_)
-            | Self::Cosserat(_)
-            | Self::Lock(_)
-            | Self::Hinge(_) => {
-                let sides = self.frames().iter().zip([1.0, -1.0]);
-                let change: Vector3<f64> = sides.map(|(f, sign)| change(f) * sign).sum();
-                phi_t[..3].copy_from_slice((change / time).as_slice());
-            }
+    /// Laws of the rows of a joint of a cable of segments, and the twist as it was last unwrapped \[rad].
+    pub(crate) fn cable_joint(&self) -> Option<(&JointLaw, f64)> {
+        each_kind!(self, own => own.cable_joint())
+    }
+
+    /// Gives the rows of a cable joint other laws.
+    pub(crate) fn set_law(&mut self, law: &JointLaw) {
+        if let Self::Spherical(joint) = self {
+            joint.stretch = law.stretch.unwrap_or(joint.stretch);
+        }
+        if let Some((own, _)) = each_kind!(self, own => own.cable_joint_mut()) {
+            own.stretch = own.stretch.and(law.stretch);
+            own.bend = own.bend.and(law.bend);
+            own.twist = own.twist.and(law.twist);
         }
     }
 
-    /// (φ(t′) − φ(t))/(t′ − t) with the bodies held, for the times t, t′.
-    fn difference(&self, bodies: &Bodies, [t, t_next]: [f64; 2], rate: &mut [f64]) {
-        let mut before = [0.0; MAX_ROWS];
-        self.violation(bodies, t, &mut before[..rate.len()]);
-        self.violation(bodies, t_next, rate);
-        for (rate, before) in rate.iter_mut().zip(before) {
-            *rate = (*rate - before) / (t_next - t);
-        }
+    /// Twist of a cable joint as it was last unwrapped \[rad]; `None` where it measures none.
+    pub(crate) fn twist_reference(&self) -> Option<f64> {
+        let (law, twist) = self.cable_joint()?;
+        law.twist.map(|_| twist)
     }
 
     /// Sets what the twist of a cable joint is unwrapped against \[rad].
     #[inline]
     pub(crate) fn set_twist_reference(&mut self, twist: f64) {
-        match self {
-            Self::Paper(c) => c.twist_reference = twist,
-            Self::Cosserat(c) => c.twist_reference = twist,
-            Self::Fairlead(c) => c.twist_reference = twist,
-            _ => {}
+        if let Some((_, reference)) = each_kind!(self, own => own.cable_joint_mut()) {
+            *reference = twist;
         }
     }
 
     /// Moves the unwrapping reference of a twist or hinge angle to its value at time `t`, and where a cable touches its
     /// sheaves; whether its rows are evaluated otherwise after that.
     pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
-        let sides = |frames: &[Frame; 2]| frames.map(|f| f.resolve(bodies, t));
-        match self {
-            Self::Spherical(_)
-            | Self::Lock(_)
-            | Self::Distance(_)
-            | Self::Slider(_)
-            | Self::LinkBend(_) => {}
-            Self::MasslessCable(c) => return c.update_winding(bodies, t),
-            Self::Hinge(c) => {
-                let [a, b] = sides(&c.frames);
-                c.angle_reference = c.angle(&a, &b);
-            }
-            Self::Paper(c) => {
-                let [a, b] = sides(&c.frames);
-                c.twist_reference = c.twist(&a, &b).0;
-            }
-            Self::Fairlead(c) => {
-                let [a, b] = sides(&c.frames);
-                c.twist_reference = c.twist(&a, &b);
-            }
-            Self::Cosserat(c) => {
-                let [a, b] = sides(&c.frames);
-                c.twist_reference = c.twist(&a, &b);
-            }
-        }
-        false
+        each_kind!(self, own => own.update_winding(bodies, t))
+    }
+
+    /// Checks the numbers that are the kind's own; `what` names it.
+    pub(crate) fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
+        each_kind!(self, own => own.validate(what))
     }
 }
 

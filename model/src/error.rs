@@ -1,313 +1,248 @@
 //! Errors of scenes: the fault, its place and its cure.
 
-use std::fmt;
-
-/// Why a scene cannot be built or read. Its `Display` is one line.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// The scene has no bodies.
-    Empty,
-    /// No scene has this name.
-    UnknownScene {
-        /// The name asked for.
-        name: String,
-        /// All names that there are.
-        known: Vec<String>,
-    },
-    /// A parameter has a name that is not one of its values.
-    UnknownName {
-        /// The parameter's key.
-        what: &'static str,
-        /// The name given.
-        name: String,
-        /// All names that it can have.
-        known: Vec<String>,
-    },
-    /// A number is out of range, NaN or infinite.
-    BadValue {
-        /// Whose number: a parameter's key, or body or joint and quantity.
-        what: String,
-        /// The number.
-        value: f64,
-        /// Allowed values, with their unit.
-        needs: &'static str,
-    },
-    /// A count beyond what can be built.
-    TooLarge {
-        /// The parameter's key.
-        what: &'static str,
-        /// Its value.
-        value: usize,
-        /// The largest value allowed.
-        limit: usize,
-    },
-    /// Two parameters exclude each other, or one needs another.
-    Conflict {
-        /// The parameter's key or the joint.
-        what: String,
-        /// Why it does not go, and what to do.
-        reason: &'static str,
-    },
-    /// Two bodies or two joints have the same name.
-    Duplicate {
-        /// `body` or `joint`.
-        kind: &'static str,
-        /// The name.
-        name: String,
-    },
-    /// A joint, `load` or a program names a body that is not there.
-    UnknownBody {
-        /// Who names it.
-        what: String,
-        /// The name or index.
-        name: String,
-        /// Names of the bodies that there are (the first few).
-        known: Vec<String>,
-    },
-    /// A massless cable is far shorter than its path at the start.
-    Short {
-        /// The cable.
-        cable: String,
-        /// Its length at rest \[m].
-        length: f64,
-        /// The length of its path, with what lies on sheaves and drums \[m].
-        path: f64,
-        /// Its strain, of what is off the drums.
-        strain: f64,
-    },
-    /// A control or a program names a joint or cable that is not there.
-    UnknownJoint {
-        /// Who names it.
-        what: String,
-        /// The name.
-        name: String,
-        /// Names of those that it could be (the first few).
-        known: Vec<String>,
-    },
-    /// A program or a table names a control that is not there.
-    UnknownControl {
-        /// The name.
-        name: String,
-        /// Names of the controls that there are (the first few).
-        known: Vec<String>,
-    },
-    /// No side of a joint is a body that forces move.
-    BothWorld {
-        /// The joint.
-        joint: String,
-    },
-    /// Both sides of a joint are the same body.
-    SameBody {
-        /// The joint.
-        joint: String,
-        /// The body.
-        body: String,
-    },
-    /// A body is to be removed that a joint holds.
-    Held {
-        /// The body.
-        body: String,
-        /// The joint.
-        joint: String,
-    },
-    /// A joint has no rows.
-    NoRows {
-        /// The joint.
-        joint: String,
-    },
-    /// An inertia is not symmetric positive definite.
-    Inertia {
-        /// The body.
-        body: String,
-    },
-    /// The axes of a frame are not orthonormal and right-handed.
-    Axes {
-        /// The joint.
-        joint: String,
-        /// `a` or `b`.
-        side: String,
-        /// Largest entry of |AᵀA − I| (or of the determinant's error).
-        error: f64,
-    },
-    /// An array of the scene has the wrong length.
-    Length {
-        /// Which array.
-        what: &'static str,
-        /// Its length.
-        got: usize,
-        /// The length it has to have.
-        expected: usize,
-    },
-    /// The text is not TOML, or not the TOML of a scene.
-    Toml {
-        /// Line from 1, when known.
-        line: Option<usize>,
-        /// Column from 1, when known.
-        column: Option<usize>,
-        /// Message of the reader.
-        message: String,
-    },
-    /// A fault of a scene that was read, with its place in the text.
-    InText {
-        /// Line from 1.
-        line: usize,
-        /// Column from 1, in characters.
-        column: usize,
-        /// The key at fault.
-        key: String,
-        /// The fault.
-        fault: Box<SceneError>,
-    },
-    /// A scene holds something that no text can hold.
-    NotInText {
-        /// Name of that part of the scene.
-        what: String,
-        /// The cure.
-        cure: &'static str,
-    },
-    /// An override `KEY=VALUE` does not fit.
-    Override {
-        /// The key.
-        key: String,
-        /// The fault.
-        message: String,
-    },
-}
-
-impl fmt::Display for SceneError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty => write!(f, "the scene has no bodies: give it at least one [[body]]"),
-            Self::UnknownScene { name, known } => {
-                let known = known.join(", ");
-                write!(
-                    f,
-                    "no scene is called `{name}`: choose one of {known}, or give a TOML file"
-                )
-            }
-            Self::UnknownName { what, name, known } => {
-                let known = known.join(", ");
-                write!(f, "{what} `{name}` is not known: choose one of {known}")
-            }
-            Self::BadValue { what, value, needs } => {
-                write!(f, "{what} is {value}: it has to be {needs}")
-            }
-            Self::TooLarge { what, value, limit } => {
-                write!(f, "{what} is {value}: at most {limit} can be built")
-            }
-            Self::Conflict { what, reason } => write!(f, "{what}: {reason}"),
-            Self::Duplicate { kind, name } => {
-                write!(f, "two {kind} entries are called `{name}`: rename one")
-            }
-            Self::UnknownBody { what, name, known } => {
-                let known = known.join(", ");
-                write!(
-                    f,
-                    "{what} names the body `{name}`, which is not there: choose one of {known}"
-                )
-            }
-            Self::Length {
-                what,
-                got,
-                expected,
-            } => {
-                write!(f, "{what} has length {got}: it has to be {expected}")
-            }
-            Self::Toml {
-                line,
-                column,
-                message,
-            } => match (line, column) {
-                (Some(line), Some(column)) => write!(f, "line {line}, column {column}: {message}"),
-                _ => write!(f, "{message}"),
-            },
-            Self::InText {
-                line,
-                column,
-                key,
-                fault,
-            } => {
-                let fault = naming(fault.to_string(), key);
-                write!(f, "line {line}, column {column}: {fault}")
-            }
-            Self::NotInText { what, cure } => {
-                write!(f, "a text cannot hold {what}: {cure}")
-            }
-            Self::Override { key, message } => write!(f, "override `{key}`: {message}"),
-            _ => self.fmt_structure(f),
+/// An enumeration whose variants have their text beside them: what `write!` takes, with the fields by name.
+macro_rules! told {
+    (
+        $(#[$attribute:meta])*
+        pub enum $name:ident {
+            $(
+                $(#[doc = $doc:literal])*
+                $variant:ident $({
+                    $($(#[doc = $field_doc:literal])* $field:ident: $type:ty,)*
+                })? => $text:literal $(, $argument:expr)*;
+            )*
         }
-    }
-}
+    ) => {
+        $(#[$attribute])*
+        pub enum $name {
+            $(
+                $(#[doc = $doc])*
+                $variant $({
+                    $($(#[doc = $field_doc])* $field: $type,)*
+                })?,
+            )*
+        }
 
-impl SceneError {
-    /// The faults of bodies and joints as they stand in a scene.
-    fn fmt_structure(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Short {
-                cable,
-                length,
-                path,
-                strain,
-            } => write!(
-                f,
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                match self {
+                    $(Self::$variant $({ $($field),* })? => write!(f, $text $(, $argument)*),)*
+                }
+            }
+        }
+    };
+}
+pub(crate) use told;
+
+told! {
+    /// Why a scene cannot be built or read. Its `Display` is one line.
+    #[derive(Debug, Clone, PartialEq)]
+    #[non_exhaustive]
+    pub enum SceneError {
+        /// The scene has no bodies.
+        Empty => "the scene has no bodies: give it at least one [[body]]";
+        /// No scene has this name.
+        UnknownScene {
+            /// The name asked for.
+            name: String,
+            /// All names that there are.
+            known: Vec<String>,
+        } => "no scene is called `{name}`: choose one of {}, or give a TOML file", known.join(", ");
+        /// A parameter has a name that is not one of its values.
+        UnknownName {
+            /// The parameter's key.
+            what: &'static str,
+            /// The name given.
+            name: String,
+            /// All names that it can have.
+            known: Vec<String>,
+        } => "{what} `{name}` is not known: {}", one_of(known);
+        /// A number is out of range, NaN or infinite.
+        BadValue {
+            /// Whose number: a parameter's key, or body or joint and quantity.
+            what: String,
+            /// The number.
+            value: f64,
+            /// Allowed values, with their unit.
+            needs: &'static str,
+        } => "{what} is {value}: it has to be {needs}";
+        /// A count beyond what can be built.
+        TooLarge {
+            /// The parameter's key.
+            what: &'static str,
+            /// Its value.
+            value: usize,
+            /// The largest value allowed.
+            limit: usize,
+        } => "{what} is {value}: at most {limit} can be built";
+        /// Two parameters exclude each other, or one needs another.
+        Conflict {
+            /// The parameter's key or the joint.
+            what: String,
+            /// Why it does not go, and what to do.
+            reason: &'static str,
+        } => "{what}: {reason}";
+        /// Two bodies or two joints have the same name.
+        Duplicate {
+            /// `body` or `joint`.
+            kind: &'static str,
+            /// The name.
+            name: String,
+        } => "two {kind} entries are called `{name}`: rename one";
+        /// A joint, `load` or a program names a body that is not there.
+        UnknownBody {
+            /// Who names it.
+            what: String,
+            /// The name or index.
+            name: String,
+            /// Names of the bodies that there are (the first few).
+            known: Vec<String>,
+        } => "{what} names the body `{name}`, which is not there: {}", one_of(known);
+        /// A massless cable is far shorter than its path at the start.
+        Short {
+            /// The cable.
+            cable: String,
+            /// Its length at rest \[m].
+            length: f64,
+            /// The length of its path, with what lies on sheaves and drums \[m].
+            path: f64,
+            /// Its strain, of what is off the drums.
+            strain: f64,
+        } =>
                 "massless cable `{cable}`: length is {length} m, but its path is {path:.6} m long, a strain of {:.3} % at the \
-                 start: leave `length` out for the length of the path, give `slack` (m) or a smaller `tension` (N), or `strained = true` where it is meant so",
-                100.0 * strain
-            ),
-            Self::UnknownJoint { what, name, known } if known.is_empty() => write!(
-                f,
-                "{what} names `{name}`, which is not there, nor is another: a control needs a joint that has a motor with a \
-                 speed, or a cable that has a winch"
-            ),
-            Self::UnknownJoint { what, name, known } => {
-                let known = known.join(", ");
-                write!(
-                    f,
-                    "{what} names `{name}`, which is not there: choose one of {known}"
-                )
-            }
-            Self::Held { body, joint } => write!(
-                f,
-                "body `{body}` cannot be removed while `{joint}` holds it: remove that as well"
-            ),
-            Self::UnknownControl { name, known } if known.is_empty() => {
-                write!(f, "no control is called `{name}`: the scene has none")
-            }
-            Self::UnknownControl { name, known } => {
-                let known = known.join(", ");
-                write!(f, "no control is called `{name}`: choose one of {known}")
-            }
-            Self::BothWorld { joint } => {
-                write!(
-                    f,
-                    "joint `{joint}` ties the world to the world: make one side a dynamic body"
-                )
-            }
-            Self::SameBody { joint, body } => {
-                write!(
-                    f,
-                    "joint `{joint}` ties body `{body}` to itself: make one side another body"
-                )
-            }
-            Self::NoRows { joint } => write!(
-                f,
-                "joint `{joint}` has no rows: give it at least one of stretch, bend, twist"
-            ),
-            Self::Inertia { body } => write!(
-                f,
-                "the inertia of body `{body}` is not symmetric positive definite: give positive principal moments [kg m²]"
-            ),
-            Self::Axes { joint, side, error } => write!(
-                f,
-                "the axes of side {side} of joint `{joint}` are off by {error:.1e} from orthonormal and right-handed: give unit columns u, v and w = u × v"
-            ),
-            _ => Ok(()),
-        }
+                 start: leave `length` out for the length of the path, give `slack` (m) or a smaller `tension` (N), or \
+                 `strained = true` where it is meant so",
+                100.0 * strain;
+        /// A control or a program names a joint or cable that is not there.
+        UnknownJoint {
+            /// Who names it.
+            what: String,
+            /// The name.
+            name: String,
+            /// Names of those that it could be (the first few).
+            known: Vec<String>,
+        } => "{what} names `{name}`, which is not there{}", or_no_other(known);
+        /// A program or a table names a control that is not there.
+        UnknownControl {
+            /// The name.
+            name: String,
+            /// Names of the controls that there are (the first few).
+            known: Vec<String>,
+        } => "no control is called `{name}`: {}", or_none(known);
+        /// No side of a joint is a body that forces move.
+        BothWorld {
+            /// The joint.
+            joint: String,
+        } => "joint `{joint}` ties the world to the world: make one side a dynamic body";
+        /// Both sides of a joint are the same body.
+        SameBody {
+            /// The joint.
+            joint: String,
+            /// The body.
+            body: String,
+        } => "joint `{joint}` ties body `{body}` to itself: make one side another body";
+        /// A body is to be removed that a joint holds.
+        Held {
+            /// The body.
+            body: String,
+            /// The joint.
+            joint: String,
+        } => "body `{body}` cannot be removed while `{joint}` holds it: remove that as well";
+        /// A joint has no rows.
+        NoRows {
+            /// The joint.
+            joint: String,
+        } => "joint `{joint}` has no rows: give it at least one of stretch, bend, twist";
+        /// An inertia is not symmetric positive definite.
+        Inertia {
+            /// The body.
+            body: String,
+        } =>
+                "the inertia of body `{body}` is not symmetric positive definite: give positive principal moments [kg m²]";
+        /// The axes of a frame are not orthonormal and right-handed.
+        Axes {
+            /// The joint.
+            joint: String,
+            /// `a` or `b`.
+            side: String,
+            /// Largest entry of |AᵀA − I| (or of the determinant's error).
+            error: f64,
+        } =>
+                "the axes of side {side} of joint `{joint}` are off by {error:.1e} from orthonormal and right-handed: give \
+                 unit columns u, v and w = u × v";
+        /// An array of the scene has the wrong length.
+        Length {
+            /// Which array.
+            what: &'static str,
+            /// Its length.
+            got: usize,
+            /// The length it has to have.
+            expected: usize,
+        } => "{what} has length {got}: it has to be {expected}";
+        /// The text is not TOML, or not the TOML of a scene.
+        Toml {
+            /// Line from 1, when known.
+            line: Option<usize>,
+            /// Column from 1, when known.
+            column: Option<usize>,
+            /// Message of the reader.
+            message: String,
+        } => "{}{message}", at(*line, *column);
+        /// A fault of a scene that was read, with its place in the text.
+        InText {
+            /// Line from 1.
+            line: usize,
+            /// Column from 1, in characters.
+            column: usize,
+            /// The key at fault.
+            key: String,
+            /// The fault.
+            fault: Box<SceneError>,
+        } => "line {line}, column {column}: {}", naming(fault.to_string(), key);
+        /// A scene holds something that no text can hold.
+        NotInText {
+            /// Name of that part of the scene.
+            what: String,
+            /// The cure.
+            cure: &'static str,
+        } => "a text cannot hold {what}: {cure}";
+        /// An override `KEY=VALUE` does not fit.
+        Override {
+            /// The key.
+            key: String,
+            /// The fault.
+            message: String,
+        } => "override `{key}`: {message}";
     }
 }
 
 impl std::error::Error for SceneError {}
+
+fn one_of(known: &[String]) -> String {
+    format!("choose one of {}", known.join(", "))
+}
+
+fn or_none(known: &[String]) -> String {
+    match known {
+        [] => "the scene has none".to_owned(),
+        known => one_of(known),
+    }
+}
+
+fn or_no_other(known: &[String]) -> String {
+    match known {
+        [] => ", nor is another: a control needs a joint that has a motor with a speed, or a cable that has a winch".to_owned(),
+        known => format!(": {}", one_of(known)),
+    }
+}
+
+/// The place of a message, before it.
+fn at(line: Option<usize>, column: Option<usize>) -> String {
+    match (line, column) {
+        (Some(line), Some(column)) => format!("line {line}, column {column}: "),
+        _ => String::new(),
+    }
+}
 
 /// `message`, with `key` where it does not name it.
 pub(crate) fn naming(message: String, key: &str) -> String {

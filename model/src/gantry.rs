@@ -24,6 +24,7 @@ use nalgebra::Vector3;
 use crate::cable::{End, JointKind, MAX_SEGMENTS};
 use crate::error::{SceneError, check};
 use crate::material::{Material, Stiffness};
+use crate::params::{check_count, check_worked_out, not_negative, params, representable};
 
 /// Name of the control that is the trolley's speed along x \[m/s].
 pub const TROLLEY_SPEED: &str = "trolley_speed";
@@ -53,103 +54,67 @@ impl Controls {
     }
 }
 
-/// Parameters of the gantry. SI units; `None` stands for the default that the field names.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
-pub struct GantryParams {
-    /// Number of segments of the rigid cable between hook and load.
-    pub segments: usize,
-    /// Length of the rigid cable, unstrained \[m].
-    pub cable_length: f64,
-    /// Mass of a segment \[kg].
-    pub segment_mass: f64,
-    /// Mass of the load over that of a segment, without unit.
-    pub mass_ratio: f64,
-    /// Mass of the hook block \[kg]. Default: a quarter of the load's.
-    pub hook_mass: Option<f64>,
-    /// Mass of the trolley \[kg]. Default: half of the load's.
-    pub trolley_mass: Option<f64>,
-    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
-    pub gravity: f64,
-    /// Distance from the trolley's centre down to the top of the hook block \[m].
-    pub drop: f64,
-    /// Falls of each of the two hoist cables, 2 to 12.
-    pub parts: usize,
-    /// Extent of the falls along x and y \[m], > 0.
-    pub rope_spread: [f64; 2],
-    /// Hoist cables over sheaves between their falls, which do not turn, instead of through points.
-    pub sheaves: bool,
-    /// Coefficient of friction of these sheaves, over which the cables slip where the tensions differ by more than e^(πμ).
-    pub sheave_friction: f64,
-    /// Axial stiffness of each hoist cable \[N]; 0 for rigid ones.
-    pub rope_ea: f64,
-    /// Height of the hook block \[m]: from where it hangs to where the cable is attached; its centre is in the middle.
-    pub hook_height: f64,
-    /// Distance from the load's centre up to where the cable is attached \[m]. Default: half its edge.
-    pub load_offset: Option<f64>,
-    /// Axial stiffness YA of the rigid cable \[N].
-    pub ea: f64,
-    /// Bending stiffness YI \[N m²]. Default: of a solid round cable of steel.
-    pub ei: Option<f64>,
-    /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable of steel.
-    pub gj: Option<f64>,
-    /// Kind of the cable's inner joints: `spherical`, `cosserat` or `paper`.
-    pub joint: JointKind,
-    /// How the cable is held at hook and load: `spherical`, or `clamped`, which turns the load with the hook.
-    pub attachment: End,
-    /// Largest force of the trolley's motor \[N]. Default: no limit. Zero lets the trolley roll freely.
-    pub trolley_force: Option<f64>,
-    /// Largest tension that each winch holds \[N]. Default: no limit.
-    pub winch_force: Option<f64>,
-    /// Drop at which hauling in stops \[m], > 0.
-    pub least_drop: f64,
-    /// A control for each hoist cable, `rope_1_speed` and `rope_2_speed`, instead of `hoist_speed`:
-    /// the speed at which it lifts its side of the hook block.
-    pub separate_ropes: bool,
-    /// `true` starts a simulation from the static equilibrium near this pose, `false` from
-    /// unstrained cables.
-    pub equilibrium: bool,
-    /// Seed of the segments' random angular velocities; 0 is none.
-    pub seed: u64,
-    /// Bound of each component of the random angular velocities \[rad/s].
-    pub seed_rate: f64,
-    /// Damping time τ of all rows but those of the motors \[s].
-    pub damping: f64,
-}
-
-impl Default for GantryParams {
-    fn default() -> Self {
-        Self {
-            segments: 12,
-            cable_length: 4.0,
-            segment_mass: 1.0,
-            mass_ratio: 1000.0,
-            hook_mass: None,
-            trolley_mass: None,
-            gravity: 9.81,
-            drop: 6.0,
-            parts: 2,
-            rope_spread: [0.4, 0.6],
-            sheaves: false,
-            sheave_friction: 0.0,
-            rope_ea: 2e7,
-            hook_height: 0.6,
-            load_offset: None,
-            ea: 2e7,
-            ei: None,
-            gj: None,
-            joint: JointKind::Cosserat,
-            attachment: End::Clamped,
-            trolley_force: None,
-            winch_force: None,
-            least_drop: 1.0,
-            separate_ropes: false,
-            equilibrium: true,
-            seed: 1,
-            seed_rate: 1e-3,
-            damping: 0.0,
-        }
+params! {
+    /// Parameters of the gantry. SI units; `None` stands for the default that the field names.
+    pub struct GantryParams, "gantry.rs", named "gantry" {
+        /// Number of segments of the rigid cable between hook and load.
+        pub segments: usize = 12, |n| n >= 1.0, "at least 1";
+        /// Length of the rigid cable, unstrained \[m].
+        pub cable_length: f64 = 4.0, representable, "> 0 m, 1e-150 to 1e150";
+        /// Mass of a segment \[kg].
+        pub segment_mass: f64 = 1.0, representable, "> 0 kg, 1e-150 to 1e150";
+        /// Mass of the load over that of a segment, without unit.
+        pub mass_ratio: f64 = 1000.0, representable, "> 0, 1e-150 to 1e150";
+        /// Mass of the hook block \[kg]. Default: a quarter of the load's.
+        pub hook_mass: Option<f64> = None;
+        /// Mass of the trolley \[kg]. Default: half of the load's.
+        pub trolley_mass: Option<f64> = None;
+        /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+        pub gravity: f64 = 9.81, not_negative, "≥ 0 m/s²";
+        /// Distance from the trolley's centre down to the top of the hook block \[m].
+        pub drop: f64 = 6.0, representable, "> 0 m, 1e-150 to 1e150";
+        /// Falls of each of the two hoist cables, 2 to 12.
+        pub parts: usize = 2, |n| (2.0..=MAX_PARTS as f64).contains(&n), "2 to 12";
+        /// Extent of the falls along x and y \[m], > 0.
+        pub rope_spread: [f64; 2] = [0.4, 0.6], representable, "two lengths > 0 m";
+        /// Hoist cables over sheaves between their falls, which do not turn, instead of through points.
+        pub sheaves: bool = false;
+        /// Coefficient of friction of these sheaves, over which the cables slip where the tensions differ by more than e^(πμ).
+        pub sheave_friction: f64 = 0.0, not_negative, "≥ 0";
+        /// Axial stiffness of each hoist cable \[N]; 0 for rigid ones.
+        pub rope_ea: f64 = 2e7, not_negative, "≥ 0 N; 0 is rigid";
+        /// Height of the hook block \[m]: from where it hangs to where the cable is attached; its centre is in the middle.
+        pub hook_height: f64 = 0.6, representable, "> 0 m, 1e-150 to 1e150";
+        /// Distance from the load's centre up to where the cable is attached \[m]. Default: half its edge.
+        pub load_offset: Option<f64> = None, not_negative, "≥ 0 m";
+        /// Axial stiffness YA of the rigid cable \[N].
+        pub ea: f64 = 2e7, representable, "> 0 N, 1e-150 to 1e150";
+        /// Bending stiffness YI \[N m²]. Default: of a solid round cable of steel.
+        pub ei: Option<f64> = None;
+        /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable of steel.
+        pub gj: Option<f64> = None;
+        /// Kind of the cable's inner joints: `spherical`, `cosserat` or `paper`.
+        pub joint: JointKind = JointKind::Cosserat;
+        /// How the cable is held at hook and load: `spherical`, or `clamped`, which turns the load with the hook.
+        pub attachment: End = End::Clamped;
+        /// Largest force of the trolley's motor \[N]. Default: no limit. Zero lets the trolley roll freely.
+        pub trolley_force: Option<f64> = None, not_negative, "≥ 0 N";
+        /// Largest tension that each winch holds \[N]. Default: no limit.
+        pub winch_force: Option<f64> = None, not_negative, "≥ 0 N";
+        /// Drop at which hauling in stops \[m], > 0.
+        pub least_drop: f64 = 1.0, representable, "> 0 m, 1e-150 to 1e150";
+        /// A control for each hoist cable, `rope_1_speed` and `rope_2_speed`, instead of `hoist_speed`:
+        /// the speed at which it lifts its side of the hook block.
+        pub separate_ropes: bool = false;
+        /// `true` starts a simulation from the static equilibrium near this pose, `false` from
+        /// unstrained cables.
+        pub equilibrium: bool = true;
+        /// Seed of the segments' random angular velocities; 0 is none.
+        pub seed: u64 = 1;
+        /// Bound of each component of the random angular velocities \[rad/s].
+        pub seed_rate: f64 = 1e-3, not_negative, "≥ 0 rad/s";
+        /// Damping time τ of all rows but those of the motors \[s].
+        pub damping: f64 = 0.0, not_negative, "≥ 0 s";
     }
 }
 
@@ -184,9 +149,8 @@ impl GantryParams {
         self.check_ranges()?;
         let load_mass = self.mass_ratio * self.segment_mass;
         let load_edge = (load_mass / Material::STEEL.density).cbrt();
-        let radius = Material::STEEL.round_radius(self.ea);
-        let stiffness =
-            Stiffness::of_round(self.ea, radius, Material::STEEL.poisson, [self.ei, self.gj]);
+        let cable = Material::STEEL.round(self.ea, None, [self.ei, self.gj]);
+        let (radius, stiffness) = (cable.radius, cable.stiffness);
         let gantry = ResolvedGantry {
             segment_length: self.cable_length / self.segments as f64,
             radius,
@@ -197,7 +161,7 @@ impl GantryParams {
             trolley_mass: self.trolley_mass.unwrap_or(0.5 * load_mass),
             stiffness,
         };
-        for (what, value) in [
+        check_worked_out(&[
             ("segment length", gantry.segment_length),
             ("cable radius", radius),
             ("load mass", load_mass),
@@ -206,10 +170,7 @@ impl GantryParams {
             ("trolley_mass", gantry.trolley_mass),
             ("ei", stiffness.ei),
             ("gj", stiffness.gj),
-        ] {
-            let needs = "between 1e-150 and 1e150 when all is worked out";
-            check(what, value, (1e-150..=1e150).contains(&value), needs)?;
-        }
+        ])?;
         Ok(gantry)
     }
 
@@ -222,45 +183,10 @@ impl GantryParams {
     }
 
     fn check_ranges(&self) -> Result<(), SceneError> {
-        let n = self.segments as f64;
-        check("segments", n, self.segments > 0, "at least 1")?;
-        if self.segments > MAX_SEGMENTS {
-            return Err(SceneError::TooLarge {
-                what: "segments",
-                value: self.segments,
-                limit: MAX_SEGMENTS,
-            });
-        }
-        let parts = (2..=MAX_PARTS).contains(&self.parts);
-        check("parts", self.parts as f64, parts, "2 to 12")?;
-        let representable = |value: f64| (1e-150..=1e150).contains(&value);
-        for (what, value, needs) in [
-            ("cable_length", self.cable_length, "> 0 m, 1e-150 to 1e150"),
-            ("segment_mass", self.segment_mass, "> 0 kg, 1e-150 to 1e150"),
-            ("mass_ratio", self.mass_ratio, "> 0, 1e-150 to 1e150"),
-            ("drop", self.drop, "> 0 m, 1e-150 to 1e150"),
-            ("least_drop", self.least_drop, "> 0 m, 1e-150 to 1e150"),
-            ("rope_spread", self.rope_spread[0], "two lengths > 0 m"),
-            ("rope_spread", self.rope_spread[1], "two lengths > 0 m"),
-            ("hook_height", self.hook_height, "> 0 m, 1e-150 to 1e150"),
-            ("ea", self.ea, "> 0 N, 1e-150 to 1e150"),
-        ] {
-            check(what, value, representable(value), needs)?;
-        }
+        check_count("segments", self.segments, MAX_SEGMENTS)?;
+        self.check_each()?;
         let lowered = self.drop >= self.least_drop;
         check("drop", self.drop, lowered, "at least least_drop")?;
-        for (what, value, needs) in [
-            ("rope_ea", self.rope_ea, "≥ 0 N; 0 is rigid"),
-            ("sheave_friction", self.sheave_friction, "≥ 0"),
-            ("gravity", self.gravity, "≥ 0 m/s²"),
-            ("damping", self.damping, "≥ 0 s"),
-            ("seed_rate", self.seed_rate, "≥ 0 rad/s"),
-            ("load_offset", self.load_offset.unwrap_or(0.0), "≥ 0 m"),
-            ("trolley_force", self.trolley_force.unwrap_or(0.0), "≥ 0 N"),
-            ("winch_force", self.winch_force.unwrap_or(0.0), "≥ 0 N"),
-        ] {
-            check(what, value, value >= 0.0, needs)?;
-        }
         let rough = self.sheave_friction > 0.0;
         let conflict = |reason| {
             let what = "sheave_friction".to_owned();

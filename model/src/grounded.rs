@@ -14,120 +14,62 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::body::{Body, Mobility};
-use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
-use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
-use crate::error::{SceneError, check};
+use crate::cable::{Cable, CableEnd, Damping, JointKind, Segments};
+use crate::collide::{Collider, Shape, Surface};
+use crate::error::SceneError;
 use crate::frame::Frame;
-use crate::material::Stiffness;
+use crate::material::{Material, Stiffness};
+use crate::params::{finite, not_negative, params, representable, scenes};
 use crate::scene::Scene;
-
-/// Most boxes or cables.
-const MOST: usize = 200;
 
 /// Density of the load that is dragged \[kg/m³].
 const DENSITY: f64 = 2500.0;
 
-/// Kind of scene on the ground.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Grounded {
-    /// Boxes on each other.
-    #[default]
-    Stack,
-    /// A load dragged by a cable.
-    Floor,
-    /// Cables that fall on each other.
-    Pile,
-}
-
-impl Grounded {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Stack, Self::Floor, Self::Pile];
-
-    /// Name of its scene: `stack`, `floor`, `pile`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stack => "stack",
-            Self::Floor => "floor",
-            Self::Pile => "pile",
-        }
-    }
-
-    /// The one with that name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|s| s.name() == name)
+scenes! {
+    /// Kind of scene on the ground.
+    pub enum Grounded {
+        /// Boxes on each other.
+        Stack = "stack",
+        /// A load dragged by a cable.
+        Floor = "floor",
+        /// Cables that fall on each other.
+        Pile = "pile",
     }
 }
 
-/// Parameters of such a scene. SI units.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
-pub struct GroundedParams {
-    /// Which it is. Not part of a scene's text: the table's name says it.
-    #[cfg_attr(feature = "toml", serde(skip))]
-    pub grounded: Grounded,
-    /// Boxes of the stack or cables of the pile, 1 to 200. Default: 10 boxes, 4 cables. Not in `floor`.
-    pub count: Option<usize>,
-    /// Segments of a cable, 1 to 10 000. Not in `stack`.
-    pub segments: usize,
-    /// Length of a cable, and edge of a box times its number \[m].
-    pub length: f64,
-    /// Radius of a cable \[m]. Not in `stack`.
-    pub radius: f64,
-    /// Mass of a segment, and of the lightest box \[kg].
-    pub segment_mass: f64,
-    /// Mass of the heaviest box, of the load or of a heavy segment over `segment_mass`, ≥ 1.
-    pub mass_ratio: f64,
-    /// Axial stiffness of a cable \[N]. Not in `stack`.
-    pub ea: f64,
-    /// Bending and torsional stiffness of a cable \[N m²]; 0 for ball joints. Not in `stack`.
-    pub ei: f64,
-    /// Damping time τ of a cable \[s]. Not in `stack`.
-    pub damping: f64,
-    /// Coefficient of friction of all surfaces.
-    pub friction: f64,
-    /// Coefficient of restitution of all surfaces, 0 to 1.
-    pub restitution: f64,
-    /// Speed of the tug \[m/s]. Only in `floor`.
-    pub speed: f64,
-    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
-    pub gravity: f64,
-}
-
-impl Default for GroundedParams {
-    fn default() -> Self {
-        Self {
-            grounded: Grounded::Stack,
-            count: None,
-            segments: 24,
-            length: 10.0,
-            radius: 0.02,
-            segment_mass: 1.0,
-            mass_ratio: 100.0,
-            ea: 2e7,
-            ei: 20.0,
-            damping: 0.01,
-            friction: 0.3,
-            restitution: 0.0,
-            speed: 0.5,
-            gravity: 9.81,
-        }
+params! {
+    /// Parameters of such a scene. SI units.
+    pub struct GroundedParams, "grounded.rs", of grounded: Grounded {
+        /// Boxes of the stack or cables of the pile, 1 to 200. Default: 10 boxes, 4 cables. Not in `floor`.
+        pub count: Option<usize> = None, |n| (1.0..=200.0).contains(&n), "1 to 200";
+        /// Segments of a cable, 1 to 10 000. Not in `stack`.
+        pub segments: usize = 24, |n| (1.0..=10_000.0).contains(&n), "1 to 10 000";
+        /// Length of a cable, and edge of a box times its number \[m].
+        pub length: f64 = 10.0, representable, "> 0, 1e-150 to 1e150";
+        /// Radius of a cable \[m]. Not in `stack`.
+        pub radius: f64 = 0.02, representable, "> 0, 1e-150 to 1e150";
+        /// Mass of a segment, and of the lightest box \[kg].
+        pub segment_mass: f64 = 1.0, representable, "> 0, 1e-150 to 1e150";
+        /// Mass of the heaviest box, of the load or of a heavy segment over `segment_mass`, ≥ 1.
+        pub mass_ratio: f64 = 100.0, |ratio| (1.0..=1e12).contains(&ratio), "1 to 1e12";
+        /// Axial stiffness of a cable \[N]. Not in `stack`.
+        pub ea: f64 = 2e7, representable, "> 0, 1e-150 to 1e150";
+        /// Bending and torsional stiffness of a cable \[N m²]; 0 for ball joints. Not in `stack`.
+        pub ei: f64 = 20.0, not_negative, "≥ 0";
+        /// Damping time τ of a cable \[s]. Not in `stack`.
+        pub damping: f64 = 0.01, not_negative, "≥ 0";
+        /// Coefficient of friction of all surfaces.
+        pub friction: f64 = 0.3, not_negative, "≥ 0";
+        /// Coefficient of restitution of all surfaces, 0 to 1.
+        pub restitution: f64 = 0.0, |e| (0.0..=1.0).contains(&e), "0 to 1";
+        /// Speed of the tug \[m/s]. Only in `floor`.
+        pub speed: f64 = 0.5, finite, "a number";
+        /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+        pub gravity: f64 = 9.81, not_negative, "≥ 0";
     }
 }
 
 impl GroundedParams {
-    /// The default parameters of a scene.
-    #[must_use]
-    pub fn new(grounded: Grounded) -> Self {
-        Self {
-            grounded,
-            ..Self::default()
-        }
-    }
-
     fn count(&self) -> usize {
         let default = if self.grounded == Grounded::Pile {
             4
@@ -143,7 +85,7 @@ impl GroundedParams {
     /// # Errors
     /// Names the parameter that is out of range, and what it has to be.
     pub fn build(&self) -> Result<Scene, SceneError> {
-        self.check_ranges()?;
+        self.check_each()?;
         let mut scene = Scene::new(self.grounded.name());
         scene.gravity = Vector3::z() * -self.gravity;
         let ground = Collider::new("ground", None, Shape::HalfSpace);
@@ -156,46 +98,6 @@ impl GroundedParams {
         scene.group_by_topology();
         scene.validate()?;
         Ok(scene)
-    }
-
-    fn check_ranges(&self) -> Result<(), SceneError> {
-        for (what, value, most) in [
-            ("count", self.count(), MOST),
-            ("segments", self.segments, 10_000),
-        ] {
-            let needs = if most == MOST {
-                "1 to 200"
-            } else {
-                "1 to 10 000"
-            };
-            check(what, value as f64, (1..=most).contains(&value), needs)?;
-        }
-        for (what, value) in [
-            ("length", self.length),
-            ("radius", self.radius),
-            ("segment_mass", self.segment_mass),
-            ("ea", self.ea),
-        ] {
-            check(
-                what,
-                value,
-                (1e-150..=1e150).contains(&value),
-                "> 0, 1e-150 to 1e150",
-            )?;
-        }
-        let heavier = (1.0..=1e12).contains(&self.mass_ratio);
-        check("mass_ratio", self.mass_ratio, heavier, "1 to 1e12")?;
-        for (what, value) in [
-            ("ei", self.ei),
-            ("damping", self.damping),
-            ("friction", self.friction),
-            ("gravity", self.gravity),
-        ] {
-            check(what, value, value >= 0.0 && value.is_finite(), "≥ 0")?;
-        }
-        let bounces = (0.0..=1.0).contains(&self.restitution);
-        check("restitution", self.restitution, bounces, "0 to 1")?;
-        check("speed", self.speed, self.speed.is_finite(), "a number").map(|_| ())
     }
 
     fn surface(&self) -> Surface {
@@ -282,14 +184,8 @@ impl GroundedParams {
         // A cable that resists neither bending nor torsion has no such rows, and any stiffness will do.
         let ei = if stiff { self.ei } else { 1.0 };
         Cable {
-            name: name.to_owned(),
-            ends,
-            points: Vec::new(),
             segments: Segments::Equal(self.segments),
-            winch: None,
-            resolution: None,
             density: heavy * self.segment_mass * self.segments as f64 / self.length,
-            radius: self.radius,
             stiffness: Stiffness {
                 ea: self.ea,
                 ei,
@@ -303,11 +199,8 @@ impl GroundedParams {
             },
             bend: stiff,
             twist: stiff,
-            rest: Rest::Straight,
-            group: 0,
             collide: Some(self.surface()),
-            groups: DEFAULT_GROUP,
-            meets: u32::MAX,
+            ..Cable::round(name, &Material::STEEL, self.radius, ends)
         }
     }
 }

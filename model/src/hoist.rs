@@ -10,7 +10,8 @@ mod build;
 use crate::cable::{End, JointKind, MAX_SEGMENTS};
 use crate::constraint::TwistDefinition;
 use crate::error::{SceneError, check};
-use crate::material::{CrossSection, Material, Stiffness};
+use crate::material::{Material, Stiffness};
+use crate::params::{check_count, finite, not_negative, params, positive};
 
 /// Which joint is a group of its own, for block Gauss–Seidel over groups \[SL §VI-A]. All others are one group.
 #[non_exhaustive]
@@ -25,113 +26,74 @@ pub enum Apart {
     Anchor,
 }
 
-/// Parameters of the hoist. SI units; `None` stands for the default that the field names.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
-pub struct HoistParams {
-    /// Number of segments, 1 to 10 million.
-    pub segments: usize,
-    /// Length of the unstrained cable \[m].
-    pub length: f64,
-    /// Mass of a segment \[kg]. Default: from density and radius when `material` or `radius` is given, else 1 kg.
-    pub segment_mass: Option<f64>,
-    /// Mass of the load over that of a segment, without unit.
-    pub mass_ratio: f64,
-    /// Mass of the load \[kg]; replaces `mass_ratio` when given.
-    pub load_mass: Option<f64>,
-    /// Mass of the uppermost segment \[kg], with as much more inertia: \[SL §VII-B] gives both end segments the load's.
-    /// Default: that of the others.
-    pub top_mass: Option<f64>,
-    /// Which joint is a group of its own: `load` or `anchor`.
-    pub apart: Apart,
-    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
-    pub gravity: f64,
-    /// `steel`, `nylon` or `rubber`. Default: steel.
-    pub material: Option<String>,
-    /// Radius of the cable \[m]. Default: that of a solid cable of the material with stiffness `ea`.
-    pub radius: Option<f64>,
-    /// Axial stiffness YA \[N]. Default: from material and radius when `radius` is given, else 2·10⁷ N.
-    pub ea: Option<f64>,
-    /// Bending stiffness YI \[N m²]. Default: of a solid round cable, EA r²/4.
-    pub ei: Option<f64>,
-    /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable, EI/(1 + ν).
-    pub gj: Option<f64>,
-    /// Kind of the inner joints: `spherical`, `cosserat` or `paper`.
-    pub joint: JointKind,
-    /// Between which vectors `paper` joints take the twist angle: `ordinary` or `alternative`; other kinds have the
-    /// ordinary one only.
-    pub twist_definition: TwistDefinition,
-    /// Stretch rows in the joints. A cable needs them: `false` is refused.
-    pub stretch: bool,
-    /// Bend rows in the joints. Default: all kinds but `spherical`.
-    pub bend: Option<bool>,
-    /// Twist row in the joints. Default: all kinds but `spherical`.
-    pub twist: Option<bool>,
-    /// How the upper end is held by the world: `spherical` or `clamped`.
-    pub anchor: End,
-    /// How the load is held by the lower end: `spherical` or `clamped`.
-    pub attachment: End,
-    /// Distance of the hook point above the load's centre \[m].
-    pub load_offset: f64,
-    /// Rotation of the straight cable with its load about the y axis through the anchor, at the start \[rad].
-    pub initial_angle: f64,
-    /// `true` starts a simulation from the static equilibrium near this pose, `false` from the
-    /// unstrained cable.
-    pub equilibrium: bool,
-    /// Seed of the segments' random angular velocities; 0 is none.
-    pub seed: u64,
-    /// Bound of each component of the random angular velocities \[rad/s].
-    pub seed_rate: f64,
-    /// Damping time τ of all rows \[s].
-    pub damping: f64,
-    /// Displacement of the anchor along x \[m].
-    pub move_x: f64,
-    /// Time at which the anchor starts to move \[s].
-    pub move_start: f64,
-    /// How long the anchor moves \[s].
-    pub move_duration: f64,
-    /// Radius of a horizontal circle that the anchor moves on \[m]; excludes `move_x`. It starts at `move_start`.
-    pub circle_radius: f64,
-    /// Time of one turn on that circle \[s], and of the run-up to it.
-    pub circle_period: f64,
-}
-
-impl Default for HoistParams {
-    fn default() -> Self {
-        Self {
-            segments: 24,
-            length: 10.0,
-            segment_mass: None,
-            mass_ratio: 1000.0,
-            load_mass: None,
-            top_mass: None,
-            apart: Apart::Load,
-            gravity: 9.81,
-            material: None,
-            radius: None,
-            ea: None,
-            ei: None,
-            gj: None,
-            joint: JointKind::Cosserat,
-            twist_definition: TwistDefinition::Ordinary,
-            stretch: true,
-            bend: None,
-            twist: None,
-            anchor: End::Spherical,
-            attachment: End::Spherical,
-            load_offset: 0.0,
-            initial_angle: 0.0,
-            equilibrium: false,
-            seed: 0,
-            seed_rate: 1e-3,
-            damping: 0.0,
-            move_x: 0.0,
-            move_start: 0.0,
-            move_duration: 1.0,
-            circle_radius: 0.0,
-            circle_period: 4.0,
-        }
+params! {
+    /// Parameters of the hoist. SI units; `None` stands for the default that the field names.
+    pub struct HoistParams, "hoist.rs", named "hoist" {
+        /// Number of segments, 1 to 10 million.
+        pub segments: usize = 24, |n| n >= 1.0, "at least 1";
+        /// Length of the unstrained cable \[m].
+        pub length: f64 = 10.0, positive, "> 0 m";
+        /// Mass of a segment \[kg]. Default: from density and radius when `material` or `radius` is given, else 1 kg.
+        pub segment_mass: Option<f64> = None, positive, "> 0 kg";
+        /// Mass of the load over that of a segment, without unit.
+        pub mass_ratio: f64 = 1000.0, positive, "> 0";
+        /// Mass of the load \[kg]; replaces `mass_ratio` when given.
+        pub load_mass: Option<f64> = None, positive, "> 0 kg";
+        /// Mass of the uppermost segment \[kg], with as much more inertia: \[SL §VII-B] gives both end segments the load's.
+        /// Default: that of the others.
+        pub top_mass: Option<f64> = None, positive, "> 0 kg";
+        /// Which joint is a group of its own: `load` or `anchor`.
+        pub apart: Apart = Apart::Load;
+        /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+        pub gravity: f64 = 9.81, not_negative, "≥ 0 m/s²";
+        /// `steel`, `nylon` or `rubber`. Default: steel.
+        pub material: Option<String> = None;
+        /// Radius of the cable \[m]. Default: that of a solid cable of the material with stiffness `ea`.
+        pub radius: Option<f64> = None, positive, "> 0 m";
+        /// Axial stiffness YA \[N]. Default: from material and radius when `radius` is given, else 2·10⁷ N.
+        pub ea: Option<f64> = None, positive, "> 0 N";
+        /// Bending stiffness YI \[N m²]. Default: of a solid round cable, EA r²/4.
+        pub ei: Option<f64> = None, positive, "> 0 N m²";
+        /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable, EI/(1 + ν).
+        pub gj: Option<f64> = None, positive, "> 0 N m²";
+        /// Kind of the inner joints: `spherical`, `cosserat` or `paper`.
+        pub joint: JointKind = JointKind::Cosserat;
+        /// Between which vectors `paper` joints take the twist angle: `ordinary` or `alternative`; other kinds have the
+        /// ordinary one only.
+        pub twist_definition: TwistDefinition = TwistDefinition::Ordinary;
+        /// Stretch rows in the joints. A cable needs them: `false` is refused.
+        pub stretch: bool = true;
+        /// Bend rows in the joints. Default: all kinds but `spherical`.
+        pub bend: Option<bool> = None;
+        /// Twist row in the joints. Default: all kinds but `spherical`.
+        pub twist: Option<bool> = None;
+        /// How the upper end is held by the world: `spherical` or `clamped`.
+        pub anchor: End = End::Spherical;
+        /// How the load is held by the lower end: `spherical` or `clamped`.
+        pub attachment: End = End::Spherical;
+        /// Distance of the hook point above the load's centre \[m].
+        pub load_offset: f64 = 0.0, finite, "finite";
+        /// Rotation of the straight cable with its load about the y axis through the anchor, at the start \[rad].
+        pub initial_angle: f64 = 0.0, finite, "finite";
+        /// `true` starts a simulation from the static equilibrium near this pose, `false` from the
+        /// unstrained cable.
+        pub equilibrium: bool = false;
+        /// Seed of the segments' random angular velocities; 0 is none.
+        pub seed: u64 = 0;
+        /// Bound of each component of the random angular velocities \[rad/s].
+        pub seed_rate: f64 = 1e-3, not_negative, "≥ 0 rad/s";
+        /// Damping time τ of all rows \[s].
+        pub damping: f64 = 0.0, not_negative, "≥ 0 s";
+        /// Displacement of the anchor along x \[m].
+        pub move_x: f64 = 0.0, finite, "finite";
+        /// Time at which the anchor starts to move \[s].
+        pub move_start: f64 = 0.0, finite, "finite";
+        /// How long the anchor moves \[s].
+        pub move_duration: f64 = 1.0, positive, "> 0 s";
+        /// Radius of a horizontal circle that the anchor moves on \[m]; excludes `move_x`. It starts at `move_start`.
+        pub circle_radius: f64 = 0.0, not_negative, "≥ 0 m";
+        /// Time of one turn on that circle \[s], and of the run-up to it.
+        pub circle_period: f64 = 4.0, positive, "> 0 s";
     }
 }
 
@@ -160,102 +122,30 @@ impl HoistParams {
     /// # Errors
     /// Names the parameter that is out of range, and what it has to be.
     pub fn resolve(&self) -> Result<Hoist, SceneError> {
-        self.check_ranges()?;
-        let positive = |what: &str, value: Option<f64>, unit: &'static str| match value {
-            Some(value) => check(what, value, value > 0.0, unit).map(Some),
-            None => Ok(None),
-        };
-        let material = self.material()?;
-        let radius = positive("radius", self.radius, "> 0 m")?;
-        let ea = positive("ea", self.ea, "> 0 N")?;
-        let solid = |radius| CrossSection::Circle { radius };
-        let ea = match (ea, radius) {
-            (Some(ea), _) => ea,
-            (None, Some(radius)) => material.young * solid(radius).area(),
-            (None, None) => 2e7,
-        };
-        let radius = radius.unwrap_or_else(|| material.round_radius(ea));
-        let ei = positive("ei", self.ei, "> 0 N m²")?;
-        let gj = positive("gj", self.gj, "> 0 N m²")?;
-        let stiffness = Stiffness::of_round(ea, radius, material.poisson, [ei, gj]);
+        check_count("segments", self.segments, MAX_SEGMENTS)?;
+        self.check_each()?;
+        self.check_conflicts()?;
+        let material = Material::find(self.material.as_deref().unwrap_or("steel"))?;
+        let of_radius = self.radius.map(|radius| material.round_stiffness(radius));
+        let ea = self.ea.or(of_radius).unwrap_or(2e7);
+        let cable = material.round(ea, self.radius, [self.ei, self.gj]);
         let segment_length = self.length / self.segments as f64;
         let from_density = self.material.is_some() || self.radius.is_some();
-        let segment_mass = match positive("segment_mass", self.segment_mass, "> 0 kg")? {
+        let segment_mass = match self.segment_mass {
             Some(mass) => mass,
-            None if from_density => material.density * solid(radius).area() * segment_length,
+            None if from_density => cable.density * segment_length,
             None => 1.0,
         };
-        let load_mass = positive("load_mass", self.load_mass, "> 0 kg")?
-            .unwrap_or(self.mass_ratio * segment_mass);
         let hoist = Hoist {
             segments: self.segments,
             segment_length,
             segment_mass,
-            radius,
-            load_mass,
-            top_mass: positive("top_mass", self.top_mass, "> 0 kg")?.unwrap_or(segment_mass),
-            stiffness,
+            radius: cable.radius,
+            load_mass: self.load_mass.unwrap_or(self.mass_ratio * segment_mass),
+            top_mass: self.top_mass.unwrap_or(segment_mass),
+            stiffness: cable.stiffness,
         };
         hoist.check_representable()
-    }
-
-    fn material(&self) -> Result<Material, SceneError> {
-        match &self.material {
-            None => Ok(Material::STEEL),
-            Some(name) => Material::named(name).ok_or_else(|| SceneError::UnknownName {
-                what: "material",
-                name: name.clone(),
-                known: Material::NAMES.map(str::to_owned).to_vec(),
-            }),
-        }
-    }
-
-    fn check_ranges(&self) -> Result<(), SceneError> {
-        if self.segments > MAX_SEGMENTS {
-            return Err(SceneError::TooLarge {
-                what: "segments",
-                value: self.segments,
-                limit: MAX_SEGMENTS,
-            });
-        }
-        if self.segments == 0 {
-            return Err(SceneError::BadValue {
-                what: "segments".into(),
-                value: 0.0,
-                needs: "at least 1",
-            });
-        }
-        check("length", self.length, self.length > 0.0, "> 0 m")?;
-        check("mass_ratio", self.mass_ratio, self.mass_ratio > 0.0, "> 0")?;
-        check("gravity", self.gravity, self.gravity >= 0.0, "≥ 0 m/s²")?;
-        check(
-            "seed_rate",
-            self.seed_rate,
-            self.seed_rate >= 0.0,
-            "≥ 0 rad/s",
-        )?;
-        check("damping", self.damping, self.damping >= 0.0, "≥ 0 s")?;
-        check(
-            "circle_radius",
-            self.circle_radius,
-            self.circle_radius >= 0.0,
-            "≥ 0 m",
-        )?;
-        for (what, value) in [
-            ("move_duration", self.move_duration),
-            ("circle_period", self.circle_period),
-        ] {
-            check(what, value, value > 0.0, "> 0 s")?;
-        }
-        for (what, value) in [
-            ("load_offset", self.load_offset),
-            ("initial_angle", self.initial_angle),
-            ("move_x", self.move_x),
-            ("move_start", self.move_start),
-        ] {
-            check(what, value, true, "finite")?;
-        }
-        self.check_conflicts()
     }
 
     fn check_conflicts(&self) -> Result<(), SceneError> {
@@ -274,10 +164,7 @@ impl HoistParams {
                 "a cable without stretch rows is not connected: leave it true",
             );
         }
-        if self.joint != JointKind::Paper && self.twist_definition != TwistDefinition::Ordinary {
-            let reason = "is a choice of the paper's joint: use joint = \"paper\"";
-            return conflict("twist_definition", reason);
-        }
+        self.joint.check_twist(self.twist_definition)?;
         if self.joint == JointKind::Spherical {
             let reason =
                 "spherical joints have stretch rows only: use joint = \"cosserat\" or \"paper\"";
@@ -336,6 +223,7 @@ impl Hoist {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::CrossSection;
     use proptest::prelude::*;
     use std::f64::consts::PI;
 

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::constraint::{JointLaw, RowLaw};
+use crate::error::SceneError;
 
 /// An isotropic elastic material.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +14,16 @@ pub struct Material {
     pub poisson: f64,
     /// Density ρ \[kg/m³].
     pub density: f64,
+}
+
+/// A round cable with all defaults worked out: [`Material::round`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RoundCable {
+    /// \[m]
+    pub(crate) radius: f64,
+    pub(crate) stiffness: Stiffness,
+    /// Mass per length of a solid one \[kg/m].
+    pub(crate) density: f64,
 }
 
 impl Material {
@@ -47,6 +58,36 @@ impl Material {
             "rubber" => Some(Self::RUBBER),
             _ => None,
         }
+    }
+
+    /// As [`Material::named`], with an error that lists the names.
+    pub(crate) fn find(name: &str) -> Result<Self, SceneError> {
+        Self::named(name).ok_or_else(|| SceneError::UnknownName {
+            what: "material",
+            name: name.to_owned(),
+            known: Self::NAMES.map(str::to_owned).to_vec(),
+        })
+    }
+
+    /// A round cable with the axial stiffness `ea` (N): radius (m), EI and GJ (N m²) are those of a solid one where they are not
+    /// given.
+    pub(crate) fn round(
+        &self,
+        ea: f64,
+        radius: Option<f64>,
+        ei_gj: [Option<f64>; 2],
+    ) -> RoundCable {
+        let radius = radius.unwrap_or_else(|| self.round_radius(ea));
+        RoundCable {
+            radius,
+            stiffness: Stiffness::of_round(ea, radius, self.poisson, ei_gj),
+            density: self.density * CrossSection::Circle { radius }.area(),
+        }
+    }
+
+    /// Axial stiffness of a solid round cable with that radius (m) \[N].
+    pub(crate) fn round_stiffness(&self, radius: f64) -> f64 {
+        self.young * CrossSection::Circle { radius }.area()
     }
 
     /// Radius of a solid round cable with axial stiffness `ea` (N) \[m].

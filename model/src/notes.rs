@@ -1,11 +1,9 @@
 //! Limits and plausibility from a scene's own lengths: how far its constraints can open, and which
 //! of its numbers are likely mistakes.
 
-use std::fmt;
-
 use crate::constraint::{Constraint, MasslessCable, RowKind};
 use crate::contacts::{Collisions, Contact};
-use crate::error::SceneError;
+use crate::error::{SceneError, told};
 use crate::frame::Frame;
 use crate::scene::Scene;
 
@@ -25,171 +23,113 @@ const LOOSE: f64 = 1e-9;
 /// Overlap of two shapes over the smallest dimension of either, beyond which they are not meant to touch.
 const INSIDE: f64 = 0.1;
 
-/// A likely mistake in a scene that is valid all the same.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum Note {
-    /// No constraints lead from some dynamic bodies to the world, to a static or to a driven body: they fall.
-    Unheld {
-        /// The first of them.
-        body: String,
-        /// How many more there are.
-        others: usize,
-    },
-    /// A point of attachment is far from its body.
-    FarLever {
-        /// The constraint.
-        constraint: String,
-        /// The body.
-        body: String,
-        /// Distance from the centre of mass \[m].
-        lever: f64,
-        /// Radius of gyration of the body \[m].
-        size: f64,
-    },
-    /// A cable arrives at a sheave or leaves it more askew than grooves are made for.
-    FleetAngle {
-        /// The cable.
-        cable: String,
-        /// Which of its points the sheave is, from 1.
-        point: usize,
-        /// Angle between the span and the plane of the sheave \[rad].
-        angle: f64,
-    },
-    /// A cable over sheaves is longer than its path.
-    Slack {
-        /// The cable, with all of its parts.
-        cable: String,
-        /// By how much \[m].
-        slack: f64,
-        /// The length of the path, with what lies on sheaves and drums \[m].
-        path: f64,
-    },
-    /// A massless cable is shorter than its path, and pulls by more than the scene weighs.
-    Short {
-        /// The cable, with all of its parts.
-        cable: String,
-        /// By how much \[m].
-        short: f64,
-        /// The length of the path, with what lies on sheaves and drums \[m].
-        path: f64,
-        /// By how much over its length off the drums.
-        strain: f64,
-        /// Its tension at the start \[N]; infinite where it is rigid.
-        tension: f64,
-    },
-    /// Two shapes that can meet begin inside each other: they are thrown apart.
-    Overlap {
-        /// The names of the colliders that overlap most.
-        colliders: [String; 2],
-        /// By how much \[m].
-        depth: f64,
-    },
-    /// No shapes of some dynamic bodies or cables can meet any other: they fall through everything.
-    MeetsNothing {
-        /// The first collider of the first of them.
-        collider: String,
-        /// How many bodies and cables more there are.
-        others: usize,
-    },
-    /// There is a load, but neither gravity nor any other force.
-    NoGravity,
-    /// A constraint was strained by more than 5 %.
-    Strained {
-        /// The constraint that was strained most.
-        constraint: String,
-        /// Its largest gap over its length.
-        strain: f64,
-    },
-}
-
-impl fmt::Display for Note {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unheld { body, others } => {
-                write!(f, "nothing holds body `{body}`")?;
-                if *others > 0 {
-                    write!(f, " and {others} more")?;
-                }
-                f.write_str(": no constraints lead to the world or to a static or driven body")
-            }
-            Self::FarLever {
-                constraint,
-                body,
-                lever,
-                size,
-            } => write!(
-                f,
+told! {
+    /// A likely mistake in a scene that is valid all the same.
+    #[derive(Debug, Clone, PartialEq)]
+    #[non_exhaustive]
+    pub enum Note {
+        /// No constraints lead from some dynamic bodies to the world, to a static or to a driven body: they fall.
+        Unheld {
+            /// The first of them.
+            body: String,
+            /// How many more there are.
+            others: usize,
+        } => "nothing holds body `{body}`{}: no constraints lead to the world or to a static or driven body", and_more(*others);
+        /// A point of attachment is far from its body.
+        FarLever {
+            /// The constraint.
+            constraint: String,
+            /// The body.
+            body: String,
+            /// Distance from the centre of mass \[m].
+            lever: f64,
+            /// Radius of gyration of the body \[m].
+            size: f64,
+        } =>
                 "`{constraint}` holds body `{body}` at {lever:.3e} m from its centre, whose radius of gyration is \
-                 {size:.3e} m: are all lengths in metres?"
-            ),
-            Self::FleetAngle {
-                cable,
-                point,
-                angle,
-            } => write!(
-                f,
+                 {size:.3e} m: are all lengths in metres?";
+        /// A cable arrives at a sheave or leaves it more askew than grooves are made for.
+        FleetAngle {
+            /// The cable.
+            cable: String,
+            /// Which of its points the sheave is, from 1.
+            point: usize,
+            /// Angle between the span and the plane of the sheave \[rad].
+            angle: f64,
+        } =>
                 "`{cable}` has a fleet angle of {:.1}° at the sheave that is its point {point}, and ropes leave their grooves beyond \
                  {STEEP}°: turn the axis of the sheave, or move it",
-                angle.to_degrees()
-            ),
-            Self::Slack { cable, slack, path } => write!(
-                f,
-                "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves, which is {path:.6} m long"
-            ),
-            Self::Short {
-                cable,
-                short,
-                path,
-                strain,
-                tension,
-            } => {
-                write!(
-                    f,
-                    "`{cable}` starts taut: it is {short:.3e} m shorter than its path, which is {path:.6} m long, a strain of \
-                     {:.2} %",
-                    100.0 * strain
-                )?;
-                if tension.is_finite() {
-                    write!(
-                        f,
-                        " that pulls with {tension:.3e} N, more than the scene weighs"
-                    )?;
-                } else {
-                    f.write_str(" of what cannot stretch")?;
-                }
-                f.write_str(
-                    ": leave its length out for that of the path, or give its slack or a smaller tension",
-                )
-            }
-            Self::Overlap {
-                colliders: [a, b],
-                depth,
-            } => write!(
-                f,
-                "the shapes `{a}` and `{b}` overlap by {depth:.3e} m at the start, which throws them apart: move one, or \
-                 leave the pair out by groups"
-            ),
-            Self::MeetsNothing { collider, others } => {
-                write!(f, "shape `{collider}`")?;
-                match others {
-                    0 => f.write_str(" meets nothing")?,
-                    _ => write!(f, " and {others} more meet nothing")?,
-                }
-                f.write_str(
-                    ": no other shape is in groups that let both meet, but for those that joints hold; add [[ground]] or a \
-                     [[collider]], or change `groups` or `meets`",
-                )
-            }
-            Self::NoGravity => {
-                f.write_str("gravity is zero and no other force acts: the load has no weight")
-            }
-            Self::Strained { constraint, strain } => write!(
-                f,
-                "`{constraint}` was strained by {:.1} %: is its stiffness in newtons?",
-                100.0 * strain
-            ),
-        }
+                angle.to_degrees();
+        /// A cable over sheaves is longer than its path.
+        Slack {
+            /// The cable, with all of its parts.
+            cable: String,
+            /// By how much \[m].
+            slack: f64,
+            /// The length of the path, with what lies on sheaves and drums \[m].
+            path: f64,
+        } =>
+                "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves, which is {path:.6} m long";
+        /// A massless cable is shorter than its path, and pulls by more than the scene weighs.
+        Short {
+            /// The cable, with all of its parts.
+            cable: String,
+            /// By how much \[m].
+            short: f64,
+            /// The length of the path, with what lies on sheaves and drums \[m].
+            path: f64,
+            /// By how much over its length off the drums.
+            strain: f64,
+            /// Its tension at the start \[N]; infinite where it is rigid.
+            tension: f64,
+        } =>
+                "`{cable}` starts taut: it is {short:.3e} m shorter than its path, which is {path:.6} m long, a strain of \
+                 {:.2} %{}: leave its length out for that of the path, or give its slack or a smaller tension",
+                100.0 * strain, pull(*tension);
+        /// Two shapes that can meet begin inside each other: they are thrown apart.
+        Overlap {
+            /// The names of the colliders that overlap most.
+            colliders: [String; 2],
+            /// By how much \[m].
+            depth: f64,
+        } =>
+                "the shapes `{}` and `{}` overlap by {depth:.3e} m at the start, which throws them apart: move one, or \
+                 leave the pair out by groups",
+                colliders[0], colliders[1];
+        /// No shapes of some dynamic bodies or cables can meet any other: they fall through everything.
+        MeetsNothing {
+            /// The first collider of the first of them.
+            collider: String,
+            /// How many bodies and cables more there are.
+            others: usize,
+        } =>
+                "shape `{collider}`{}: no other shape is in groups that let both meet, but for those that joints hold; \
+                 add [[ground]] or a [[collider]], or change `groups` or `meets`",
+                if *others == 0 { " meets nothing".to_owned() } else { and_more(*others) + " meet nothing" };
+        /// There is a load, but neither gravity nor any other force.
+        NoGravity => "gravity is zero and no other force acts: the load has no weight";
+        /// A constraint was strained by more than 5 %.
+        Strained {
+            /// The constraint that was strained most.
+            constraint: String,
+            /// Its largest gap over its length.
+            strain: f64,
+        } => "`{constraint}` was strained by {:.1} %: is its stiffness in newtons?", 100.0 * strain;
+    }
+}
+
+fn and_more(others: usize) -> String {
+    match others {
+        0 => String::new(),
+        others => format!(" and {others} more"),
+    }
+}
+
+fn pull(tension: f64) -> String {
+    if tension.is_finite() {
+        format!(" that pulls with {tension:.3e} N, more than the scene weighs")
+    } else {
+        " of what cannot stretch".to_owned()
     }
 }
 
@@ -421,7 +361,7 @@ impl Scene {
             ..Laid::default()
         };
         for part in self.parts_of(first) {
-            if let Constraint::MasslessCable(cable) = self.constraints.get(part)? {
+            if let Some(cable) = self.constraints.get(part)?.massless_cable() {
                 let own = cable.length_at(0.0);
                 laid.length += own;
                 laid.path += cable.path(&self.bodies, 0.0);
@@ -442,12 +382,10 @@ impl Scene {
             .collect()
     }
 
-    fn massless_cables(&self) -> impl Iterator<Item = (usize, &MasslessCable)> {
+    /// The massless cables with their numbers.
+    pub(crate) fn massless_cables(&self) -> impl Iterator<Item = (usize, &MasslessCable)> {
         let constraints = self.constraints.iter().enumerate();
-        constraints.filter_map(|(c, constraint)| match constraint {
-            Constraint::MasslessCable(cable) => Some((c, cable)),
-            _ => None,
-        })
+        constraints.filter_map(|(c, constraint)| Some((c, constraint.massless_cable()?)))
     }
 
     /// The note on the largest strain of a run, where it is one: `gaps` are the largest of each constraint in it \[m]. A

@@ -8,61 +8,32 @@ use nalgebra::Vector3;
 use crate::body::Body;
 use crate::cable::MAX_SEGMENTS;
 use crate::constraint::{BendDefinition, Constraint, Distance, LinkBend, MasslessCable, RowLaw};
-use crate::error::{SceneError, check};
+use crate::error::SceneError;
 use crate::frame::Frame;
+use crate::params::{check_count, not_negative, params, representable, scenes};
 use crate::scene::Scene;
 use crate::seed;
 
-/// Rows of a chain besides its links: models (a) to (e) of \[SL §III, Fig. 1], and (f), which holds
-/// in space too.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum ChainModel {
-    /// (a) Nothing.
-    #[default]
-    Links,
-    /// (b) A massless cable through all particles: one row on the total length.
-    MasslessCable,
-    /// (c) Load enforcement: a link of the whole length from the anchor to the load.
-    LoadEnforcement,
-    /// (d) As (b), with the last link left out.
-    Truncated,
-    /// (e) Angles between neighbouring links: holds in exactly planar motion.
-    BendAngle,
-    /// (f) Bend vectors between neighbouring links, in both transverse directions.
-    BendVector,
+scenes! {
+    /// Rows of a chain besides its links: models (a) to (e) of \[SL §III, Fig. 1], and (f), which holds
+    /// in space too.
+    pub enum ChainModel {
+        /// (a) Nothing.
+        Links = "particles-a",
+        /// (b) A massless cable through all particles: one row on the total length.
+        MasslessCable = "particles-b",
+        /// (c) Load enforcement: a link of the whole length from the anchor to the load.
+        LoadEnforcement = "particles-c",
+        /// (d) As (b), with the last link left out.
+        Truncated = "particles-d",
+        /// (e) Angles between neighbouring links: holds in exactly planar motion.
+        BendAngle = "particles-e",
+        /// (f) Bend vectors between neighbouring links, in both transverse directions.
+        BendVector = "particles-f",
+    }
 }
 
 impl ChainModel {
-    /// All models, in the order of their letters.
-    pub const ALL: [Self; 6] = [
-        Self::Links,
-        Self::MasslessCable,
-        Self::LoadEnforcement,
-        Self::Truncated,
-        Self::BendAngle,
-        Self::BendVector,
-    ];
-
-    /// Name of the scene: `particles-a` to `particles-f`.
-    #[must_use]
-    pub const fn scene_name(self) -> &'static str {
-        match self {
-            Self::Links => "particles-a",
-            Self::MasslessCable => "particles-b",
-            Self::LoadEnforcement => "particles-c",
-            Self::Truncated => "particles-d",
-            Self::BendAngle => "particles-e",
-            Self::BendVector => "particles-f",
-        }
-    }
-
-    /// The model whose scene is called `name`.
-    #[must_use]
-    pub fn of_scene(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|m| m.scene_name() == name)
-    }
-
     /// Compliance that the added rows have by default, of \[SL, Table I]: 10⁻⁹ m/N, 10⁻⁴ rad/(N m).
     #[must_use]
     pub fn default_compliance(self) -> f64 {
@@ -73,63 +44,39 @@ impl ChainModel {
     }
 }
 
-/// Parameters of a chain of particles and links. SI units.
-///
-/// The defaults are those of \[SL, Table I], with a load well below the largest that is stable there. As text, the model
-/// is the scene's name.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
-pub struct ParticleChainParams {
-    /// Rows besides those of the links.
-    #[cfg_attr(feature = "toml", serde(skip))]
-    pub model: ChainModel,
-    /// Number N of particles, with the load, and of links: 1 to 10 million.
-    pub particles: usize,
-    /// Length d of a link at rest \[m].
-    pub spacing: f64,
-    /// Mass of a particle \[kg].
-    pub mass: f64,
-    /// Mass of the last particle \[kg].
-    pub load_mass: f64,
-    /// Compliance ε of a link \[m/N], ≥ 0; 0 is rigid.
-    pub compliance: f64,
-    /// Compliance of the rows that the model adds, ≥ 0: of the total length or of the link to the load \[m/N], of
-    /// bending \[rad/(N m)]. Default: [`ChainModel::default_compliance`]. Not in `particles-a`.
-    pub added_compliance: Option<f64>,
-    /// Damping time τ of all rows \[s].
-    pub damping: f64,
-    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
-    pub gravity: f64,
-    /// Transverse rows of the links, for time steppers that set their compliance ([`Distance`]).
-    /// They carry the links' tension only: that of the cable of (b) and (d) and of the enforcing
-    /// link of (c) has none.
-    pub transverse: bool,
-    /// `true` starts the chain along +x, `false` hanging along −z.
-    pub horizontal: bool,
-    /// Seed of random velocities of the particles above the load; 0 is none.
-    pub seed: u64,
-    /// Bound of each component of the random velocities \[m/s].
-    pub seed_velocity: f64,
-}
-
-impl Default for ParticleChainParams {
-    fn default() -> Self {
-        Self {
-            model: ChainModel::Links,
-            particles: 5,
-            spacing: 1.0,
-            mass: 1.0,
-            load_mass: 10.0,
-            compliance: 1e-8,
-            added_compliance: None,
-            damping: 0.0,
-            gravity: 10.0,
-            transverse: false,
-            horizontal: true,
-            seed: 0,
-            seed_velocity: 1e-6,
-        }
+params! {
+    /// Parameters of a chain of particles and links. SI units.
+    ///
+    /// The defaults are those of \[SL, Table I], with a load well below the largest that is stable there. As text, the model
+    /// is the scene's name.
+    pub struct ParticleChainParams, "particles.rs", of model: ChainModel {
+        /// Number N of particles, with the load, and of links: 1 to 10 million.
+        pub particles: usize = 5, |n| n >= 1.0, "at least 1";
+        /// Length d of a link at rest \[m].
+        pub spacing: f64 = 1.0, representable, "> 0 m, 1e-150 to 1e150";
+        /// Mass of a particle \[kg].
+        pub mass: f64 = 1.0, representable, "> 0 kg, 1e-150 to 1e150";
+        /// Mass of the last particle \[kg].
+        pub load_mass: f64 = 10.0, representable, "> 0 kg, 1e-150 to 1e150";
+        /// Compliance ε of a link \[m/N], ≥ 0; 0 is rigid.
+        pub compliance: f64 = 1e-8, not_negative, "≥ 0 m/N; 0 is rigid";
+        /// Compliance of the rows that the model adds, ≥ 0: of the total length or of the link to the load \[m/N], of
+        /// bending \[rad/(N m)]. Default: [`ChainModel::default_compliance`]. Not in `particles-a`.
+        pub added_compliance: Option<f64> = None, not_negative, "≥ 0 m/N or rad/(N m); 0 is rigid";
+        /// Damping time τ of all rows \[s].
+        pub damping: f64 = 0.0, not_negative, "≥ 0 s";
+        /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+        pub gravity: f64 = 10.0, not_negative, "≥ 0 m/s²";
+        /// Transverse rows of the links, for time steppers that set their compliance ([`Distance`]).
+        /// They carry the links' tension only: that of the cable of (b) and (d) and of the enforcing
+        /// link of (c) has none.
+        pub transverse: bool = false;
+        /// `true` starts the chain along +x, `false` hanging along −z.
+        pub horizontal: bool = true;
+        /// Seed of random velocities of the particles above the load; 0 is none.
+        pub seed: u64 = 0;
+        /// Bound of each component of the random velocities \[m/s].
+        pub seed_velocity: f64 = 1e-6, not_negative, "≥ 0 m/s";
     }
 }
 
@@ -142,8 +89,9 @@ impl ParticleChainParams {
     /// # Errors
     /// Names the parameter that is out of range, and what it has to be.
     pub fn build(&self) -> Result<Scene, SceneError> {
-        self.check_ranges()?;
-        let mut scene = Scene::new(self.model.scene_name());
+        check_count("particles", self.particles, MAX_SEGMENTS)?;
+        self.check_each()?;
+        let mut scene = Scene::new(self.model.name());
         scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
         let along = if self.horizontal {
             Vector3::x()
@@ -227,41 +175,6 @@ impl ParticleChainParams {
             }
             _ => {}
         }
-    }
-
-    fn check_ranges(&self) -> Result<(), SceneError> {
-        if self.particles > MAX_SEGMENTS {
-            return Err(SceneError::TooLarge {
-                what: "particles",
-                value: self.particles,
-                limit: MAX_SEGMENTS,
-            });
-        }
-        let n = self.particles as f64;
-        check("particles", n, self.particles > 0, "at least 1")?;
-        // Far from where squares and inverses under- or overflow.
-        let representable = |value: f64| (1e-150..=1e150).contains(&value);
-        for (what, value, needs) in [
-            ("spacing", self.spacing, "> 0 m, 1e-150 to 1e150"),
-            ("mass", self.mass, "> 0 kg, 1e-150 to 1e150"),
-            ("load_mass", self.load_mass, "> 0 kg, 1e-150 to 1e150"),
-        ] {
-            check(what, value, representable(value), needs)?;
-        }
-        for (what, value, needs) in [
-            ("compliance", self.compliance, "≥ 0 m/N; 0 is rigid"),
-            (
-                "added_compliance",
-                self.added_compliance.unwrap_or_default(),
-                "≥ 0 m/N or rad/(N m); 0 is rigid",
-            ),
-            ("damping", self.damping, "≥ 0 s"),
-            ("gravity", self.gravity, "≥ 0 m/s²"),
-            ("seed_velocity", self.seed_velocity, "≥ 0 m/s"),
-        ] {
-            check(what, value, value >= 0.0, needs)?;
-        }
-        Ok(())
     }
 }
 

@@ -24,6 +24,7 @@ use crate::body::Body;
 use crate::constraint::{Constraint, Hinge, MasslessCable, Motor, RowLaw, Sheave, Slider, Winch};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
+use crate::params::{not_negative, params, representable, scenes};
 use crate::scene::{Control, Scene};
 
 /// Name of the control of the tackle's winch: the speed at which it hauls in \[m/s].
@@ -34,94 +35,48 @@ pub const DRIVE_SPEED: &str = "drive_speed";
 /// Most falls of a tackle.
 const MAX_FALLS: usize = 64;
 
-/// Kind of path over sheaves.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Reeved {
-    /// Two weights over one sheave.
-    #[default]
-    Capstan,
-    /// A block and tackle.
-    Tackle,
-    /// A car and its counterweight on a driven sheave.
-    Elevator,
-}
-
-impl Reeved {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Capstan, Self::Tackle, Self::Elevator];
-
-    /// Name of its scene: `capstan`, `tackle`, `elevator`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Capstan => "capstan",
-            Self::Tackle => "tackle",
-            Self::Elevator => "elevator",
-        }
-    }
-
-    /// The one with that name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|s| s.name() == name)
+scenes! {
+    /// Kind of path over sheaves.
+    pub enum Reeved {
+        /// Two weights over one sheave.
+        Capstan = "capstan",
+        /// A block and tackle.
+        Tackle = "tackle",
+        /// A car and its counterweight on a driven sheave.
+        Elevator = "elevator",
     }
 }
 
-/// Parameters of such a scene. SI units; `None` stands for the default that the field names.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
-pub struct ReevedParams {
-    /// Which it is. Not part of a scene's text: the table's name says it.
-    #[cfg_attr(feature = "toml", serde(skip))]
-    pub reeved: Reeved,
-    /// Mass of the load: the heavier weight, the block, the car \[kg].
-    pub load_mass: f64,
-    /// Mass at the other end \[kg]. Default: half the load of a capstan, 0.8 of it of an elevator; of a tackle none, its end
-    /// runs to a winch.
-    pub counter_mass: Option<f64>,
-    /// Radius of the sheaves \[m].
-    pub radius: f64,
-    /// Coefficient of friction of the cable on them; 0 lets it slide freely.
-    pub friction: f64,
-    /// Turns of the capstan besides the half one, whole. Only in `capstan`.
-    pub turns: f64,
-    /// Inertia of the sheave about its axle \[kg m²]; 0 locks it. Default: a capstan's is locked, an elevator's has 5 kg m².
-    /// Not in `tackle`.
-    pub wheel_inertia: Option<f64>,
-    /// Falls that the tackle's block hangs in, 1 to 64. Only in `tackle`.
-    pub falls: usize,
-    /// Mass of the sheave that hangs in the elevator's compensation rope \[kg]; 0 leaves the rope out. Only in
-    /// `elevator`.
-    pub compensation_mass: f64,
-    /// Length of the falls \[m].
-    pub drop: f64,
-    /// Axial stiffness of the cables \[N]; 0 for rigid ones.
-    pub ea: f64,
-    /// Damping time τ of the cables \[s].
-    pub damping: f64,
-    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
-    pub gravity: f64,
-}
-
-impl Default for ReevedParams {
-    fn default() -> Self {
-        Self {
-            reeved: Reeved::Capstan,
-            load_mass: 1000.0,
-            counter_mass: None,
-            radius: 0.25,
-            friction: 0.1,
-            turns: 0.0,
-            wheel_inertia: None,
-            falls: 4,
-            compensation_mass: 50.0,
-            drop: 10.0,
-            ea: 2e7,
-            damping: 0.05,
-            gravity: 9.81,
-        }
+params! {
+    /// Parameters of such a scene. SI units; `None` stands for the default that the field names.
+    pub struct ReevedParams, "reeved.rs", of reeved: Reeved {
+        /// Mass of the load: the heavier weight, the block, the car \[kg].
+        pub load_mass: f64 = 1000.0, representable, "> 0 kg, 1e-150 to 1e150";
+        /// Mass at the other end \[kg]. Default: half the load of a capstan, 0.8 of it of an elevator; of a tackle none, its end
+        /// runs to a winch.
+        pub counter_mass: Option<f64> = None, representable, "> 0 kg, 1e-150 to 1e150";
+        /// Radius of the sheaves \[m].
+        pub radius: f64 = 0.25, representable, "> 0 m, 1e-150 to 1e150";
+        /// Coefficient of friction of the cable on them; 0 lets it slide freely.
+        pub friction: f64 = 0.1, not_negative, "≥ 0";
+        /// Turns of the capstan besides the half one, whole. Only in `capstan`.
+        pub turns: f64 = 0.0, not_negative, "≥ 0";
+        /// Inertia of the sheave about its axle \[kg m²]; 0 locks it. Default: a capstan's is locked, an elevator's has 5 kg m².
+        /// Not in `tackle`.
+        pub wheel_inertia: Option<f64> = None, not_negative, "≥ 0 kg m²; 0 locks the sheave";
+        /// Falls that the tackle's block hangs in, 1 to 64. Only in `tackle`.
+        pub falls: usize = 4, |n| (1.0..=MAX_FALLS as f64).contains(&n), "1 to 64";
+        /// Mass of the sheave that hangs in the elevator's compensation rope \[kg]; 0 leaves the rope out. Only in
+        /// `elevator`.
+        pub compensation_mass: f64 = 50.0, not_negative, "≥ 0 kg; 0 leaves the rope out";
+        /// Length of the falls \[m].
+        pub drop: f64 = 10.0, representable, "> 0 m, 1e-150 to 1e150";
+        /// Axial stiffness of the cables \[N]; 0 for rigid ones.
+        pub ea: f64 = 2e7, not_negative, "≥ 0 N; 0 is rigid";
+        /// Damping time τ of the cables \[s].
+        pub damping: f64 = 0.05, not_negative, "≥ 0 s";
+        /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+        pub gravity: f64 = 9.81, not_negative, "≥ 0 m/s²";
     }
 }
 
@@ -157,15 +112,6 @@ impl Way {
 }
 
 impl ReevedParams {
-    /// The default parameters of a scene.
-    #[must_use]
-    pub fn new(reeved: Reeved) -> Self {
-        Self {
-            reeved,
-            ..Self::default()
-        }
-    }
-
     /// Builds the scene. Bodies: `load`, `counter` and `wheel` where there are; constraints: `rope` with its parts `rope-2` …,
     /// `axle`, `rail`, `compensation`. Controls: [`HAUL_SPEED`] of a tackle with a winch, [`DRIVE_SPEED`] of an elevator.
     ///
@@ -186,35 +132,7 @@ impl ReevedParams {
     }
 
     fn check_ranges(&self) -> Result<(), SceneError> {
-        let falls = (1..=MAX_FALLS).contains(&self.falls);
-        check("falls", self.falls as f64, falls, "1 to 64")?;
-        for (what, value, needs) in [
-            ("load_mass", self.load_mass, "> 0 kg, 1e-150 to 1e150"),
-            ("counter_mass", self.counter(), "> 0 kg, 1e-150 to 1e150"),
-            ("radius", self.radius, "> 0 m, 1e-150 to 1e150"),
-            ("drop", self.drop, "> 0 m, 1e-150 to 1e150"),
-        ] {
-            check(what, value, (1e-150..=1e150).contains(&value), needs)?;
-        }
-        for (what, value, needs) in [
-            ("friction", self.friction, "≥ 0"),
-            ("turns", self.turns, "≥ 0"),
-            (
-                "wheel_inertia",
-                self.inertia(),
-                "≥ 0 kg m²; 0 locks the sheave",
-            ),
-            (
-                "compensation_mass",
-                self.compensation_mass,
-                "≥ 0 kg; 0 leaves the rope out",
-            ),
-            ("ea", self.ea, "≥ 0 N; 0 is rigid"),
-            ("damping", self.damping, "≥ 0 s"),
-            ("gravity", self.gravity, "≥ 0 m/s²"),
-        ] {
-            check(what, value, value >= 0.0, needs)?;
-        }
+        self.check_each()?;
         let driven = self.reeved != Reeved::Elevator || self.inertia() > 0.0;
         let needs = "> 0 kg m² of an elevator, whose sheave turns";
         check("wheel_inertia", self.inertia(), driven, needs)?;

@@ -327,6 +327,16 @@
 //! # Faults
 //! Unknown keys are errors that list the valid ones. Faults of explicit scenes, also those found while building, name
 //! line, key and cure; where an override brought the fault in, they name the override.
+//!
+//! [`HoistParams`]: crate::HoistParams
+//! [`GantryParams`]: crate::GantryParams
+//! [`ParticleChainParams`]: crate::ParticleChainParams
+//! [`SpecimenParams`]: crate::SpecimenParams
+//! [`NetworkParams`]: crate::NetworkParams
+//! [`ReevedParams`]: crate::ReevedParams
+//! [`GroundedParams`]: crate::GroundedParams
+//! [`Scene::reeve`]: crate::Scene::reeve
+//! [`Scene::group_by_topology`]: crate::Scene::group_by_topology
 
 mod build;
 mod cable;
@@ -379,6 +389,7 @@ pub use motion::MotionEntry;
 pub use motor::{MotorEntry, WinchEntry};
 pub use points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 
+pub(crate) use keys::Keys;
 use overrides::merge;
 use places::{Places, located};
 
@@ -389,66 +400,10 @@ use toml::Table;
 use toml::de::DeTable;
 
 use crate::error::SceneError;
-use crate::gantry::GantryParams;
-use crate::grounded::{Grounded, GroundedParams};
-use crate::hoist::HoistParams;
-use crate::named::unknown;
-use crate::network::{Network, NetworkParams};
-use crate::particles::{ChainModel, ParticleChainParams};
-use crate::reeved::{Reeved, ReevedParams};
-use crate::scene::Scene;
-use crate::specimen::{Specimen, SpecimenParams};
+use crate::named::{each_source, unknown};
+use crate::params::Parameters;
 
-/// Where a scene comes from: its parameters, before it is built.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum SceneSource {
-    /// The hoist and its parameters.
-    Hoist(Box<HoistParams>),
-    /// The gantry crane and its parameters.
-    Gantry(Box<GantryParams>),
-    /// The particle chain and its parameters.
-    Particles(Box<ParticleChainParams>),
-    /// A specimen and its parameters.
-    Specimen(Box<SpecimenParams>),
-    /// Cables with branches or loops and their parameters.
-    Network(Box<NetworkParams>),
-    /// Cables over sheaves and their parameters.
-    Reeved(Box<ReevedParams>),
-    /// Scenes on the ground and their parameters.
-    Grounded(Box<GroundedParams>),
-    /// Bodies and joints one by one.
-    Explicit(Box<SceneText>),
-}
-
-/// A named scene whose parameters a table of that name holds.
-#[derive(Debug, Clone, Copy)]
-enum Whole {
-    Hoist,
-    Gantry,
-    Particles(ChainModel),
-    Specimen(Specimen),
-    Network(Network),
-    Reeved(Reeved),
-    Grounded(Grounded),
-}
-
-impl Whole {
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "hoist" => return Some(Self::Hoist),
-            "gantry" => return Some(Self::Gantry),
-            _ => {}
-        }
-        let chain = ChainModel::of_scene(name).map(Self::Particles);
-        let specimen = || Specimen::named(name).map(Self::Specimen);
-        let network = || Network::named(name).map(Self::Network);
-        let reeved = || Reeved::named(name).map(Self::Reeved);
-        let grounded = || Grounded::named(name).map(Self::Grounded);
-        let whole = chain.or_else(specimen).or_else(network).or_else(reeved);
-        whole.or_else(grounded)
-    }
-}
+pub use crate::named::SceneSource;
 
 impl SceneSource {
     /// The scene of that name, with `overrides` of (key, value) as in [`SceneSource::parse`].
@@ -456,7 +411,7 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError::UnknownScene`], [`SceneError::Override`] with the key.
     pub fn load(name: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
-        Whole::named(name).ok_or_else(|| unknown(name))?;
+        Self::named(name).ok_or_else(|| unknown(name))?;
         Self::parse(&format!("[{name}]"), overrides)
     }
 
@@ -467,54 +422,19 @@ impl SceneSource {
     /// [`SceneError::Toml`] with line and column, [`SceneError::Override`] with the key.
     pub fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let mut table: Table = toml::from_str(text).map_err(|e| located(&e, text))?;
-        let Some((name, whole)) = whole_of(&table) else {
+        let Some((name, mut source)) = whole_of(&table) else {
             let mut scene = merge::<SceneText>(text, &mut table, overrides)?;
             scene.places = Places::new(text, overrides);
             return Ok(Self::Explicit(Box::new(scene)));
         };
         alone(text, &name)?;
         let table = &mut table;
-        Ok(match whole {
-            Whole::Hoist => Self::Hoist(Box::new(read_whole(text, table, overrides)?)),
-            Whole::Gantry => Self::Gantry(Box::new(read_whole(text, table, overrides)?)),
-            Whole::Particles(model) => {
-                let chain: ParticleChainParams = read_whole(text, table, overrides)?;
-                Self::Particles(Box::new(ParticleChainParams { model, ..chain }))
-            }
-            Whole::Specimen(specimen) => {
-                let params: SpecimenParams = read_whole(text, table, overrides)?;
-                Self::Specimen(Box::new(SpecimenParams { specimen, ..params }))
-            }
-            Whole::Network(network) => {
-                let params: NetworkParams = read_whole(text, table, overrides)?;
-                Self::Network(Box::new(NetworkParams { network, ..params }))
-            }
-            Whole::Reeved(reeved) => {
-                let params: ReevedParams = read_whole(text, table, overrides)?;
-                Self::Reeved(Box::new(ReevedParams { reeved, ..params }))
-            }
-            Whole::Grounded(grounded) => {
-                let params: GroundedParams = read_whole(text, table, overrides)?;
-                Self::Grounded(Box::new(GroundedParams { grounded, ..params }))
-            }
-        })
-    }
-
-    /// Builds the scene.
-    ///
-    /// # Errors
-    /// The first parameter, body or joint that is wrong.
-    pub fn build(&self) -> Result<Scene, SceneError> {
-        match self {
-            Self::Hoist(hoist) => hoist.build(),
-            Self::Gantry(gantry) => gantry.build(),
-            Self::Particles(chain) => chain.build(),
-            Self::Specimen(specimen) => specimen.build(),
-            Self::Network(network) => network.build(),
-            Self::Reeved(reeved) => reeved.build(),
-            Self::Grounded(grounded) => grounded.build(),
-            Self::Explicit(text) => text.build(),
-        }
+        each_source!(
+            &mut source,
+            params => **params = read_whole(&**params, text, table, overrides)?,
+            _ => {}
+        );
+        Ok(source)
     }
 
     /// The source as TOML text for people: every key that it has a use for, with its meaning, its unit and its value. It
@@ -523,16 +443,11 @@ impl SceneSource {
     /// # Errors
     /// As [`SceneSource::to_toml`].
     pub fn to_commented_toml(&self) -> Result<String, SceneError> {
-        match self {
-            Self::Hoist(hoist) => write::commented(self, "hoist", hoist),
-            Self::Gantry(gantry) => write::commented(self, "gantry", gantry),
-            Self::Particles(chain) => write::commented(self, chain.model.scene_name(), chain),
-            Self::Specimen(params) => write::commented(self, params.specimen.name(), params),
-            Self::Network(params) => write::commented(self, params.network.name(), params),
-            Self::Reeved(params) => write::commented(self, params.reeved.name(), params),
-            Self::Grounded(params) => write::commented(self, params.grounded.name(), params),
-            Self::Explicit(scene) => write::explicit_commented(scene),
-        }
+        each_source!(
+            self,
+            params => write::commented(self, &**params),
+            scene => write::explicit_commented(scene)
+        )
     }
 
     /// The source as TOML text that [`SceneSource::parse`] reads back to an equal source.
@@ -540,38 +455,26 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError::Toml`] for numbers that TOML cannot hold (seeds above 2⁶³ − 1).
     pub fn to_toml(&self) -> Result<String, SceneError> {
-        let text = match self {
-            Self::Hoist(hoist) => toml::to_string(&BTreeMap::from([("hoist", hoist)])),
-            Self::Gantry(gantry) => toml::to_string(&BTreeMap::from([("gantry", gantry)])),
-            Self::Particles(chain) => {
-                toml::to_string(&BTreeMap::from([(chain.model.scene_name(), chain)]))
-            }
-            Self::Specimen(params) => {
-                toml::to_string(&BTreeMap::from([(params.specimen.name(), params)]))
-            }
-            Self::Network(params) => {
-                toml::to_string(&BTreeMap::from([(params.network.name(), params)]))
-            }
-            Self::Reeved(params) => {
-                toml::to_string(&BTreeMap::from([(params.reeved.name(), params)]))
-            }
-            Self::Grounded(params) => {
-                toml::to_string(&BTreeMap::from([(params.grounded.name(), params)]))
-            }
-            Self::Explicit(scene) => return write::explicit(scene),
-        };
-        text.map_err(|e| SceneError::Toml {
-            line: None,
-            column: None,
-            message: one_line(&e.to_string()),
-        })
+        each_source!(
+            self,
+            params => {
+                let table = BTreeMap::from([(params.scene_name(), params)]);
+                toml::to_string(&table).map_err(|e| unwritten(&e))
+            },
+            scene => write::explicit(scene)
+        )
     }
 }
 
+/// The fault of what TOML cannot hold.
+fn unwritten(error: &toml::ser::Error) -> SceneError {
+    fault_at(None, "", &error.to_string())
+}
+
 /// The table that is a whole scene; the list `[[bend]]` is not the table `[bend]`.
-fn whole_of(table: &Table) -> Option<(String, Whole)> {
+fn whole_of(table: &Table) -> Option<(String, SceneSource)> {
     let mut tables = table.iter().filter(|(_, value)| value.is_table());
-    tables.find_map(|(name, _)| Some((name.clone(), Whole::named(name)?)))
+    tables.find_map(|(name, _)| Some((name.clone(), SceneSource::named(name)?)))
 }
 
 /// Refuses whatever stands beside the table `whole`, which holds all of a scene.
@@ -591,14 +494,16 @@ fn alone(text: &str, whole: &str) -> Result<(), SceneError> {
     ))
 }
 
-/// The parameters in the only table of the text.
-fn read_whole<T: DeserializeOwned + Default>(
+/// The parameters in the only table of the text, of the scene that `named` has.
+fn read_whole<P: Parameters + DeserializeOwned + Default>(
+    named: &P,
     text: &str,
     table: &mut Table,
     overrides: &[(&str, &str)],
-) -> Result<T, SceneError> {
-    let params = merge::<BTreeMap<String, T>>(text, table, overrides)?;
-    Ok(params.into_values().next().unwrap_or_default())
+) -> Result<P, SceneError> {
+    let params = merge::<BTreeMap<String, P>>(text, table, overrides)?;
+    let params = params.into_values().next().unwrap_or_default();
+    Ok(params.with_kind_of(named))
 }
 
 /// A fault of the text with line and column from 1 of the byte `at`, columns in characters.

@@ -25,127 +25,74 @@ use crate::constraint::{Constraint, Cosserat, JointLaw, RowLaw, TwistDefinition}
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
+use crate::params::{
+    check_count, check_worked_out, finite, not_negative, params, positive, scenes,
+};
 use crate::scene::Scene;
 use crate::seed;
 
-/// The kind of loading of a specimen, with its default load.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Specimen {
-    /// Pulled by F = YA/10: 10 % longer.
-    #[default]
-    Pull,
-    /// Twisted by T = 2π GJ/L: one turn.
-    Twist,
-    /// Bent by M = (π/2) YI/L: a quarter of a circle.
-    Bend,
-}
-
-impl Specimen {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Pull, Self::Twist, Self::Bend];
-
-    /// Name of its scene: `pull`, `twist`, `bend`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pull => "pull",
-            Self::Twist => "twist",
-            Self::Bend => "bend",
-        }
-    }
-
-    /// The specimen with that name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|s| s.name() == name)
+scenes! {
+    /// The kind of loading of a specimen, with its default load.
+    pub enum Specimen {
+        /// Pulled by F = YA/10: 10 % longer.
+        Pull = "pull",
+        /// Twisted by T = 2π GJ/L: one turn.
+        Twist = "twist",
+        /// Bent by M = (π/2) YI/L: a quarter of a circle.
+        Bend = "bend",
     }
 }
 
-/// Parameters of a specimen. SI units; `None` stands for the default that the field names.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
-pub struct SpecimenParams {
-    /// Which load it has by default. Not part of a scene's text: the table's name says it.
-    #[cfg_attr(feature = "toml", serde(skip))]
-    pub specimen: Specimen,
-    /// Number N of segments, 1 to 10 million.
-    pub segments: usize,
-    /// Length L of the unstrained cable \[m].
-    pub length: f64,
-    /// Area A of the square cross-section \[m²].
-    pub area: f64,
-    /// `steel`, `nylon` or `rubber`.
-    pub material: String,
-    /// Young's modulus Y \[Pa]. Default: the material's.
-    pub young: Option<f64>,
-    /// Poisson's ratio ν. Default: the material's.
-    pub poisson: Option<f64>,
-    /// Density ρ \[kg/m³]. Default: the material's.
-    pub density: Option<f64>,
-    /// Axial stiffness YA \[N]. Default: of the solid square.
-    pub ea: Option<f64>,
-    /// Bending stiffness YI \[N m²]. Default: of the solid square.
-    pub ei: Option<f64>,
-    /// Torsional stiffness GJ \[N m²]. Default: of the solid square.
-    pub gj: Option<f64>,
-    /// Kind of the joints: `cosserat` or `paper`.
-    pub joint: JointKind,
-    /// The twist angle of the paper's joint: `ordinary` or `alternative`.
-    pub twist_definition: TwistDefinition,
-    /// Mass of the grip \[kg], a cube with the section's side. Default: that of a segment.
-    pub grip_mass: Option<f64>,
-    /// A bearing that holds the grip on the axis, free to turn about it only. The cable then is
-    /// drawn between its ends by the tension `force` when straight; the bearing takes up `moment`.
-    pub bearing: bool,
-    /// Force F on the grip along +x \[N]. Default: 0, or that of [`Specimen::Pull`].
-    pub force: Option<f64>,
-    /// Torque T on the grip about +x \[N m], of fixed direction. Default: 0, or that of [`Specimen::Twist`].
-    pub torque: Option<f64>,
-    /// Moment M on the grip across the cable \[N m], of fixed direction. Default: 0, or that of [`Specimen::Bend`].
-    pub moment: Option<f64>,
-    /// Direction of the moment: its angle from +z towards +y about the cable \[rad]. At 0 the cable bends in the plane
-    /// of x and y.
-    pub moment_direction: f64,
-    /// `true` (the default) starts a simulation from the static equilibrium under its loads, since
-    /// a load put on at once is a blow; `false` from the straight, unstrained specimen.
-    pub equilibrium: bool,
-    /// Seed of the segments' random angular velocities; 0 is none.
-    pub seed: u64,
-    /// Bound of each component of the random angular velocities \[rad/s].
-    pub seed_rate: f64,
-    /// Damping time τ of all rows \[s].
-    pub damping: f64,
-}
-
-impl Default for SpecimenParams {
-    fn default() -> Self {
-        Self {
-            specimen: Specimen::Pull,
-            segments: 24,
-            length: 1.0,
-            area: 1e-4,
-            material: "steel".to_owned(),
-            young: None,
-            poisson: None,
-            density: None,
-            ea: None,
-            ei: None,
-            gj: None,
-            joint: JointKind::Cosserat,
-            twist_definition: TwistDefinition::Ordinary,
-            grip_mass: None,
-            bearing: false,
-            force: None,
-            torque: None,
-            moment: None,
-            moment_direction: 0.0,
-            equilibrium: true,
-            seed: 0,
-            seed_rate: 1e-3,
-            damping: 0.0,
-        }
+params! {
+    /// Parameters of a specimen. SI units; `None` stands for the default that the field names.
+    pub struct SpecimenParams, "specimen.rs", of specimen: Specimen {
+        /// Number N of segments, 1 to 10 million.
+        pub segments: usize = 24, |n| n >= 1.0, "at least 1";
+        /// Length L of the unstrained cable \[m].
+        pub length: f64 = 1.0, positive, "> 0 m";
+        /// Area A of the square cross-section \[m²].
+        pub area: f64 = 1e-4, positive, "> 0 m²";
+        /// `steel`, `nylon` or `rubber`.
+        pub material: String = "steel".to_owned();
+        /// Young's modulus Y \[Pa]. Default: the material's.
+        pub young: Option<f64> = None, positive, "> 0 Pa";
+        /// Poisson's ratio ν. Default: the material's.
+        pub poisson: Option<f64> = None, |nu| nu > -1.0 && nu <= 0.5, "above -1 and at most 0.5";
+        /// Density ρ \[kg/m³]. Default: the material's.
+        pub density: Option<f64> = None, positive, "> 0 kg/m³";
+        /// Axial stiffness YA \[N]. Default: of the solid square.
+        pub ea: Option<f64> = None, positive, "> 0 N";
+        /// Bending stiffness YI \[N m²]. Default: of the solid square.
+        pub ei: Option<f64> = None, positive, "> 0 N m²";
+        /// Torsional stiffness GJ \[N m²]. Default: of the solid square.
+        pub gj: Option<f64> = None, positive, "> 0 N m²";
+        /// Kind of the joints: `cosserat` or `paper`.
+        pub joint: JointKind = JointKind::Cosserat;
+        /// The twist angle of the paper's joint: `ordinary` or `alternative`.
+        pub twist_definition: TwistDefinition = TwistDefinition::Ordinary;
+        /// Mass of the grip \[kg], a cube with the section's side. Default: that of a segment.
+        pub grip_mass: Option<f64> = None, positive, "> 0 kg";
+        /// A bearing that holds the grip on the axis, free to turn about it only. The cable then is
+        /// drawn between its ends by the tension `force` when straight; the bearing takes up `moment`.
+        pub bearing: bool = false;
+        /// Force F on the grip along +x \[N]. Default: 0, or that of [`Specimen::Pull`].
+        pub force: Option<f64> = None, finite, "finite";
+        /// Torque T on the grip about +x \[N m], of fixed direction. Default: 0, or that of [`Specimen::Twist`].
+        pub torque: Option<f64> = None, finite, "finite";
+        /// Moment M on the grip across the cable \[N m], of fixed direction. Default: 0, or that of [`Specimen::Bend`].
+        pub moment: Option<f64> = None, finite, "finite";
+        /// Direction of the moment: its angle from +z towards +y about the cable \[rad]. At 0 the cable bends in the plane
+        /// of x and y.
+        pub moment_direction: f64 = 0.0, finite, "finite";
+        /// `true` (the default) starts a simulation from the static equilibrium under its loads, since
+        /// a load put on at once is a blow; `false` from the straight, unstrained specimen.
+        pub equilibrium: bool = true;
+        /// Seed of the segments' random angular velocities; 0 is none.
+        pub seed: u64 = 0;
+        /// Bound of each component of the random angular velocities \[rad/s].
+        pub seed_rate: f64 = 1e-3, not_negative, "≥ 0 rad/s";
+        /// Damping time τ of all rows \[s].
+        pub damping: f64 = 0.0, not_negative, "≥ 0 s";
     }
 }
 
@@ -183,15 +130,6 @@ impl ResolvedSpecimen {
 }
 
 impl SpecimenParams {
-    /// The default parameters of a specimen.
-    #[must_use]
-    pub fn new(specimen: Specimen) -> Self {
-        Self {
-            specimen,
-            ..Self::default()
-        }
-    }
-
     /// Checks the parameters and works out their defaults.
     ///
     /// # Errors
@@ -223,7 +161,7 @@ impl SpecimenParams {
             torque: load(Specimen::Twist, self.torque, turn * stiffness.gj),
             moment: load(Specimen::Bend, self.moment, 0.25 * turn * stiffness.ei),
         };
-        for (what, value) in [
+        check_worked_out(&[
             ("segment length", specimen.segment_length),
             ("segment mass", specimen.segment_mass),
             ("side", specimen.side),
@@ -231,10 +169,7 @@ impl SpecimenParams {
             ("ea", stiffness.ea),
             ("ei", stiffness.ei),
             ("gj", stiffness.gj),
-        ] {
-            let needs = "between 1e-150 and 1e150 when all is worked out";
-            check(what, value, (1e-150..=1e150).contains(&value), needs)?;
-        }
+        ])?;
         for (what, value) in [
             ("force", specimen.force),
             ("torque", specimen.torque),
@@ -249,12 +184,7 @@ impl SpecimenParams {
     }
 
     fn material(&self) -> Result<Material, SceneError> {
-        let known = Material::named(&self.material);
-        let material = known.ok_or_else(|| SceneError::UnknownName {
-            what: "material",
-            name: self.material.clone(),
-            known: Material::NAMES.map(str::to_owned).to_vec(),
-        })?;
+        let material = Material::find(&self.material)?;
         Ok(Material {
             young: self.young.unwrap_or(material.young),
             poisson: self.poisson.unwrap_or(material.poisson),
@@ -263,60 +193,15 @@ impl SpecimenParams {
     }
 
     fn check_ranges(&self) -> Result<(), SceneError> {
-        if self.segments > MAX_SEGMENTS {
-            return Err(SceneError::TooLarge {
-                what: "segments",
-                value: self.segments,
-                limit: MAX_SEGMENTS,
-            });
-        }
-        let n = self.segments as f64;
-        check("segments", n, self.segments > 0, "at least 1")?;
-        for (what, value, needs) in [
-            ("length", Some(self.length), "> 0 m"),
-            ("area", Some(self.area), "> 0 m²"),
-            ("young", self.young, "> 0 Pa"),
-            ("density", self.density, "> 0 kg/m³"),
-            ("ea", self.ea, "> 0 N"),
-            ("ei", self.ei, "> 0 N m²"),
-            ("gj", self.gj, "> 0 N m²"),
-            ("grip_mass", self.grip_mass, "> 0 kg"),
-        ] {
-            if let Some(value) = value {
-                check(what, value, value > 0.0, needs)?;
-            }
-        }
-        if let Some(nu) = self.poisson {
-            let needs = "above -1 and at most 0.5";
-            check("poisson", nu, nu > -1.0 && nu <= 0.5, needs)?;
-        }
-        for (what, value) in [
-            ("force", self.force),
-            ("torque", self.torque),
-            ("moment", self.moment),
-            ("moment_direction", Some(self.moment_direction)),
-        ] {
-            check(what, value.unwrap_or(0.0), true, "finite")?;
-        }
-        for (what, value, needs) in [
-            ("seed_rate", self.seed_rate, "≥ 0 rad/s"),
-            ("damping", self.damping, "≥ 0 s"),
-        ] {
-            check(what, value, value >= 0.0, needs)?;
-        }
+        check_count("segments", self.segments, MAX_SEGMENTS)?;
+        self.check_each()?;
         if self.joint == JointKind::Spherical {
             return Err(SceneError::Conflict {
                 what: "joint".into(),
                 reason: "a specimen of ball joints resists no load: use \"cosserat\" or \"paper\"",
             });
         }
-        if self.joint != JointKind::Paper && self.twist_definition != TwistDefinition::Ordinary {
-            return Err(SceneError::Conflict {
-                what: "twist_definition".into(),
-                reason: "is a choice of the paper's joint: use joint = \"paper\"",
-            });
-        }
-        Ok(())
+        self.joint.check_twist(self.twist_definition)
     }
 
     /// Builds the straight, unstrained specimen. Bodies: the segments from the clamp, then the grip. Constraints: the

@@ -74,7 +74,7 @@ fn steps_after_the_first_allocate_nothing() {
             seed: 1,
             ..ParticleChainParams::default()
         };
-        scenes.push((model.scene_name(), chain.build().expect("builds")));
+        scenes.push((model.name(), chain.build().expect("builds")));
     }
     let mut faults = Vec::new();
     for choice in compiled() {

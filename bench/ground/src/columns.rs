@@ -75,20 +75,13 @@ fn loads(stepper: &Stepper, c: usize) -> Loads {
 }
 
 fn cable(stepper: &Stepper, c: usize) -> Option<&MasslessCable> {
-    match stepper.scene().constraints.get(c)? {
-        Constraint::MasslessCable(cable) => Some(cable),
-        _ => None,
-    }
+    stepper.scene().constraints.get(c)?.massless_cable()
 }
 
 /// Length of a cable \[m], with what lies on its sheaves, or that of segments is off its drum.
 pub fn length(stepper: &Stepper, c: usize) -> Option<f64> {
-    let time = stepper.time();
-    match stepper.scene().constraints.get(c)? {
-        Constraint::MasslessCable(cable) => Some(cable.length_at(time)),
-        Constraint::Fairlead(lead) => Some(lead.length_at(time)),
-        _ => None,
-    }
+    let constraint = stepper.scene().constraints.get(c)?;
+    constraint.length_at(stepper.time())
 }
 
 /// Length of the path of a cable without mass, with what lies on its sheaves.

@@ -32,7 +32,9 @@ use taut_lanes::Lanes;
 use taut_lanes::functions::{atan, lane_by_lane, over_sine};
 use taut_lanes::vector::{Quaternion, Vec3, combine, scale_add};
 
+use super::facts::{Facts, Parts, of_cable};
 use super::{JointLaw, Rows, unwrap_angle};
+use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
 /// Below this sine the fold θ = π is taken to have the bend axis v_a: everything stays finite there.
@@ -67,23 +69,6 @@ impl Cosserat {
             law,
             twist_reference: 0.0,
         }
-    }
-
-    pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
-        if self.law.stretch.is_some() {
-            rows.stretch(a, b);
-        }
-        let angles = BendTwist::of_frames(a, b, self.twist_reference);
-        let gradients = angles.gradients(&columns(&a.axes));
-        let has = [self.law.bend, self.law.bend, self.law.twist].map(|law| law.is_some());
-        for k in (0..3).filter(|k| has[*k]) {
-            rows.angular(angles.angles[k], &gradients[k].into());
-        }
-    }
-
-    /// Unwrapped twist \[rad].
-    pub(super) fn twist(&self, a: &Resolved, b: &Resolved) -> f64 {
-        BendTwist::of_frames(a, b, self.twist_reference).angles[2]
     }
 }
 
@@ -303,6 +288,32 @@ pub(super) fn quaternion(r: &Matrix3<f64>) -> Quaternion<f64> {
         imaginary.z * scale,
         w * scale,
     ]
+}
+
+impl Facts for Cosserat {
+    fn parts(&self) -> Parts {
+        self.law.parts(2)
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = rows.resolve(&self.frames, bodies, t);
+        if self.law.stretch.is_some() {
+            rows.stretch(&a, &b);
+        }
+        rows.bend_twist(&a, &b, &self.law, self.twist_reference);
+    }
+
+    fn acts_at_points(&self) -> bool {
+        self.law.stretch.is_some()
+    }
+
+    of_cable!();
+
+    fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
+        let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));
+        self.twist_reference = BendTwist::of_frames(&a, &b, self.twist_reference).angles[2];
+        false
+    }
 }
 
 #[cfg(test)]

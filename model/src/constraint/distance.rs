@@ -22,8 +22,11 @@
 
 use nalgebra::Vector3;
 
-use super::{RowLaw, Rows, gap};
-use crate::frame::{Frame, Resolved};
+use super::facts::{Facts, NO_ROWS, Parts, gap_between, moved};
+use super::{RowKind, RowLaw, Rows, gap};
+use crate::body::Bodies;
+use crate::error::{SceneError, check};
+use crate::frame::Frame;
 
 /// Link of constant length between two points: 1 row, or 3 with the transverse ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,26 +44,8 @@ pub struct Distance {
 }
 
 impl Distance {
-    pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
-        let (distance, n) = direction(&gap(a, b));
-        let levers = [&a.lever, &b.lever];
-        rows.along(distance - self.length, &n, levers);
-        if self.transverse {
-            for t in across(&n) {
-                rows.along(0.0, &t, levers);
-            }
-        }
-        rows.distance = distance;
-    }
-
     /// ∂φ/∂t \[m/s] while d goes to d + `change` within `time` (s): (|d + change| − |d|)/time, and t·change/time.
-    pub(super) fn drive(
-        &self,
-        d: &Vector3<f64>,
-        change: &Vector3<f64>,
-        time: f64,
-        out: &mut [f64],
-    ) {
+    fn drive(&self, d: &Vector3<f64>, change: &Vector3<f64>, time: f64, out: &mut [f64]) {
         let (before, n) = direction(d);
         let (after, m) = direction(&(d + change));
         // |d'| − |d| = (d' + d)·(d' − d)/(|d'| + |d|), without its cancellation.
@@ -101,6 +86,54 @@ pub(super) fn across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
         Vector3::new(z, 0.0, -x),
         Vector3::new(-n.y * x, s, -n.y * z),
     ]
+}
+
+impl Facts for Distance {
+    fn parts(&self) -> Parts {
+        let across = self.transverse.then_some(RowLaw::RIGID);
+        [
+            (RowKind::Length, 1, Some(self.law)),
+            (RowKind::Transverse, 2, across),
+            NO_ROWS,
+        ]
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = rows.resolve(&self.frames, bodies, t);
+        let (distance, n) = direction(&gap(&a, &b));
+        let levers = [&a.lever, &b.lever];
+        rows.along(distance - self.length, &n, levers);
+        if self.transverse {
+            for t in across(&n) {
+                rows.along(0.0, &t, levers);
+            }
+        }
+        rows.distance = distance;
+    }
+
+    fn only_pulls(&self) -> bool {
+        true
+    }
+
+    fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
+        let distance = gap_between(&self.frames, bodies, t, dt).norm();
+        ([distance - self.length, 0.0, 0.0], 1)
+    }
+
+    fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
+        let [a, b] = &self.frames;
+        let change = moved(a, times) - moved(b, times);
+        // A link at rest needs no direction.
+        if change != Vector3::zeros() {
+            let d = gap(&a.resolve(bodies, times[0]), &b.resolve(bodies, times[0]));
+            self.drive(&d, &change, times[1] - times[0], phi_t);
+        }
+    }
+
+    fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
+        let length = self.length;
+        check(format!("{}: length", what()), length, length > 0.0, "> 0 m").map(drop)
+    }
 }
 
 #[cfg(test)]

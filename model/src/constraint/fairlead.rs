@@ -18,10 +18,11 @@
 use nalgebra::Vector3;
 
 use super::cosserat::BendTwist;
-use super::{Constraint, JointLaw, RowLaw, Rows, Winch, gap};
+use super::facts::{Facts, Parts, any_moves, difference, of_cable};
+use super::{JointLaw, RowKind, RowLaw, Rows, Winch, gap};
 use crate::body::Bodies;
 use crate::error::{SceneError, check};
-use crate::frame::{Frame, Resolved};
+use crate::frame::Frame;
 
 /// Part of a whole segment that the first one is at least, before it merges with the next; it splits at one segment more.
 pub const LEAST: f64 = 0.5;
@@ -74,12 +75,6 @@ impl Fairlead {
         winch.length_at(self.length, t)
     }
 
-    /// Bounds of λ of its first row at time `t` (s), lower and upper \[N].
-    #[must_use]
-    pub fn bounds_at(&self, t: f64) -> (f64, f64) {
-        (self.winch.lower_bound(self.length_at(t)), f64::INFINITY)
-    }
-
     /// As [`MasslessCable::stall`](super::MasslessCable::stall), after the cable was cut to its length at time `t` (s).
     pub fn stall(&mut self, tension: f64, t: f64) -> bool {
         let stalls = self.winch.stalls(self.length_at(t), tension);
@@ -103,8 +98,16 @@ impl Fairlead {
     pub(crate) fn along(&self) -> Vector3<f64> {
         self.frames[1].axes.column(0).into_owned()
     }
+}
 
-    pub(super) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+impl Facts for Fairlead {
+    fn parts(&self) -> Parts {
+        let mut parts = self.law.parts(2);
+        parts[0].0 = RowKind::Across;
+        parts
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
         let mut frames = self.frames;
         frames[1].point -= self.along() * (self.length_at(t) - self.length);
         let [a, b] = rows.resolve(&frames, bodies, t);
@@ -114,32 +117,46 @@ impl Fairlead {
         for k in [-b.u(), b.v(), b.w()] {
             rows.along(k.dot(&d), &k, [&a.lever, &lever]);
         }
-        let law = self.law;
-        let has = [law.bend, law.bend, law.twist].map(|law| law.is_some());
-        if has.contains(&true) {
-            let angles = BendTwist::of_frames(&a, &b, self.twist_reference);
-            let gradients = angles.gradients(&super::cosserat::columns(&a.axes));
-            for k in (0..3).filter(|k| has[*k]) {
-                rows.angular(angles.angles[k], &gradients[k].into());
-            }
+        if self.law.bend.is_some() || self.law.twist.is_some() {
+            rows.bend_twist(&a, &b, &self.law, self.twist_reference);
         }
     }
 
-    pub(super) fn twist(&self, a: &Resolved, b: &Resolved) -> f64 {
-        BendTwist::of_frames(a, b, self.twist_reference).angles[2]
+    fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
+        let [before, after] = times.map(|t| self.length_at(t));
+        if any_moves(&self.frames, times) || before != after {
+            difference(self, bodies, times, phi_t);
+        }
     }
 
-    /// Checks that all numbers are in their ranges; `what` is whose winch it is.
-    pub(crate) fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
-        self.winch.validate(&what)?;
-        for (quantity, value) in [
-            ("length", self.length),
-            ("first segment", self.first),
-            ("whole segment", self.segment),
-        ] {
-            let of = || format!("{}: {quantity}", what());
-            check(of(), value, value > 0.0, "> 0")?;
-        }
+    fn winch(&self) -> Option<&Winch> {
+        Some(&self.winch)
+    }
+
+    fn length_at(&self, t: f64) -> Option<f64> {
+        Some(self.length_at(t))
+    }
+
+    fn bounds(&self, t: f64) -> Option<(usize, f64, f64)> {
+        let lower = self.winch.lower_bound(self.length_at(t));
+        Some((0, lower, f64::INFINITY))
+    }
+
+    of_cable!();
+
+    fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
+        let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));
+        self.twist_reference = BendTwist::of_frames(&a, &b, self.twist_reference).angles[2];
+        false
+    }
+
+    fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
+        self.winch.validate(what)?;
+        let of = |quantity: &str| format!("{}: {quantity}", what());
+        let (length, first, segment) = (self.length, self.first, self.segment);
+        check(of("length"), length, length > 0.0, "> 0")?;
+        check(of("first segment"), first, first > 0.0, "> 0")?;
+        check(of("whole segment"), segment, segment > 0.0, "> 0")?;
         if self.law.stretch.is_none() {
             return Err(SceneError::Conflict {
                 what: what(),
@@ -147,53 +164,17 @@ impl Fairlead {
             });
         }
         let most = "at most 1000 whole ones";
-        let of = format!("{}: first segment", what());
-        check(of, self.first, self.first <= 1e3 * self.segment, most)?;
-        let first = format!("{}: first segment", what());
+        check(of("first segment"), first, first <= 1e3 * segment, most)?;
         let needs = "no longer than the cable (m)";
-        check(
-            first,
-            self.first,
-            self.first <= self.length * (1.0 + 1e-9),
-            needs,
-        )
-        .map(|_| ())
-    }
-}
-
-impl Constraint {
-    /// Gives the rows of a cable joint other laws.
-    pub(crate) fn set_law(&mut self, law: &JointLaw) {
-        let own = match self {
-            Self::Spherical(c) => {
-                c.stretch = law.stretch.unwrap_or(c.stretch);
-                return;
-            }
-            Self::Cosserat(c) => &mut c.law,
-            Self::Paper(c) => &mut c.law,
-            Self::Fairlead(c) => &mut c.law,
-            _ => return,
-        };
-        own.stretch = own.stretch.and(law.stretch);
-        own.bend = own.bend.and(law.bend);
-        own.twist = own.twist.and(law.twist);
-    }
-
-    /// Twist of a cable joint as it was last unwrapped \[rad]; `None` where it measures none.
-    pub(crate) fn twist_reference(&self) -> Option<f64> {
-        let (law, twist) = match self {
-            Self::Paper(c) => (c.law, c.twist_reference),
-            Self::Cosserat(c) => (c.law, c.twist_reference),
-            Self::Fairlead(c) => (c.law, c.twist_reference),
-            _ => return None,
-        };
-        law.twist.map(|_| twist)
+        let within = first <= length * (1.0 + 1e-9);
+        check(of("first segment"), first, within, needs).map(drop)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
 
     fn lead(frames: [Frame; 2], speed: f64, clamped: bool) -> Constraint {

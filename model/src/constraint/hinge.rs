@@ -7,9 +7,10 @@
 //! 5 rows, or 6. The axis is u of both frames. Singular where the axes point in opposite directions.
 
 use super::cosserat::{BendTwist, columns};
-use super::{Motor, RowLaw, Rows, Target};
+use super::facts::{Facts, NO_ROWS, Parts, driven};
+use super::{Motor, RowKind, RowLaw, Rows, Target};
 use crate::body::Bodies;
-use crate::frame::{Frame, Resolved};
+use crate::frame::Frame;
 
 /// A hinge about u of both frames: 3 gap rows, 2 tilt rows, and the motor's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,10 +61,21 @@ impl Hinge {
         };
         (rate(&self.frames[1]) - rate(&self.frames[0])).norm()
     }
+}
 
-    pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
-        rows.stretch(a, b);
-        let angles = BendTwist::of_frames(a, b, self.angle_reference);
+impl Facts for Hinge {
+    fn parts(&self) -> Parts {
+        [
+            (RowKind::Stretch, 3, Some(self.stretch)),
+            (RowKind::Bend, 2, Some(self.tilt)),
+            self.motor.map_or(NO_ROWS, |motor| motor.part(true)),
+        ]
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = rows.resolve(&self.frames, bodies, t);
+        rows.stretch(&a, &b);
+        let angles = BendTwist::of_frames(&a, &b, self.angle_reference);
         let [about_v, about_w, turn] = angles.gradients(&columns(&a.axes));
         let [tilt_v, tilt_w, angle] = angles.angles;
         rows.angular(tilt_v, &about_v.into());
@@ -73,17 +85,20 @@ impl Hinge {
         }
     }
 
-    /// Angle of b against a about u, nearest to the reference \[rad].
-    pub(super) fn angle(&self, a: &Resolved, b: &Resolved) -> f64 {
-        BendTwist::of_frames(a, b, self.angle_reference).angles[2]
+    driven!();
+
+    fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
+        let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));
+        self.angle_reference = BendTwist::of_frames(&a, &b, self.angle_reference).angles[2];
+        false
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::constraint::{Constraint, RowKind, Target};
     use crate::linearized::update_windings;
     use crate::{Linearized, RowLaw};
     use std::f64::consts::TAU;

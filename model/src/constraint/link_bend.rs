@@ -26,8 +26,9 @@ use nalgebra::Vector3;
 
 use super::cosserat::{FOLD, Factors};
 use super::distance::{across, direction};
+use super::facts::{Facts, NO_ROWS, Parts, any_moves, difference};
 use super::paper::angle_between;
-use super::{RowLaw, Rows, gap};
+use super::{RowKind, RowLaw, Rows, gap};
 use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
@@ -51,7 +52,7 @@ pub enum BendDefinition {
 }
 
 impl BendDefinition {
-    pub(super) fn rows(self) -> usize {
+    fn rows(self) -> usize {
         match self {
             Self::Angle => 1,
             Self::Vector => 2,
@@ -72,26 +73,6 @@ pub struct LinkBend {
 }
 
 impl LinkBend {
-    pub(super) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
-        let sides = self.frames.map(|f| f.resolve(bodies, t));
-        let links = [gap(&sides[1], &sides[0]), gap(&sides[2], &sides[1])].map(|d| direction(&d));
-        match self.definition {
-            BendDefinition::Angle => {
-                let [(_, e1), (_, e2)] = links;
-                let (theta, mut n) = angle_between(&e1, &e2, f64::MIN_POSITIVE);
-                if n == Vector3::zeros() {
-                    n = across(&e1)[1];
-                }
-                self.write(&sides, 0, theta, [-n.cross(&e1), n.cross(&e2)], links, rows);
-            }
-            BendDefinition::Vector => {
-                for (row, (phi, g)) in vector(links[0].1, links[1].1).into_iter().enumerate() {
-                    self.write(&sides, row, phi, g, links, rows);
-                }
-            }
-        }
-    }
-
     /// Row `row` with the gradients `g` on e₁ and e₂, which need not be across them.
     fn write(
         &self,
@@ -132,6 +113,43 @@ fn vector(e1: Vector3<f64>, e2: Vector3<f64>) -> [(f64, [Vector3<f64>; 2]); 2] {
         let spin = axes[0] * (t.y / s * t.dot(&a.cross(&b)) / sum.max(FOLD));
         (b.dot(&a), [w1.cross(&e1) + spin, w2.cross(&e2) + spin])
     })
+}
+
+impl Facts for LinkBend {
+    fn parts(&self) -> Parts {
+        let rows = self.definition.rows();
+        [(RowKind::Bend, rows, Some(self.law)), NO_ROWS, NO_ROWS]
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let sides = self.frames.map(|f| f.resolve(bodies, t));
+        let links = [gap(&sides[1], &sides[0]), gap(&sides[2], &sides[1])].map(|d| direction(&d));
+        match self.definition {
+            BendDefinition::Angle => {
+                let [(_, e1), (_, e2)] = links;
+                let (theta, mut n) = angle_between(&e1, &e2, f64::MIN_POSITIVE);
+                if n == Vector3::zeros() {
+                    n = across(&e1)[1];
+                }
+                self.write(&sides, 0, theta, [-n.cross(&e1), n.cross(&e2)], links, rows);
+            }
+            BendDefinition::Vector => {
+                for (row, (phi, g)) in vector(links[0].1, links[1].1).into_iter().enumerate() {
+                    self.write(&sides, row, phi, g, links, rows);
+                }
+            }
+        }
+    }
+
+    fn only_pulls(&self) -> bool {
+        true
+    }
+
+    fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
+        if any_moves(&self.frames, times) {
+            difference(self, bodies, times, phi_t);
+        }
+    }
 }
 
 #[cfg(test)]

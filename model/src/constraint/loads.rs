@@ -114,8 +114,7 @@ impl Constraint {
                 RowKind::Across | RowKind::Transverse => {}
             }
         }
-        let winch = matches!(self, Self::MasslessCable(cable) if cable.winch.is_some());
-        if winch || matches!(self, Self::Fairlead(_)) {
+        if self.winch().is_some() {
             loads.drive = loads.tension;
         }
         loads
@@ -166,13 +165,13 @@ impl Constraint {
             let tension = force().dot(&axis);
             Some(if backwards { -tension } else { tension })
         };
-        match self {
+        let first = self.parts().next().map(|(kind, ..)| kind);
+        match (self, self.cable_joint()) {
+            (Self::Spherical(_), _) => Some(free()),
+            (Self::Fairlead(_), _) => Some(0.0 - lambda[0]),
+            (_, Some((law, _))) => of_law(law),
             // Not −0 where it is slack.
-            Self::Distance(_) | Self::MasslessCable(_) | Self::Fairlead(_) => Some(0.0 - lambda[0]),
-            Self::Spherical(_) => Some(free()),
-            Self::Paper(c) => of_law(&c.law),
-            Self::Cosserat(c) => of_law(&c.law),
-            Self::Lock(_) | Self::Hinge(_) | Self::Slider(_) | Self::LinkBend(_) => None,
+            _ => (first == Some(RowKind::Length)).then(|| 0.0 - lambda[0]),
         }
     }
 

@@ -12,7 +12,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::cosserat::quaternion;
-use super::{RowLaw, Rows};
+use super::facts::{Facts, NO_ROWS, Parts};
+use super::{RowKind, RowLaw, Rows};
+use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
 /// Rigid or compliant lock of two frames, 6 rows: gap (world axes), rotation vector (axes of a).
@@ -25,11 +27,6 @@ pub struct Lock {
     pub linear: RowLaw,
     /// Law of the three rotation rows, compliance in rad/(N m).
     pub angular: RowLaw,
-}
-
-pub(super) fn evaluate(a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
-    rows.stretch(a, b);
-    rotation_rows(a, b, rows);
 }
 
 /// The three rows of ρ.
@@ -64,6 +61,22 @@ fn inverse_left_jacobian(rho: &Vector3<f64>) -> Matrix3<f64> {
     };
     let cross = rho.cross_matrix();
     Matrix3::identity() - cross * 0.5 + cross * cross * k
+}
+
+impl Facts for Lock {
+    fn parts(&self) -> Parts {
+        [
+            (RowKind::Stretch, 3, Some(self.linear)),
+            (RowKind::Rotation, 3, Some(self.angular)),
+            NO_ROWS,
+        ]
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = rows.resolve(&self.frames, bodies, t);
+        rows.stretch(&a, &b);
+        rotation_rows(&a, &b, rows);
+    }
 }
 
 #[cfg(test)]

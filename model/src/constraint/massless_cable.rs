@@ -22,8 +22,9 @@ pub(crate) use path::End;
 use nalgebra::Vector3;
 
 use super::distance::direction;
+use super::facts::{Facts, NO_ROWS, Parts, any_moves, difference};
 use super::sheave::Sheave;
-use super::{RowLaw, Rows};
+use super::{RowKind, RowLaw, Rows};
 use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
@@ -207,21 +208,6 @@ impl MasslessCable {
         self.law.compliance * (length / self.length)
     }
 
-    /// Bounds of λ at time `t` (s), lower and upper \[N].
-    #[must_use]
-    pub fn bounds_at(&self, t: f64) -> (f64, f64) {
-        let lower = match &self.winch {
-            Some(w) => w.lower_bound(self.length_at(t)),
-            None => f64::NEG_INFINITY,
-        };
-        let upper = if self.tension_only {
-            0.0
-        } else {
-            f64::INFINITY
-        };
-        (lower, upper)
-    }
-
     /// Makes time `t` (s) the one that `length` and compliance belong to, so that the winch can be set anew.
     pub fn rebase(&mut self, t: f64) {
         self.set_length(self.length_at(t), t);
@@ -280,7 +266,33 @@ impl MasslessCable {
         }
     }
 
-    pub(super) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+    /// Length of its path at time `t` (s), with what lies on its sheaves: Λ \[m].
+    #[must_use]
+    pub fn path(&self, bodies: &Bodies, t: f64) -> f64 {
+        let mut phi = [0.0];
+        self.evaluate(bodies, t, &mut Rows::new(&mut phi, &mut [], &mut []));
+        phi[0] + self.length_at(t)
+    }
+
+    /// Makes it longer by so much at time `t` (s), of the same material \[m]; what its winch may still feed stays.
+    pub(crate) fn lengthen(&mut self, by: f64, t: f64) {
+        self.rebase(t);
+        if let Some(winch) = &mut self.winch {
+            winch.shortest += by;
+            winch.longest += by;
+        }
+        let length = self.length + by;
+        self.law.compliance *= length / self.length;
+        self.length = length;
+    }
+}
+
+impl Facts for MasslessCable {
+    fn parts(&self) -> Parts {
+        [(RowKind::Length, 1, Some(self.law)), NO_ROWS, NO_ROWS]
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
         if !self.sheaves.is_empty() {
             return self.evaluate_over_sheaves(bodies, t, rows);
         }
@@ -306,24 +318,66 @@ impl MasslessCable {
         rows.phi[0] = total - self.length_at(t);
     }
 
-    /// Length of its path at time `t` (s), with what lies on its sheaves: Λ \[m].
-    #[must_use]
-    pub fn path(&self, bodies: &Bodies, t: f64) -> f64 {
-        let mut phi = [0.0];
-        self.evaluate(bodies, t, &mut Rows::new(&mut phi, &mut [], &mut []));
-        phi[0] + self.length_at(t)
+    fn only_pulls(&self) -> bool {
+        true
     }
 
-    /// Makes it longer by so much at time `t` (s), of the same material \[m]; what its winch may still feed stays.
-    pub(crate) fn lengthen(&mut self, by: f64, t: f64) {
-        self.rebase(t);
-        if let Some(winch) = &mut self.winch {
-            winch.shortest += by;
-            winch.longest += by;
+    fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
+        let excess = self.path_ahead(bodies, t, dt) - self.length_at(t + dt);
+        ([excess, 0.0, 0.0], 1)
+    }
+
+    fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
+        let [before, after] = times.map(|t| self.compliance_factor(t, 0.0));
+        if any_moves(&self.frames, times) || before != after {
+            difference(self, bodies, times, phi_t);
         }
-        let length = self.length + by;
-        self.law.compliance *= length / self.length;
-        self.length = length;
+    }
+
+    fn winch(&self) -> Option<&Winch> {
+        self.winch.as_ref()
+    }
+
+    fn length_at(&self, t: f64) -> Option<f64> {
+        Some(self.length_at(t))
+    }
+
+    fn bounds(&self, t: f64) -> Option<(usize, f64, f64)> {
+        let (limited, no_limit) = (self.tension_only || self.winch.is_some(), f64::INFINITY);
+        let lower = |winch: Winch| winch.lower_bound(self.length_at(t));
+        let upper = if self.tension_only { 0.0 } else { no_limit };
+        limited.then(|| (0, self.winch.map_or(-no_limit, lower), upper))
+    }
+
+    fn compliance_factor(&self, t: f64, excess: f64) -> f64 {
+        if !self.sheaves.is_empty() {
+            let excess = if self.is_part() { excess } else { 0.0 };
+            return (self.length_at(t) - self.wound() + excess) / self.length;
+        }
+        if self.winch.is_some() {
+            return self.length_at(t) / self.length;
+        }
+        1.0
+    }
+
+    fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
+        self.update_winding(bodies, t)
+    }
+
+    /// The limits of a part's winch are those of the whole, less what lies in the other parts.
+    fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
+        let (length, of) = (self.length, || format!("{}: length", what()));
+        check(of(), length, length > 0.0, "> 0 m")?;
+        let Some(mut winch) = self.winch else {
+            return Ok(());
+        };
+        if self.is_part() {
+            (winch.shortest, winch.longest) = (Winch::new().shortest, f64::INFINITY);
+        }
+        winch.validate(what)?;
+        let within = (winch.shortest..=winch.longest).contains(&length);
+        let needs = "between shortest and longest of its winch";
+        check(of(), length, within, needs).map(drop)
     }
 }
 

@@ -68,13 +68,14 @@ impl Motor {
         check(of("damping"), damping, damping >= 0.0, "≥ 0 s").map(|_| ())
     }
 
-    /// Kind and law of the row, whose coordinate is an angle or a length.
-    pub(super) fn part(&self, angular: bool) -> (RowKind, RowLaw) {
-        match (self.target, angular) {
+    /// The row, whose coordinate is an angle or a length.
+    pub(super) fn part(&self, angular: bool) -> (RowKind, usize, Option<RowLaw>) {
+        let (kind, law) = match (self.target, angular) {
             (Target::Position(_), false) => (RowKind::Position, self.law),
             (Target::Position(_), true) => (RowKind::Angle, self.law),
             (Target::Speed(_), _) => (RowKind::Speed, RowLaw::RIGID),
-        }
+        };
+        (kind, 1, Some(law))
     }
 
     /// φ where the coordinate is `s`.
@@ -102,11 +103,8 @@ impl Constraint {
 
     /// Speed of the motor \[m/s or rad/s], or at which the winch pays out \[m/s].
     pub(crate) fn driven_speed(&self) -> Option<f64> {
-        if let Self::MasslessCable(cable) = self {
-            return cable.winch.map(|winch| winch.speed);
-        }
-        if let Self::Fairlead(lead) = self {
-            return Some(lead.winch.speed);
+        if let Some(winch) = self.winch() {
+            return Some(winch.speed);
         }
         match self.motor()?.target {
             Target::Speed(speed) => Some(speed),

@@ -15,7 +15,10 @@
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
+use super::facts::{Facts, Parts, of_cable};
 use super::{JointLaw, Rows, unwrap_angle};
+use crate::body::Bodies;
+use crate::error::{SceneError, check};
 use crate::frame::{Frame, Resolved};
 
 /// Pair of vectors whose angle is the paper's twist.
@@ -71,20 +74,6 @@ impl Paper {
         }
     }
 
-    pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
-        if self.law.stretch.is_some() {
-            rows.stretch(a, b);
-        }
-        if self.law.bend.is_some() {
-            let (theta, n) = angle_between(&a.u(), &b.u(), self.safeguard);
-            rows.angular(theta, &n);
-        }
-        if self.law.twist.is_some() {
-            let (omega, n) = self.twist(a, b);
-            rows.angular(omega, &n);
-        }
-    }
-
     /// Unwrapped twist \[rad] and its gradient on ω_b.
     pub(super) fn twist(&self, a: &Resolved, b: &Resolved) -> (f64, Vector3<f64>) {
         let p = a.v();
@@ -113,6 +102,44 @@ pub(super) fn angle_between(
     let d = p.cross(q);
     let sine = d.norm();
     (sine.atan2(p.dot(q)), d / (safeguard + sine))
+}
+
+impl Facts for Paper {
+    fn parts(&self) -> Parts {
+        self.law.parts(1)
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = rows.resolve(&self.frames, bodies, t);
+        if self.law.stretch.is_some() {
+            rows.stretch(&a, &b);
+        }
+        if self.law.bend.is_some() {
+            let (theta, n) = angle_between(&a.u(), &b.u(), self.safeguard);
+            rows.angular(theta, &n);
+        }
+        if self.law.twist.is_some() {
+            let (omega, n) = self.twist(&a, &b);
+            rows.angular(omega, &n);
+        }
+    }
+
+    fn acts_at_points(&self) -> bool {
+        self.law.stretch.is_some()
+    }
+
+    of_cable!();
+
+    fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
+        let [a, b] = self.frames.map(|frame| frame.resolve(bodies, t));
+        self.twist_reference = self.twist(&a, &b).0;
+        false
+    }
+
+    fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
+        let (s, of) = (self.safeguard, format!("{}: safeguard", what()));
+        check(of, s, s > 0.0 && s < 1.0, "between 0 and 1").map(drop)
+    }
 }
 
 #[cfg(test)]

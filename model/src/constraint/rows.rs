@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use super::JointLaw;
+use super::cosserat::{BendTwist, columns};
 use super::gap;
 use super::gap::{JointJacobian, joined, row_along};
 use crate::body::Bodies;
@@ -122,6 +124,23 @@ impl<'a> Rows<'a> {
         }
         let row = [0.0, 0.0, 0.0, g.x, g.y, g.z];
         self.push(phi, &row.map(|g| -g), &row);
+    }
+
+    /// The rows of bend and twist that `law` has, the twist unwrapped to `reference` \[rad].
+    #[inline(always)]
+    pub(super) fn bend_twist(
+        &mut self,
+        a: &Resolved,
+        b: &Resolved,
+        law: &JointLaw,
+        reference: f64,
+    ) {
+        let angles = BendTwist::of_frames(a, b, reference);
+        let gradients = angles.gradients(&columns(&a.axes));
+        let has = [law.bend, law.bend, law.twist].map(|law| law.is_some());
+        for k in (0..3).filter(|k| has[*k]) {
+            self.angular(angles.angles[k], &gradients[k].into());
+        }
     }
 
     /// One row of the gap of a force along `k` that acts on both sides at one point, with the levers `arms`.

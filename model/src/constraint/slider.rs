@@ -11,8 +11,10 @@
 //!
 //! 5 rows, or 6.
 
-use super::{Motor, RowLaw, Rows, gap, lock};
-use crate::frame::{Frame, Resolved};
+use super::facts::{Facts, NO_ROWS, Parts, any_moves, difference, driven};
+use super::{Motor, RowKind, RowLaw, Rows, Target, gap, lock};
+use crate::body::Bodies;
+use crate::frame::Frame;
 
 /// A slider along u of side a: 3 rotation rows, 2 rows across, and the motor's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,10 +48,21 @@ impl Slider {
         self.motor = Some(motor);
         self
     }
+}
 
-    pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
-        lock::rotation_rows(a, b, rows);
-        let d = gap(a, b);
+impl Facts for Slider {
+    fn parts(&self) -> Parts {
+        [
+            (RowKind::Rotation, 3, Some(self.rotation)),
+            (RowKind::Across, 2, Some(self.across)),
+            self.motor.map_or(NO_ROWS, |motor| motor.part(false)),
+        ]
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = rows.resolve(&self.frames, bodies, t);
+        lock::rotation_rows(&a, &b, rows);
+        let d = gap(&a, &b);
         let lever = a.lever - d;
         rows.set_lever_of_a(lever);
         for k in [a.v(), a.w()] {
@@ -60,13 +73,30 @@ impl Slider {
             rows.along(motor.violation(k.dot(&d)), &k, [&lever, &b.lever]);
         }
     }
+
+    fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
+        if any_moves(&self.frames, times) {
+            // The row of a speed has no φ that would tell.
+            let at = |motor| Motor {
+                target: Target::Position(0.0),
+                ..motor
+            };
+            let slider = Self {
+                motor: self.motor.map(at),
+                ..*self
+            };
+            difference(&slider, bodies, times, phi_t);
+        }
+    }
+
+    driven!();
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::constraint::{Constraint, RowKind, Target};
     use crate::{Body, Linearized, Scene};
     use nalgebra::Vector3;
 

@@ -1,6 +1,8 @@
 //! Ball joint: the two attachment points coincide, 3 rows (φ and J: `gap`).
 
-use super::RowLaw;
+use super::facts::{Facts, NO_ROWS, Parts};
+use super::{RowKind, RowLaw, Rows};
+use crate::body::Bodies;
 use crate::frame::Frame;
 
 /// Ball joint with isotropic compliance, 3 rows.
@@ -13,11 +15,26 @@ pub struct Spherical {
     pub stretch: RowLaw,
 }
 
+impl Facts for Spherical {
+    fn parts(&self) -> Parts {
+        [(RowKind::Stretch, 3, Some(self.stretch)), NO_ROWS, NO_ROWS]
+    }
+
+    fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = rows.resolve(&self.frames, bodies, t);
+        rows.stretch(&a, &b);
+    }
+
+    fn only_pulls(&self) -> bool {
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
-    use crate::constraint::{Constraint, RowKind};
     use crate::scene::Scene;
     use nalgebra::{UnitQuaternion, Vector3};
 

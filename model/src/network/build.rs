@@ -145,6 +145,18 @@ impl Builder<'_> {
         self.strand.join(&mut self.scene, cable, name, joint, half);
     }
 
+    /// Hangs the start of a stretch of cable from a point of the world.
+    fn anchor(&mut self, of: Stretch, name: impl Into<String>, at: Vector3<f64>) {
+        let upper = self.upper(of.first);
+        self.end(of.cable, name, Frame::world(at), upper);
+    }
+
+    /// Ties a body to the end of a stretch of cable, at its point `lever`.
+    fn tie(&mut self, of: Stretch, name: impl Into<String>, body: usize, lever: Vector3<f64>) {
+        let lower = self.lower(of.last);
+        self.end(of.cable, name, lower, Frame::body(body, lever));
+    }
+
     /// The load: a solid steel sphere that hangs at its centre.
     fn load(&mut self, at: Vector3<f64>) -> usize {
         let mass = self.network.load_mass;
@@ -202,10 +214,9 @@ impl Builder<'_> {
             let corners = [top, east, bottom, west];
             let counts = [right[0], right[1], left[0], left[1]];
             let sides = self.polygon(&corners, &counts);
-            self.end(0, "anchor", Frame::world(top), self.upper(sides[0].first));
+            self.anchor(sides[0], "anchor", top);
             let load = self.load(bottom);
-            let hook = Frame::body(load, Vector3::zeros());
-            self.end(0, "load", self.lower(sides[1].last), hook);
+            self.tie(sides[1], "load", load, Vector3::zeros());
             return;
         }
         // A V between the two points, and a large one with the load.
@@ -219,21 +230,10 @@ impl Builder<'_> {
         let bottom = apex(east, west, length(right), length(left), 1.0);
         let corners = [west, sag, east, bottom];
         let sides = self.polygon(&corners, &[half, half, right, left]);
-        self.end(
-            0,
-            "anchor-left",
-            Frame::world(west),
-            self.upper(sides[0].first),
-        );
-        self.end(
-            0,
-            "anchor-right",
-            Frame::world(east),
-            self.upper(sides[2].first),
-        );
+        self.anchor(sides[0], "anchor-left", west);
+        self.anchor(sides[2], "anchor-right", east);
         let load = self.load(bottom);
-        let hook = Frame::body(load, Vector3::zeros());
-        self.end(0, "load", self.lower(sides[2].last), hook);
+        self.tie(sides[2], "load", load, Vector3::zeros());
     }
 
     fn junction(&mut self) {
@@ -247,13 +247,7 @@ impl Builder<'_> {
             let top = Vector3::new(side * (whole + radius) * sine, 0.0, 0.0);
             let along = Vector3::new(-side * sine, 0.0, -cosine);
             let cable = self.cable(name, top, along, n);
-            let upper = self.upper(cable.first);
-            self.end(
-                cable.cable,
-                format!("anchor-{name}"),
-                Frame::world(top),
-                upper,
-            );
+            self.anchor(cable, format!("anchor-{name}"), top);
             tops.push((name, cable, -along * radius));
         }
         let foot = Vector3::new(0.0, 0.0, -radius);
@@ -261,19 +255,12 @@ impl Builder<'_> {
         let hub = Body::sphere(radius, self.params.segment_mass).at(hub_at);
         let hub = self.scene.add_body("hub", hub);
         for (name, cable, lever) in tops {
-            let lower = self.lower(cable.last);
-            self.end(
-                cable.cable,
-                format!("hub-{name}"),
-                lower,
-                Frame::body(hub, lever),
-            );
+            self.tie(cable, format!("hub-{name}"), hub, lever);
         }
         let upper = self.upper(below.first);
         self.end(below.cable, "hub-below", Frame::body(hub, foot), upper);
         let load = self.load(hub_at + foot - Vector3::z() * whole);
-        let hook = Frame::body(load, Vector3::zeros());
-        self.end(below.cable, "load", self.lower(below.last), hook);
+        self.tie(below, "load", load, Vector3::zeros());
     }
 
     fn cranes(&mut self) {
@@ -287,25 +274,13 @@ impl Builder<'_> {
             let top = Vector3::new(side * (0.5 * width + whole * sine), 0.0, 0.0);
             let along = Vector3::new(-side * sine, 0.0, -cosine);
             let cable = self.cable(name, top, along, n);
-            let upper = self.upper(cable.first);
-            self.end(
-                cable.cable,
-                format!("crane-{name}"),
-                Frame::world(top),
-                upper,
-            );
+            self.anchor(cable, format!("crane-{name}"), top);
             feet.push((name, cable, foot));
         }
         let beam = self.beam(feet[0].2, feet[1].2);
         for (name, cable, foot) in feet {
             let lever = foot - self.scene.bodies.position[beam];
-            let lower = self.lower(cable.last);
-            self.end(
-                cable.cable,
-                format!("load-{name}"),
-                lower,
-                Frame::body(beam, lever),
-            );
+            self.tie(cable, format!("load-{name}"), beam, lever);
         }
     }
 
@@ -324,13 +299,7 @@ impl Builder<'_> {
         for j in 0..k {
             let name = format!("cable-{}", j + 1);
             let cable = self.cable(&name, top(j), -Vector3::z(), n);
-            let anchor = Frame::world(top(j));
-            self.end(
-                cable.cable,
-                format!("{name}-anchor"),
-                anchor,
-                self.upper(cable.first),
-            );
+            self.anchor(cable, format!("{name}-anchor"), top(j));
             cables.push(cable);
         }
         let every = self.params.rung_every;
@@ -347,13 +316,7 @@ impl Builder<'_> {
         let beam = self.beam(top(0) + down, top(k - 1) + down);
         for (j, cable) in cables.into_iter().enumerate() {
             let lever = top(j) + down - self.scene.bodies.position[beam];
-            let hook = Frame::body(beam, lever);
-            self.end(
-                cable.cable,
-                format!("load-{}", j + 1),
-                self.lower(cable.last),
-                hook,
-            );
+            self.tie(cable, format!("load-{}", j + 1), beam, lever);
         }
     }
 

@@ -93,26 +93,35 @@ impl Scene {
         }
         let parts = cable.in_parts(name, &self.bodies, t)?;
         let mut numbers: Vec<usize> = Vec::with_capacity(parts.len());
-        for Part { cable, after, .. } in parts {
+        self.add_parts(parts, (name, 0), group, &mut numbers);
+        Ok(numbers)
+    }
+
+    /// Appends parts of the cable called `name`, `passed` of whose sheaves with friction come before them, and their numbers
+    /// to `numbers`. They go on from the last of those.
+    fn add_parts(
+        &mut self,
+        parts: impl IntoIterator<Item = Part>,
+        (name, passed): (&str, usize),
+        group: u32,
+        numbers: &mut Vec<usize>,
+    ) {
+        for Part { cable, after } in parts {
             let (number, friction) = after.unwrap_or_default();
-            let number = self.add_constraint(part_name(name, number), cable, group);
+            let number = self.add_constraint(part_name(name, passed + number), cable, group);
             if let Some(before) = numbers.last() {
                 let parts = [*before, number];
                 self.capstans.push(Capstan { parts, friction });
             }
             numbers.push(number);
         }
-        Ok(numbers)
     }
 
     /// True if a cable has sheaves with friction, whether it lies on them or not.
     #[must_use]
     pub fn has_rough_sheaves(&self) -> bool {
-        let rough = |c: &Constraint| match c {
-            Constraint::MasslessCable(cable) => cable.rough_sheaves().next().is_some(),
-            _ => false,
-        };
-        !self.capstans.is_empty() || self.constraints.iter().any(rough)
+        let rough = |cable: &MasslessCable| cable.rough_sheaves().next().is_some();
+        !self.capstans.is_empty() || self.massless_cables().any(|(_, cable)| rough(cable))
     }
 
     /// The sheaves with friction that a cable has left, by their capstans: the wrap is negative.
@@ -126,9 +135,9 @@ impl Scene {
     pub fn lift_off(&mut self, i: usize, t: f64) -> Option<usize> {
         let capstan = *self.capstans.get(i)?;
         let [first, second] = capstan.parts;
-        let mut after = self.part_mut(second)?.clone();
+        let mut after = self.massless_mut(second)?.clone();
         after.rebase(t);
-        let before = self.part_mut(first)?;
+        let before = self.massless_mut(first)?;
         before.append(&after, capstan.friction, t);
         self.capstans.remove(i);
         for capstan in &mut self.capstans {
@@ -146,12 +155,8 @@ impl Scene {
 
     /// The cables that lie on a sheave with friction which they have passed by so far.
     pub fn landed(&self) -> impl Iterator<Item = usize> + '_ {
-        let lands = |c: &Constraint| match c {
-            Constraint::MasslessCable(cable) => cable.grips(),
-            _ => false,
-        };
-        let all = self.constraints.iter().enumerate();
-        all.filter_map(move |(c, constraint)| lands(constraint).then_some(c))
+        let cables = self.massless_cables();
+        cables.filter_map(|(c, cable)| cable.grips().then_some(c))
     }
 
     /// Cuts a cable at the sheaves with friction that it lies on since time `t` (s). The first part stays in its place; returns
@@ -160,7 +165,7 @@ impl Scene {
     /// # Errors
     /// As [`reeve`](Self::reeve); the scene is then as it was.
     pub fn lay_down(&mut self, c: usize, t: f64) -> Result<Vec<usize>, SceneError> {
-        let Some(Constraint::MasslessCable(cable)) = self.constraints.get(c) else {
+        let Some(cable) = self.massless(c) else {
             return Ok(Vec::new());
         };
         let mut cable = cable.clone();
@@ -173,16 +178,7 @@ impl Scene {
         let group = self.groups[c];
         self.constraints[c] = first.cable.into();
         let mut numbers = vec![c];
-        for Part { cable, after } in parts {
-            let (number, friction) = after.unwrap_or_default();
-            let after = self.add_constraint(part_name(&name, passed + number), cable, group);
-            let before = numbers[numbers.len() - 1];
-            self.capstans.push(Capstan {
-                parts: [before, after],
-                friction,
-            });
-            numbers.push(after);
-        }
+        self.add_parts(parts, (&name, passed), group, &mut numbers);
         let (last, made) = (numbers[numbers.len() - 1], numbers.len() - 1);
         let known = self.capstans.len() - made;
         for capstan in &mut self.capstans[..known] {
@@ -215,9 +211,9 @@ impl Scene {
                 name = part;
             }
             passed += 1;
-            if let Some(Constraint::MasslessCable(part)) = self.constraints.get(part) {
-                passed += part.rough_sheaves().count();
-            }
+            passed += self
+                .massless(part)
+                .map_or(0, |part| part.rough_sheaves().count());
         }
         (self.constraint_name(name).to_owned(), passed)
     }
@@ -235,15 +231,17 @@ impl Scene {
 
     /// The parts at a capstan.
     fn parts(&self, capstan: &Capstan) -> Option<[&MasslessCable; 2]> {
-        let [before, after] = capstan.parts.map(|i| match self.constraints.get(i) {
-            Some(Constraint::MasslessCable(cable)) => Some(cable),
-            _ => None,
-        });
+        let [before, after] = capstan.parts.map(|i| self.massless(i));
         Some([before?, after?])
     }
 
     /// Massless cable number `i`; `None` for any other constraint.
-    fn part_mut(&mut self, i: usize) -> Option<&mut MasslessCable> {
+    fn massless(&self, i: usize) -> Option<&MasslessCable> {
+        self.constraints.get(i)?.massless_cable()
+    }
+
+    /// [`massless`](Self::massless), to be changed.
+    fn massless_mut(&mut self, i: usize) -> Option<&mut MasslessCable> {
         match self.constraints.get_mut(i) {
             Some(Constraint::MasslessCable(cable)) => Some(cable),
             _ => None,
@@ -271,7 +269,7 @@ impl Scene {
                 continue;
             }
             for (part, end) in capstan.parts.into_iter().zip([End::Last, End::First]) {
-                if let Some(part) = self.part_mut(part) {
+                if let Some(part) = self.massless_mut(part) {
                     part.cut_at(cut, end, t);
                 }
             }
@@ -284,7 +282,7 @@ impl Scene {
             return;
         };
         for (part, by) in capstan.parts.into_iter().zip([-by, by]) {
-            if let Some(part) = self.part_mut(part) {
+            if let Some(part) = self.massless_mut(part) {
                 part.lengthen(by, t);
             }
         }
@@ -313,7 +311,7 @@ impl Scene {
         };
         let both = laid.iter().zip([End::Last, End::First]);
         for (part, (laid, end)) in capstan.parts.into_iter().zip(both) {
-            if let Some(part) = self.part_mut(part) {
+            if let Some(part) = self.massless_mut(part) {
                 part.fasten(laid.cut, end);
                 part.length = laid.length;
                 part.law.compliance = laid.compliance;
@@ -362,10 +360,7 @@ impl Scene {
 
     /// Checks that each shared end of a part is at one capstan.
     fn validate_shared(&self) -> Result<(), SceneError> {
-        for (c, constraint) in self.constraints.iter().enumerate() {
-            let Constraint::MasslessCable(part) = constraint else {
-                continue;
-            };
+        for (c, part) in self.massless_cables() {
             let is_shared =
                 |end: Option<&Option<Sheave>>| end.is_some_and(|s| s.is_some_and(|s| s.shared));
             let ends = [

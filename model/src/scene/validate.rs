@@ -6,23 +6,10 @@ use nalgebra::Matrix3;
 
 use super::{CableParts, Scene, first_names};
 use crate::body::{Bodies, Mobility};
-use crate::constraint::{Constraint, Distance, MasslessCable, Sheave, Winch, called};
+use crate::constraint::{Constraint, MasslessCable, Sheave, called};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
-
-/// Checks a winch and the length that it begins with. The limits of a part's winch are those of the whole, less what lies in
-/// the other parts.
-fn check_winch(joint: &str, winch: &Winch, length: f64, is_part: bool) -> Result<(), SceneError> {
-    let mut checked = *winch;
-    if is_part {
-        (checked.shortest, checked.longest) = (Winch::new().shortest, f64::INFINITY);
-    }
-    checked.validate(|| format!("joint `{joint}`"))?;
-    let within = (checked.shortest..=checked.longest).contains(&length);
-    let needs = "between shortest and longest of its winch";
-    check(format!("joint `{joint}`: length"), length, within, needs).map(|_| ())
-}
 
 /// Requirement on an angular velocity or a torque of a point mass.
 const NEVER_TURNS: &str = "0 for a point mass: give the body a shape or an inertia";
@@ -177,21 +164,14 @@ impl Scene {
     }
 
     fn validate_lengths(&self) -> Result<(), SceneError> {
-        let b = &self.bodies;
-        let (n, m) = (b.len(), self.constraints.len());
-        for (what, got, expected) in [
-            ("bodies.mobility", b.mobility.len(), n),
-            ("bodies.orientation", b.orientation.len(), n),
-            ("bodies.velocity", b.velocity.len(), n),
-            ("bodies.angular_velocity", b.angular_velocity.len(), n),
-            ("bodies.mass", b.mass.len(), n),
-            ("bodies.inertia", b.inertia.len(), n),
-            ("bodies.force", b.force.len(), n),
-            ("bodies.torque", b.torque.len(), n),
+        let (n, m) = (self.bodies.len(), self.constraints.len());
+        let bodies = self.bodies.lengths().map(|(what, got)| (what, got, n));
+        let others = [
             ("body_names", self.body_names.len(), n),
             ("constraint_names", self.constraint_names.len(), m),
             ("groups", self.groups.len(), m),
-        ] {
+        ];
+        for (what, got, expected) in bodies.chain(others) {
             if got != expected {
                 return Err(SceneError::Length {
                     what,
@@ -258,29 +238,7 @@ impl Scene {
                 check(of("damping"), law.damping, false, "≥ 0 s")?;
             }
         }
-        match c {
-            Constraint::Paper(p) if !(p.safeguard > 0.0 && p.safeguard < 1.0) => {
-                check(of("safeguard"), p.safeguard, false, "between 0 and 1")?;
-            }
-            Constraint::Distance(Distance { length, .. })
-            | Constraint::MasslessCable(MasslessCable { length, .. })
-                if !(*length > 0.0 && length.is_finite()) =>
-            {
-                check(of("length"), *length, false, "> 0 m")?;
-            }
-            Constraint::MasslessCable(MasslessCable {
-                winch: Some(winch),
-                length,
-                ..
-            }) => {
-                let is_part = matches!(c, Constraint::MasslessCable(part) if part.is_part());
-                check_winch(joint, winch, *length, is_part)?;
-            }
-            Constraint::Fairlead(lead) => lead.validate(|| format!("joint `{joint}`"))?,
-            other => other
-                .motor()
-                .map_or(Ok(()), |m| m.validate(|| format!("joint `{joint}`")))?,
-        }
+        c.validate(&|| format!("joint `{joint}`"))?;
         self.check_sides(joint, c)?;
         for (i, frame) in c.frames().iter().enumerate() {
             let letter = u32::try_from(i)
@@ -355,18 +313,13 @@ impl Scene {
 
     /// Refuses a constraint that would turn a point mass.
     fn check_points(&self, joint: &str, c: &Constraint) -> Result<(), SceneError> {
-        let pulls = matches!(
-            c,
-            Constraint::Spherical(_)
-                | Constraint::Distance(_)
-                | Constraint::MasslessCable(_)
-                | Constraint::LinkBend(_)
-        );
         for frame in c.frames() {
             let body = frame.body_index().filter(|body| *body < self.bodies.len());
             let point = body.filter(|body| self.bodies.is_point(*body));
             let turns = matches!(c, Constraint::MasslessCable(cable) if cable.has_sheave(frame));
-            if let Some(body) = point.filter(|_| !pulls || turns || frame.point.amax() != 0.0) {
+            if let Some(body) =
+                point.filter(|_| !c.only_pulls() || turns || frame.point.amax() != 0.0)
+            {
                 return Err(SceneError::Conflict {
                     what: format!("joint `{joint}` of body `{}`", self.body_names[body]),
                     reason: "would turn a point mass: give the body a shape or an inertia, or attach a ball joint, link or \

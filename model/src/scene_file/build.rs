@@ -3,10 +3,11 @@
 use std::collections::{HashMap, HashSet};
 
 use super::cable::CableEntry;
+use super::collide::collide_body;
 use super::entries::SceneText;
 use super::groups::Groups;
 use super::motion::MotionEntry;
-use super::places::Fault;
+use super::places::{Fault, each};
 use crate::cable::strand::Strand;
 use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
@@ -131,6 +132,23 @@ impl<'a> Names<'a> {
         body.map(Side::Body).map_err(|error| Fault::new(key, error))
     }
 
+    /// The holder of a point whose keys `body`, `point` and `motion` stand at `path`: a motion is for points of the world.
+    pub(super) fn holder(
+        &self,
+        of: &Entry<'_>,
+        path: &str,
+        (body, point): (&str, &[f64; 3]),
+        motion: Option<&MotionEntry>,
+    ) -> Result<Side, Fault> {
+        let at = |key: &str| format!("{path}.{key}");
+        of.finite(&at("point"), point)?;
+        let side = self.side(of, &at("body"), body, motion, &at("motion"))?;
+        if motion.is_some() && matches!(side, Side::Body(_)) {
+            return Err(of.conflict(&at("motion"), "moves points of the world: remove it"));
+        }
+        Ok(side)
+    }
+
     /// Number of the body called `name`, under `key` of the entry `of`.
     pub(super) fn body(&self, of: &Entry<'_>, key: &str, name: &str) -> Result<usize, Fault> {
         let body = self.find(format!("{} `{}`", of.list, of.name), name);
@@ -177,27 +195,20 @@ impl SceneText {
         scene.start_in_equilibrium = self.equilibrium;
         let colliding = Groups::of(self)?;
         let mut seen = HashSet::with_capacity(self.body.len());
-        for (i, entry) in self.body.iter().enumerate() {
-            let path = format!("body.{i}");
-            let body = entry.build().map_err(|fault| fault.within(&path))?;
-            scene.add_body(entry.name.clone(), body);
-            scene.validate_body(i).map_err(|error| {
-                of_keys(
-                    error,
-                    &["orientation", "inertia", "inertia_matrix", "shape"],
-                    &path,
-                )
-            })?;
+        each("body", &self.body, |i, entry| {
+            scene.add_body(entry.name.clone(), entry.build()?);
+            let keys = ["orientation", "inertia", "inertia_matrix", "shape"];
+            let sound = scene.validate_body(i);
+            sound.map_err(|error| of_keys(error, &keys))?;
             // A name that two bodies have hides one of them from the constraints.
             if !seen.insert(entry.name.as_str()) {
-                return Err(duplicate("body", &entry.name, &path));
+                return Err(duplicate("body", &entry.name));
             }
             if let Some(cable) = &entry.cable {
                 parts_of(&mut scene, cable).bodies.push(i);
             }
-            let collider = self.collide_body(&mut scene, i, &colliding);
-            collider.map_err(|fault| fault.within(&path))?;
-        }
+            collide_body(&mut scene, i, entry, &colliding)
+        })?;
         let of_cables = self.lay_cables(&mut scene, &colliding)?;
         let names = scene.body_names.clone();
         let names = Names::of(&names);
@@ -215,7 +226,7 @@ impl SceneText {
             let i = scene.add_constraint(built.name, built.constraint, group);
             scene.validate_constraint(i).map_err(|error| {
                 let keys = keys_of(&error);
-                of_keys(error, &keys, &built.path)
+                of_keys(error, &keys).within(&built.path)
             })?;
             if let Some(cable) = built.cable {
                 let known = scene.cables.iter_mut().rfind(|c| c.name == cable);
@@ -235,61 +246,46 @@ impl SceneText {
         if !grouped {
             scene.group_by_topology();
         }
-        for (i, entry) in self.control.iter().enumerate() {
-            let path = format!("control.{i}");
-            let control = entry.build(&scene).map_err(|fault| fault.within(&path))?;
+        each("control", &self.control, |i, entry| {
+            let control = entry.build(&scene)?;
             if self.control[..i].iter().any(|c| c.name == entry.name) {
-                return Err(duplicate("control", &entry.name, &path));
+                return Err(duplicate("control", &entry.name));
             }
             scene.controls.push(control);
-        }
-        for (i, entry) in self.event.iter().enumerate() {
-            let path = format!("event.{i}");
-            let event = entry
-                .build(&scene, &names, &self.event)
-                .map_err(|fault| fault.within(&path))?;
+            Ok(())
+        })?;
+        each("event", &self.event, |_, entry| {
+            let event = entry.build(&scene, &names, &self.event)?;
             if scene.events.iter().any(|e| e.name == entry.name) {
-                return Err(duplicate("event", &entry.name, &path));
+                return Err(duplicate("event", &entry.name));
             }
             scene.events.push(event);
-        }
+            Ok(())
+        })?;
         // One may release what a later one attaches.
         let first = scene.events.len() - self.event.len();
-        for i in 0..self.event.len() {
-            let path = format!("event.{i}");
-            scene.validate_event(first + i).map_err(|error| {
-                Fault {
-                    paths: Vec::new(),
-                    error,
-                }
-                .within(&path)
-            })?;
-        }
+        each("event", &self.event, |i, _| {
+            let sound = scene.validate_event(first + i);
+            sound.map_err(|error| Fault::at(&[], error))
+        })?;
         self.check_lengths(&scene)?;
         scene.validate().map_err(|error| {
             let gravity = matches!(&error, SceneError::BadValue { what, .. } if what == "gravity");
-            let paths = gravity.then(|| "gravity".to_owned());
-            let paths = paths.into_iter().collect();
-            Fault { paths, error }
+            Fault::at(if gravity { &["gravity"] } else { &[] }, error)
         })?;
         Ok(scene)
     }
 
     /// Refuses massless cables that are far shorter than their paths, unless the equilibrium moves what they hold.
     fn check_lengths(&self, scene: &Scene) -> Result<(), Fault> {
-        let cables = self.massless_cable.iter().enumerate();
-        for (i, entry) in
-            cables.filter(|(_, entry)| !self.equilibrium && entry.strained != Some(true))
-        {
+        each("massless_cable", &self.massless_cable, |_, entry| {
             let first = scene.constraint(&entry.name).ok();
-            let short = first.and_then(|first| scene.too_short(first));
-            if let Some(error) = short {
-                let keys = ["length", "tension", "name"].map(str::to_owned);
-                let (paths, path) = (keys.to_vec(), format!("massless_cable.{i}"));
-                return Err(Fault { paths, error }.within(&path));
+            let meant = self.equilibrium || entry.strained == Some(true);
+            match first.and_then(|first| scene.too_short(first)) {
+                Some(error) if !meant => Err(Fault::at(&["length", "tension", "name"], error)),
+                _ => Ok(()),
             }
-        }
-        Ok(())
+        })
     }
 
     /// Lays the cables of segments: their bodies in the scene, their joints in a list.
@@ -376,7 +372,7 @@ impl SceneText {
             if let Some(first) = seen.insert(built.name.as_str(), built.path.as_str()) {
                 let joints = list(first) && list(&built.path);
                 let kind = if joints { "joint" } else { "constraint" };
-                return Err(duplicate(kind, &built.name, &built.path));
+                return Err(duplicate(kind, &built.name).within(&built.path));
             }
         }
         Ok(all)
@@ -444,20 +440,19 @@ fn parts_of<'a>(scene: &'a mut Scene, name: &str) -> &'a mut CableParts {
     &mut scene.cables[number]
 }
 
-fn duplicate(kind: &'static str, name: &str, path: &str) -> Fault {
+fn duplicate(kind: &'static str, name: &str) -> Fault {
     let name = name.to_owned();
-    Fault::new("name", SceneError::Duplicate { kind, name }).within(path)
+    Fault::new("name", SceneError::Duplicate { kind, name })
 }
 
-/// A fault of the scene at one of the `keys` of the entry at `path`.
-fn of_keys(error: SceneError, keys: &[&str], path: &str) -> Fault {
+/// A fault of the scene at one of the `keys` of an entry.
+fn of_keys(error: SceneError, keys: &[&str]) -> Fault {
     let keys = match error {
         SceneError::BadValue { .. } if keys.first() == Some(&"orientation") => &keys[..1],
         SceneError::Inertia { .. } => &keys[1..],
         _ => keys,
     };
-    let paths = keys.iter().map(|key| (*key).to_owned()).collect();
-    Fault { paths, error }.within(path)
+    Fault::at(keys, error)
 }
 
 /// The keys that a constraint's fault may stand at.

@@ -6,72 +6,75 @@ use serde::{Deserialize, Serialize};
 use super::build::{Entry, Names};
 use super::collide::CollideEntry;
 use super::groups::Groups;
+use super::keys::described;
 use super::motion::MotionEntry;
 use super::motor::WinchEntry;
 use super::places::Fault;
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side};
-use crate::material::{CrossSection, Material, Stiffness};
+use crate::material::{Material, RoundCable};
 use crate::scene::resolution::Resolution;
 
-/// A cable of rigid segments, `NAME-1` …, with the joints `NAME-start`, `NAME-joint-1` …, `NAME-end`. Its size is
-/// `radius` or `ea`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CableEntry {
-    /// Its name.
-    pub name: String,
-    /// Where it begins: `{ body = "…", point = [x, y, z], held = "…" }`.
-    pub from: EndEntry,
-    /// Where it ends, likewise.
-    pub to: EndEntry,
-    /// Points between its ends, world \[m]; default none: straight.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub points: Vec<[f64; 3]>,
-    /// Number of its segments; default 24.
-    pub segments: Option<usize>,
-    /// Lengths of its segments from its start \[m], which add up to the length of its route; instead of `segments`.
-    pub lengths: Option<Vec<f64>>,
-    /// `steel` (default), `nylon` or `rubber`.
-    pub material: Option<String>,
-    /// Radius \[m]; default that of a solid cable of the material with stiffness `ea`.
-    pub radius: Option<f64>,
-    /// Axial stiffness \[N]; default that of a solid cable of that radius.
-    pub ea: Option<f64>,
-    /// Bending stiffness \[N m²]; default that of a solid cable, EA r²/4.
-    pub ei: Option<f64>,
-    /// Torsional stiffness \[N m²]; default that of a solid cable, EI/(1 + ν).
-    pub gj: Option<f64>,
-    /// Mass per length \[kg/m]; default that of a solid cable.
-    pub mass_per_length: Option<f64>,
-    /// Damping time of all rows \[s]; default 0.
-    pub damping: Option<f64>,
-    /// Part of critical damping of the lowest modes of the cable alone; instead of `damping`.
-    pub damping_ratio: Option<f64>,
-    /// Kind of its joints: `cosserat` (default), `paper` or `spherical`.
-    #[serde(default)]
-    pub joint: JointKind,
-    /// Bend rows in its joints; default `true`.
-    pub bend: Option<bool>,
-    /// Twist row in its joints; default `true`.
-    pub twist: Option<bool>,
-    /// Shape without strain: `straight` (default) or `as-routed`.
-    #[serde(default)]
-    pub rest: Rest,
-    /// Tension at which each of its joints breaks \[N]: events called `NAME-joint-1 breaks` …; default never.
-    pub breaks_at: Option<f64>,
-    /// Winch at its start, which hauls it in and pays it out: as of a cable without mass; default none.
-    pub winch: Option<WinchEntry>,
-    /// Rule by which its segments merge and split: `{ bend, phase, shortest, longest, hysteresis, pause, most }`, or `{}` for
-    /// the defaults; default none.
-    pub resolution: Option<ResolutionEntry>,
-    /// Group of its joints for block Gauss–Seidel; default by topology.
-    pub group: Option<u32>,
-    /// Contact of its segments with others, as capsules of its radius: `true`, or `{ friction,
-    /// restitution, compliance, damping, groups, meets }`; default `false`. A cable never touches
-    /// itself.
-    pub collide: Option<CollideEntry>,
+described! {
+    /// A cable of rigid segments, `NAME-1` …, with the joints `NAME-start`, `NAME-joint-1` …, `NAME-end`. Its size is
+    /// `radius` or `ea`.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct CableEntry {
+        /// Its name.
+        pub name: String,
+        /// Where it begins: `{ body = "…", point = [x, y, z], held = "…" }`.
+        pub from: EndEntry,
+        /// Where it ends, likewise.
+        pub to: EndEntry,
+        /// Points between its ends, world \[m]; default none: straight.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub points: Vec<[f64; 3]>,
+        /// Number of its segments; default 24.
+        pub segments: Option<usize>,
+        /// Lengths of its segments from its start \[m], which add up to the length of its route; instead of `segments`.
+        pub lengths: Option<Vec<f64>>,
+        /// `steel` (default), `nylon` or `rubber`.
+        pub material: Option<String>,
+        /// Radius \[m]; default that of a solid cable of the material with stiffness `ea`.
+        pub radius: Option<f64>,
+        /// Axial stiffness \[N]; default that of a solid cable of that radius.
+        pub ea: Option<f64>,
+        /// Bending stiffness \[N m²]; default that of a solid cable, EA r²/4.
+        pub ei: Option<f64>,
+        /// Torsional stiffness \[N m²]; default that of a solid cable, EI/(1 + ν).
+        pub gj: Option<f64>,
+        /// Mass per length \[kg/m]; default that of a solid cable.
+        pub mass_per_length: Option<f64>,
+        /// Damping time of all rows \[s]; default 0.
+        pub damping: Option<f64>,
+        /// Part of critical damping of the lowest modes of the cable alone; instead of `damping`.
+        pub damping_ratio: Option<f64>,
+        /// Kind of its joints: `cosserat` (default), `paper` or `spherical`.
+        #[serde(default)]
+        pub joint: JointKind,
+        /// Bend rows in its joints; default `true`.
+        pub bend: Option<bool>,
+        /// Twist row in its joints; default `true`.
+        pub twist: Option<bool>,
+        /// Shape without strain: `straight` (default) or `as-routed`.
+        #[serde(default)]
+        pub rest: Rest,
+        /// Tension at which each of its joints breaks \[N]: events called `NAME-joint-1 breaks` …; default never.
+        pub breaks_at: Option<f64>,
+        /// Winch at its start, which hauls it in and pays it out: as of a cable without mass; default none.
+        pub winch: Option<WinchEntry>,
+        /// Rule by which its segments merge and split: `{ bend, phase, shortest, longest, hysteresis, pause, most }`, or `{}` for
+        /// the defaults; default none.
+        pub resolution: Option<ResolutionEntry>,
+        /// Group of its joints for block Gauss–Seidel; default by topology.
+        pub group: Option<u32>,
+        /// Contact of its segments with others, as capsules of its radius: `true`, or `{ friction,
+        /// restitution, compliance, damping, groups, meets }`; default `false`. A cable never touches
+        /// itself.
+        pub collide: Option<CollideEntry>,
+    }
 }
 
 /// A rule of resolution: see [`Resolution`]. A load that swings out of a plane moves by millimetres where `from` and `to` are
@@ -148,7 +151,7 @@ impl CableEntry {
     /// The cable between bodies that have their places.
     pub(super) fn build(&self, names: &Names<'_>, groups: &Groups) -> Result<Cable, Fault> {
         let of = Entry::new("cable", &self.name);
-        let (radius, stiffness, solid) = self.section(&of)?;
+        let round = self.section(&of)?;
         let from = self.from.build(&of, "from", names)?;
         let to = self.to.build(&of, "to", names)?;
         of.finite("points", self.points.as_flattened())?;
@@ -179,40 +182,29 @@ impl CableEntry {
             segments,
             winch: winch.transpose()?,
             resolution: resolution.transpose()?,
-            density: self.mass_per_length.unwrap_or(solid),
-            stiffness,
+            density: self.mass_per_length.unwrap_or(round.density),
+            stiffness: round.stiffness,
             damping,
             joint: self.joint,
             bend: self.bend.unwrap_or(true),
             twist: self.twist.unwrap_or(true),
             rest: self.rest,
-            ..Cable::round(&*self.name, &Material::STEEL, radius, [from, to])
+            ..Cable::round(&*self.name, &Material::STEEL, round.radius, [from, to])
         })
     }
 
-    /// Radius \[m], stiffness, and the mass per length of a solid cable \[kg/m].
-    fn section(&self, of: &Entry<'_>) -> Result<(f64, Stiffness, f64), Fault> {
+    /// Its radius and stiffness, and the mass per length of a solid cable.
+    fn section(&self, of: &Entry<'_>) -> Result<RoundCable, Fault> {
         let name = self.material.as_deref().unwrap_or("steel");
-        let material = Material::named(name).ok_or_else(|| {
-            let error = SceneError::UnknownName {
-                what: "material",
-                name: name.to_owned(),
-                known: Material::NAMES.map(str::to_owned).to_vec(),
-            };
-            Fault::new("material", error)
-        })?;
+        let material = Material::find(name).map_err(|error| Fault::new("material", error))?;
         for (key, value, needs) in [("radius", self.radius, "> 0 m"), ("ea", self.ea, "> 0 N")] {
             let value = value.unwrap_or(1.0);
             of.check(key, value, value > 0.0, needs)?;
         }
-        let area = |radius| CrossSection::Circle { radius }.area();
-        let (radius, ea) = match (self.radius, self.ea) {
-            (Some(radius), ea) => (radius, ea.unwrap_or(material.young * area(radius))),
-            (None, Some(ea)) => (material.round_radius(ea), ea),
-            (None, None) => return Err(of.conflict("radius", "give it in m, or ea in N")),
-        };
-        let stiffness = Stiffness::of_round(ea, radius, material.poisson, [self.ei, self.gj]);
-        Ok((radius, stiffness, material.density * area(radius)))
+        let of_radius = self.radius.map(|radius| material.round_stiffness(radius));
+        let ea = self.ea.or(of_radius);
+        let ea = ea.ok_or_else(|| of.conflict("radius", "give it in m, or ea in N"))?;
+        Ok(material.round(ea, self.radius, [self.ei, self.gj]))
     }
 
     /// The fault of laying this cable, at the key that it is about.
@@ -236,23 +228,14 @@ impl CableEntry {
             ("gj", &["gj"]),
         ];
         let found = keys.iter().find(|(start, _)| about.starts_with(start));
-        let paths = found.map_or(&["name"][..], |(_, keys)| keys);
-        Fault {
-            paths: paths.iter().map(|key| (*key).to_owned()).collect(),
-            error,
-        }
+        Fault::at(found.map_or(&["name"][..], |(_, keys)| keys), error)
     }
 }
 
 impl EndEntry {
     fn build(&self, of: &Entry<'_>, key: &str, names: &Names<'_>) -> Result<CableEnd, Fault> {
-        let at = |part: &str| format!("{key}.{part}");
-        of.finite(&at("point"), &self.point)?;
         let motion = self.motion.as_ref();
-        let side = names.side(of, &at("body"), &self.body, motion, &at("motion"))?;
-        if motion.is_some() && matches!(side, Side::Body(_)) {
-            return Err(of.conflict(&at("motion"), "moves points of the world: remove it"));
-        }
+        let side = names.holder(of, key, (&self.body, &self.point), motion)?;
         let point = Vector3::from(self.point);
         let frame = Frame {
             side,
@@ -264,7 +247,7 @@ impl EndEntry {
             (Hold::Free, Side::World(_)) if motion.is_none() => Ok(CableEnd::Free(point)),
             (Hold::Free, _) => {
                 let reason = "a free end is a point of the world without motion";
-                Err(of.conflict(&at("held"), reason))
+                Err(of.conflict(&format!("{key}.held"), reason))
             }
         }
     }

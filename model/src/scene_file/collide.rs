@@ -8,10 +8,11 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::build::{Entry, Names, WORLD};
-use super::entries::{self, SceneText, is_zero};
+use super::entries::{self, BodyEntry, SceneText, is_zero};
 use super::groups::{Groups, names_of};
+use super::keys::described;
 use super::motor::unless;
-use super::places::Fault;
+use super::places::{Fault, each};
 use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 use crate::error::SceneError;
 use crate::scene::Scene;
@@ -53,79 +54,48 @@ impl<'de> Deserialize<'de> for CollideEntry {
     }
 }
 
-/// The surface of a shape, and what it meets.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SurfaceEntry {
-    /// Coefficient of friction; default 0.5.
-    pub friction: Option<f64>,
-    /// Speed of separation over speed of approach, 0 to 1; default 0.
-    pub restitution: Option<f64>,
-    /// Compliance of a contact point \[m/N]; default 1e-10.
-    pub compliance: Option<f64>,
-    /// Damping time of a contact point \[s]; default 1e-3.
-    pub damping: Option<f64>,
-    /// Names of the groups that it is a member of; default `["default"]`.
-    pub groups: Option<Vec<String>>,
-    /// Names of the groups whose members it meets; default all.
-    pub meets: Option<Vec<String>>,
+described! {
+    /// The surface of a shape, and what it meets.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct SurfaceEntry with surface {}
 }
 
-/// The ground, or a wall: everything on one side of a plane of the world.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GroundEntry {
-    /// Its name.
-    pub name: String,
-    /// A point of its surface, world \[m]; default the origin.
-    #[serde(default)]
-    pub point: [f64; 3],
-    /// Where free space is: a vector across the surface, world; default upwards, `[0, 0, 1]`.
-    pub normal: Option<[f64; 3]>,
-    /// Coefficient of friction; default 0.5.
-    pub friction: Option<f64>,
-    /// Speed of separation over speed of approach, 0 to 1; default 0.
-    pub restitution: Option<f64>,
-    /// Compliance of a contact point \[m/N]; default 1e-10.
-    pub compliance: Option<f64>,
-    /// Damping time of a contact point \[s]; default 1e-3.
-    pub damping: Option<f64>,
-    /// Names of the groups that it is a member of; default `["default"]`.
-    pub groups: Option<Vec<String>>,
-    /// Names of the groups whose members it meets; default all.
-    pub meets: Option<Vec<String>>,
+described! {
+    /// The ground, or a wall: everything on one side of a plane of the world.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct GroundEntry with surface {
+        /// Its name.
+        pub name: String,
+        /// A point of its surface, world \[m]; default the origin.
+        #[serde(default)]
+        pub point: [f64; 3],
+        /// Where free space is: a vector across the surface, world; default upwards, `[0, 0, 1]`.
+        pub normal: Option<[f64; 3]>,
+    }
 }
 
-/// A shape of a body, which may have several, or of the world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ColliderEntry {
-    /// Its name.
-    pub name: String,
-    /// `world` or a body's name.
-    pub body: String,
-    /// The shape, in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` or
-    /// `{ capsule = { length, radius } }` along z, `length` between the centres of its ends; or `"half-space"` below z = 0.
-    pub shape: ColliderShape,
-    /// Origin of the shape, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub position: [f64; 3],
-    /// Unit quaternion from the shape's frame to the body's, scalar first; default unturned.
-    pub orientation: Option<[f64; 4]>,
-    /// Rotation vector from the shape's frame to the body's: axis times angle \[rad].
-    pub rotation: Option<[f64; 3]>,
-    /// Coefficient of friction; default 0.5.
-    pub friction: Option<f64>,
-    /// Speed of separation over speed of approach, 0 to 1; default 0.
-    pub restitution: Option<f64>,
-    /// Compliance of a contact point \[m/N]; default 1e-10.
-    pub compliance: Option<f64>,
-    /// Damping time of a contact point \[s]; default 1e-3.
-    pub damping: Option<f64>,
-    /// Names of the groups that it is a member of; default `["default"]`.
-    pub groups: Option<Vec<String>>,
-    /// Names of the groups whose members it meets; default all.
-    pub meets: Option<Vec<String>>,
+described! {
+    /// A shape of a body, which may have several, or of the world.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct ColliderEntry with surface {
+        /// Its name.
+        pub name: String,
+        /// `world` or a body's name.
+        pub body: String,
+        /// The shape, in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` or
+        /// `{ capsule = { length, radius } }` along z, `length` between the centres of its ends; or `"half-space"` below z = 0.
+        pub shape: ColliderShape,
+        /// Origin of the shape, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub position: [f64; 3],
+        /// Unit quaternion from the shape's frame to the body's, scalar first; default unturned.
+        pub orientation: Option<[f64; 4]>,
+        /// Rotation vector from the shape's frame to the body's: axis times angle \[rad].
+        pub rotation: Option<[f64; 3]>,
+    }
 }
 
 /// A shape of a [`ColliderEntry`].
@@ -190,7 +160,7 @@ impl CollideEntry {
         match self {
             Self::Is(false) => None,
             Self::Is(true) => Some(SurfaceEntry::default()),
-            Self::With(surface) => Some(surface.clone()),
+            Self::With(surface) => Some(surface.surface()),
         }
     }
 }
@@ -227,17 +197,6 @@ impl SurfaceEntry {
 }
 
 impl GroundEntry {
-    pub(super) fn surface(&self) -> SurfaceEntry {
-        SurfaceEntry {
-            friction: self.friction,
-            restitution: self.restitution,
-            compliance: self.compliance,
-            damping: self.damping,
-            groups: self.groups.clone(),
-            meets: self.meets.clone(),
-        }
-    }
-
     fn build(&self) -> Result<Collider, Fault> {
         let of = Entry::new("ground", &self.name);
         of.finite("point", &self.point)?;
@@ -259,17 +218,6 @@ impl GroundEntry {
 }
 
 impl ColliderEntry {
-    pub(super) fn surface(&self) -> SurfaceEntry {
-        SurfaceEntry {
-            friction: self.friction,
-            restitution: self.restitution,
-            compliance: self.compliance,
-            damping: self.damping,
-            groups: self.groups.clone(),
-            meets: self.meets.clone(),
-        }
-    }
-
     fn build(&self, names: &Names<'_>) -> Result<Collider, Fault> {
         let of = Entry::new("collider", &self.name);
         let body = match &*self.body {
@@ -320,30 +268,28 @@ impl ColliderEntry {
     }
 }
 
-impl SceneText {
-    /// Gives body number `i`, which is the scene's last, the shape that its mass has.
-    pub(super) fn collide_body(
-        &self,
-        scene: &mut Scene,
-        i: usize,
-        groups: &Groups,
-    ) -> Result<(), Fault> {
-        let entry = &self.body[i];
-        let Some(surface) = entry.collide.as_ref().and_then(CollideEntry::surface) else {
-            return Ok(());
-        };
-        let of = Entry::new("body", &entry.name);
-        let Some(shape) = entry.shape.as_ref().and_then(entries::Shape::collides) else {
-            let reason = "needs shape: a sphere, a box or a cylinder; or write a [[collider]]";
-            return Err(of.conflict("collide", reason));
-        };
-        let mut collider = Collider::new(&*entry.name, Some(i), shape);
-        collider.surface = surface.build(&of, "collide.")?;
-        (collider.groups, collider.meets) = groups.masks(&surface);
-        let paths = ["shape", "collide"].map(str::to_owned).to_vec();
-        add(scene, collider).map_err(|error| Fault { paths, error })
-    }
+/// Gives body number `i`, which is the scene's last, the shape that its mass has.
+pub(super) fn collide_body(
+    scene: &mut Scene,
+    i: usize,
+    entry: &BodyEntry,
+    groups: &Groups,
+) -> Result<(), Fault> {
+    let Some(surface) = entry.collide.as_ref().and_then(CollideEntry::surface) else {
+        return Ok(());
+    };
+    let of = Entry::new("body", &entry.name);
+    let Some(shape) = entry.shape.as_ref().and_then(entries::Shape::collides) else {
+        let reason = "needs shape: a sphere, a box or a cylinder; or write a [[collider]]";
+        return Err(of.conflict("collide", reason));
+    };
+    let mut collider = Collider::new(&*entry.name, Some(i), shape);
+    collider.surface = surface.build(&of, "collide.")?;
+    (collider.groups, collider.meets) = groups.masks(&surface);
+    add(scene, collider).map_err(|error| Fault::at(&["shape", "collide"], error))
+}
 
+impl SceneText {
     /// Adds the colliders that stand for themselves.
     pub(super) fn add_colliders(
         &self,
@@ -351,17 +297,8 @@ impl SceneText {
         names: &Names<'_>,
         groups: &Groups,
     ) -> Result<(), Fault> {
-        let grounds = self.ground.iter().enumerate().map(|(i, entry)| {
-            let path = format!("ground.{i}");
-            (path, entry.build(), entry.surface())
-        });
-        let others = self.collider.iter().enumerate().map(|(i, entry)| {
-            let path = format!("collider.{i}");
-            (path, entry.build(names), entry.surface())
-        });
-        for (path, built, surface) in grounds.chain(others) {
-            let mut collider = built.map_err(|fault| fault.within(&path))?;
-            (collider.groups, collider.meets) = groups.masks(&surface);
+        let mut add_own = |mut collider: Collider, surface: &SurfaceEntry| {
+            (collider.groups, collider.meets) = groups.masks(surface);
             add(scene, collider).map_err(|error| {
                 let key = match &error {
                     SceneError::Duplicate { .. } => "name",
@@ -370,10 +307,15 @@ impl SceneText {
                     }
                     _ => "shape",
                 };
-                Fault::new(key, error).within(&path)
-            })?;
-        }
-        Ok(())
+                Fault::new(key, error)
+            })
+        };
+        each("ground", &self.ground, |_, entry| {
+            add_own(entry.build()?, &entry.surface())
+        })?;
+        each("collider", &self.collider, |_, entry| {
+            add_own(entry.build(names)?, &entry.surface())
+        })
     }
 }
 

@@ -3,20 +3,23 @@
 use serde::{Deserialize, Serialize};
 
 use super::build::Entry;
+use super::keys::described;
 use super::places::Fault;
 use crate::error::SceneError;
 use crate::scene::{Control, Drive, Scene, first_names};
 
-/// A named input: a speed that an operator sets.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ControlEntry {
-    /// Its name, the heading of its column in a table of inputs.
-    pub name: String,
-    /// Motors and winches that follow it, each `{ joint = "…", gain = … }`: a joint whose motor
-    /// holds a speed, or a cable with a winch, and its speed over the value of the control (default
-    /// 1).
-    pub drives: Vec<DriveEntry>,
+described! {
+    /// A named input: a speed that an operator sets.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct ControlEntry {
+        /// Its name, the heading of its column in a table of inputs.
+        pub name: String,
+        /// Motors and winches that follow it, each `{ joint = "…", gain = … }`: a joint whose motor
+        /// holds a speed, or a cable with a winch, and its speed over the value of the control (default
+        /// 1).
+        pub drives: Vec<DriveEntry>,
+    }
 }
 
 /// A motor or winch that follows a control.

@@ -9,52 +9,55 @@ use super::collide::{CollideEntry, ColliderEntry, GroundEntry};
 use super::control::ControlEntry;
 use super::event::EventEntry;
 use super::joint::JointEntry;
+use super::keys::described;
 use super::places::{Fault, Places};
 use super::points::{BendEntry, MasslessCableEntry};
 use crate::body::{Body, Mobility};
 use crate::collide;
 
-/// An explicit scene: bodies and constraints one by one. The format is explained in the module's documentation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SceneText {
-    /// Name of the scene.
-    pub name: String,
-    /// Acceleration of gravity, world \[m/s²].
-    pub gravity: [f64; 3],
-    /// `true` starts from the static equilibrium near the pose given.
-    pub equilibrium: bool,
-    /// Name of the body that reports follow.
-    pub load: Option<String>,
-    /// Names of all constraints in their order. Default: the joints, then those of the cables, the massless cables and the
-    /// bends, as listed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub order: Vec<String>,
-    /// The bodies.
-    pub body: Vec<BodyEntry>,
-    /// The joints.
-    pub joint: Vec<JointEntry>,
-    /// The cables of segments.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub cable: Vec<CableEntry>,
-    /// The massless cables.
-    pub massless_cable: Vec<MasslessCableEntry>,
-    /// The bends of links.
-    pub bend: Vec<BendEntry>,
-    /// Half-spaces of the world.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub ground: Vec<GroundEntry>,
-    /// Other shapes that can touch.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub collider: Vec<ColliderEntry>,
-    /// The inputs.
-    pub control: Vec<ControlEntry>,
-    /// The events.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub event: Vec<EventEntry>,
-    /// Where all this was read from.
-    #[serde(skip)]
-    pub(super) places: Places,
+described! {
+    /// An explicit scene: bodies and constraints one by one. The format is explained in the module's documentation.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct SceneText {
+        /// Name of the scene.
+        pub name: String,
+        /// Acceleration of gravity, world \[m/s²].
+        pub gravity: [f64; 3],
+        /// `true` starts from the static equilibrium near the pose given.
+        pub equilibrium: bool,
+        /// Name of the body that reports follow.
+        pub load: Option<String>,
+        /// Names of all constraints in their order. Default: the joints, then those of the cables, the massless cables and the
+        /// bends, as listed.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        pub order: Vec<String>,
+        /// The bodies.
+        pub body: Vec<BodyEntry>,
+        /// The joints.
+        pub joint: Vec<JointEntry>,
+        /// The cables of segments.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        pub cable: Vec<CableEntry>,
+        /// The massless cables.
+        pub massless_cable: Vec<MasslessCableEntry>,
+        /// The bends of links.
+        pub bend: Vec<BendEntry>,
+        /// Half-spaces of the world.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        pub ground: Vec<GroundEntry>,
+        /// Other shapes that can touch.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        pub collider: Vec<ColliderEntry>,
+        /// The inputs.
+        pub control: Vec<ControlEntry>,
+        /// The events.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        pub event: Vec<EventEntry>,
+        ;
+        /// Where all this was read from.
+        pub(super) places: Places,
+    }
 }
 
 impl Default for SceneText {
@@ -80,49 +83,51 @@ impl Default for SceneText {
     }
 }
 
-/// A body. Exactly one of `shape`, `inertia`, `inertia_matrix` gives its inertia; at most one of `orientation`,
-/// `rotation` its pose. A static or driven body needs neither mass nor inertia: it then has those of [`Body::fixed`].
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BodyEntry {
-    /// Its name; `world` is taken.
-    pub name: String,
-    /// Cause of its motion: `dynamic`, forces (the default); `static`, none; `driven`, its
-    /// velocities whatever the forces.
-    #[serde(default, skip_serializing_if = "is_dynamic")]
-    pub mobility: Mobility,
-    /// Mass \[kg]; a static or driven body needs none.
-    pub mass: Option<f64>,
-    /// A solid shape of that mass, or `particle`.
-    pub shape: Option<Shape>,
-    /// Principal moments of inertia along the body axes \[kg m²].
-    pub inertia: Option<[f64; 3]>,
-    /// Inertia matrix in the body frame, by rows \[kg m²].
-    pub inertia_matrix: Option<[[f64; 3]; 3]>,
-    /// Contact of its shape with others: `true`, or `{ friction, restitution, compliance, damping,
-    /// groups, meets }`; default `false`.
-    pub collide: Option<CollideEntry>,
-    /// Centre of mass, world \[m].
-    #[serde(default)]
-    pub position: [f64; 3],
-    /// Unit quaternion from body to world, scalar first.
-    pub orientation: Option<[f64; 4]>,
-    /// Rotation vector from body to world: axis times angle \[rad].
-    pub rotation: Option<[f64; 3]>,
-    /// Velocity, world \[m/s]. What rigid joints do not allow of it ends in a blow before the first step.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub velocity: [f64; 3],
-    /// Angular velocity, world \[rad/s].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub angular_velocity: [f64; 3],
-    /// External force, world \[N].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub force: [f64; 3],
-    /// External torque, world \[N m].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub torque: [f64; 3],
-    /// Name of the cable whose segment it is; default none.
-    pub cable: Option<String>,
+described! {
+    /// A body. Exactly one of `shape`, `inertia`, `inertia_matrix` gives its inertia; at most one of `orientation`,
+    /// `rotation` its pose. A static or driven body needs neither mass nor inertia: it then has those of [`Body::fixed`].
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct BodyEntry {
+        /// Its name; `world` is taken.
+        pub name: String,
+        /// Cause of its motion: `dynamic`, forces (the default); `static`, none; `driven`, its
+        /// velocities whatever the forces.
+        #[serde(default, skip_serializing_if = "is_dynamic")]
+        pub mobility: Mobility,
+        /// Mass \[kg]; a static or driven body needs none.
+        pub mass: Option<f64>,
+        /// A solid shape of that mass, or `particle`.
+        pub shape: Option<Shape>,
+        /// Principal moments of inertia along the body axes \[kg m²].
+        pub inertia: Option<[f64; 3]>,
+        /// Inertia matrix in the body frame, by rows \[kg m²].
+        pub inertia_matrix: Option<[[f64; 3]; 3]>,
+        /// Contact of its shape with others: `true`, or `{ friction, restitution, compliance, damping,
+        /// groups, meets }`; default `false`.
+        pub collide: Option<CollideEntry>,
+        /// Centre of mass, world \[m].
+        #[serde(default)]
+        pub position: [f64; 3],
+        /// Unit quaternion from body to world, scalar first.
+        pub orientation: Option<[f64; 4]>,
+        /// Rotation vector from body to world: axis times angle \[rad].
+        pub rotation: Option<[f64; 3]>,
+        /// Velocity, world \[m/s]. What rigid joints do not allow of it ends in a blow before the first step.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub velocity: [f64; 3],
+        /// Angular velocity, world \[rad/s].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub angular_velocity: [f64; 3],
+        /// External force, world \[N].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub force: [f64; 3],
+        /// External torque, world \[N m].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub torque: [f64; 3],
+        /// Name of the cable whose segment it is; default none.
+        pub cable: Option<String>,
+    }
 }
 
 /// A solid shape, or none.

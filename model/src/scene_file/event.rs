@@ -3,39 +3,42 @@
 use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
+use super::keys::described;
 use super::places::Fault;
 use super::points::{ONLY_CABLES, PointEntry};
 use crate::error::SceneError;
 use crate::frame::Frame;
 use crate::scene::{Action, Event, Scene, When};
 
-/// Something that happens once, at the end of the first step in which its condition, one of `at`, `force` and `distance`,
-/// holds.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EventEntry {
-    /// Its name.
-    pub name: String,
-    /// Condition: from this time on \[s]. It acts at the end of the step that this time falls in.
-    pub at: Option<f64>,
-    /// Condition: the tension of a joint or massless cable, or the force of one that has none, exceeds `above` \[N]:
-    /// `{ joint = "…", above = … }`.
-    pub force: Option<ForceEntry>,
-    /// Condition: two points are nearer than `below` \[m]: `{ a = { body = "…", point = [x, y, z] }, b = …, below = … }`.
-    pub distance: Option<DistanceEntry>,
-    /// Constraints that let go, by their names: joints, links and cables of the scene, and what this or another event
-    /// attaches. A name that is not there at that time is passed over. Of one event what it releases goes before what it
-    /// attaches.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub release: Vec<String>,
-    /// Rigid links of the distance at that time, each `{ name = "…", a = { body = "…", point = [x, y, z] }, b = … }`. Several
-    /// events may attach one name, each in turn: what it tied before lets go first. Example: `attach = [{ name = "grip", a =
-    /// { body = "hook" }, b = { body = "crate" } }]` in one event, `release = ["grip"]` in a later one.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub attach: Vec<AttachEntry>,
-    /// Controls that are set, each `{ control = "…", value = … }`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub set: Vec<SetEntry>,
+described! {
+    /// Something that happens once, at the end of the first step in which its condition, one of `at`, `force` and `distance`,
+    /// holds.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct EventEntry {
+        /// Its name.
+        pub name: String,
+        /// Condition: from this time on \[s]. It acts at the end of the step that this time falls in.
+        pub at: Option<f64>,
+        /// Condition: the tension of a joint or massless cable, or the force of one that has none, exceeds `above` \[N]:
+        /// `{ joint = "…", above = … }`.
+        pub force: Option<ForceEntry>,
+        /// Condition: two points are nearer than `below` \[m]: `{ a = { body = "…", point = [x, y, z] }, b = …, below = … }`.
+        pub distance: Option<DistanceEntry>,
+        /// Constraints that let go, by their names: joints, links and cables of the scene, and what this or another event
+        /// attaches. A name that is not there at that time is passed over. Of one event what it releases goes before what it
+        /// attaches.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub release: Vec<String>,
+        /// Rigid links of the distance at that time, each `{ name = "…", a = { body = "…", point = [x, y, z] }, b = … }`. Several
+        /// events may attach one name, each in turn: what it tied before lets go first. Example: `attach = [{ name = "grip", a =
+        /// { body = "hook" }, b = { body = "crate" } }]` in one event, `release = ["grip"]` in a later one.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub attach: Vec<AttachEntry>,
+        /// Controls that are set, each `{ control = "…", value = … }`.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub set: Vec<SetEntry>,
+    }
 }
 
 /// A force that an event waits for.

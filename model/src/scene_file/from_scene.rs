@@ -1,7 +1,7 @@
 //! The explicit text of a scene that is already built.
 //!
 //! Every number is written as it is, and what a text leaves out is left out only where the default has the same bits.
-//! The structs are taken apart field by field, so that a new field cannot be forgotten here.
+//! The text is built again and compared, so that nothing can be forgotten here.
 
 use std::collections::HashMap;
 
@@ -12,15 +12,12 @@ use super::collide::ColliderEntry;
 use super::control::ControlEntry;
 use super::entries::{BodyEntry, SceneText, written};
 use super::event::EventEntry;
-use super::joint::{JointEntry, Kind};
+use super::joint::JointEntry;
 use super::motion::MotionEntry;
-use super::motor::{MotorEntry, WinchEntry, unless};
+use super::motor::WinchEntry;
 use super::points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 use crate::body::{Body, Mobility};
-use crate::constraint::{
-    Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable, Paper, RowLaw,
-    Sheave, Slider, Spherical, TwistDefinition,
-};
+use crate::constraint::{Constraint, MasslessCable, Sheave};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
 use crate::scene::{CableParts, Capstan, Scene};
@@ -129,139 +126,21 @@ impl SceneText {
 
     /// Appends a constraint to the list that it belongs to.
     fn push(&mut self, scene: &Scene, name: &str, constraint: &Constraint, group: u32) {
-        let joint = |kind, frames| between(scene, name, kind, frames, group);
         match constraint {
-            Constraint::Spherical(Spherical { frames, stretch }) => {
-                let mut entry = joint(Kind::Spherical, frames);
-                entry.stretch = Some(stretch.compliance);
-                entry.damping = stretch.damping;
-                self.joint.push(entry);
-            }
-            Constraint::Cosserat(Cosserat {
-                frames,
-                law,
-                twist_reference,
-            }) => {
-                let mut entry = joint(Kind::Cosserat, frames);
-                entry.set_law(law);
-                entry.twist_reference = unless(*twist_reference, 0.0);
-                self.joint.push(entry);
-            }
-            Constraint::Paper(Paper {
-                frames,
-                law,
-                twist_definition,
-                safeguard,
-                twist_reference,
-            }) => {
-                let mut entry = joint(Kind::Paper, frames);
-                entry.set_law(law);
-                let ordinary = *twist_definition == TwistDefinition::default();
-                entry.twist_definition = (!ordinary).then_some(*twist_definition);
-                entry.safeguard = unless(*safeguard, Paper::SAFEGUARD);
-                entry.twist_reference = unless(*twist_reference, 0.0);
-                self.joint.push(entry);
-            }
-            Constraint::Lock(Lock {
-                frames,
-                linear,
-                angular,
-            }) => {
-                let mut entry = joint(Kind::Lock, frames);
-                entry.stretch = Some(linear.compliance);
-                entry.rotation = Some(angular.compliance);
-                entry.damping = linear.damping;
-                entry.rotation_damping = unless(angular.damping, linear.damping);
-                self.joint.push(entry);
-            }
-            Constraint::Distance(Distance {
-                frames,
-                length,
-                law,
-                transverse,
-            }) => {
-                let mut entry = joint(Kind::Distance, frames);
-                entry.length = Some(*length);
-                entry.stretch = Some(law.compliance);
-                entry.damping = law.damping;
-                entry.transverse = transverse.then_some(true);
-                self.joint.push(entry);
-            }
-            Constraint::Hinge(hinge) => {
-                let mut entry = joint(Kind::Hinge, &hinge.frames);
-                entry.set_hinge(hinge);
-                self.joint.push(entry);
-            }
-            Constraint::Slider(slider) => {
-                let mut entry = joint(Kind::Slider, &slider.frames);
-                entry.set_slider(slider);
-                self.joint.push(entry);
-            }
             Constraint::MasslessCable(cable) => {
                 let entry = MasslessCableEntry::of(scene, name, cable, group);
                 self.massless_cable.push(entry);
             }
-            Constraint::Fairlead(_) => {}
-            Constraint::LinkBend(LinkBend {
-                frames,
-                law,
-                definition,
-            }) => self.bend.push(BendEntry {
+            Constraint::LinkBend(bend) => self.bend.push(BendEntry {
                 name: name.to_owned(),
-                through: points(scene, frames),
-                definition: *definition,
-                bend: law.compliance,
-                damping: law.damping,
+                through: points(scene, &bend.frames),
+                definition: bend.definition,
+                bend: bend.law.compliance,
+                damping: bend.law.damping,
                 group: Some(group),
             }),
+            joint => self.joint.extend(JointEntry::of(scene, name, joint, group)),
         }
-    }
-}
-
-impl JointEntry {
-    fn set_law(&mut self, law: &JointLaw) {
-        let JointLaw {
-            stretch,
-            bend,
-            twist,
-        } = law;
-        let first = [stretch, bend, twist].into_iter().find_map(|law| *law);
-        self.damping = first.map_or(0.0, |law| law.damping);
-        let compliance = |law: &Option<RowLaw>| law.map(|law| law.compliance);
-        let damping = |law: &Option<RowLaw>| law.and_then(|l| unless(l.damping, self.damping));
-        (self.stretch, self.stretch_damping) = (compliance(stretch), damping(stretch));
-        (self.bend, self.bend_damping) = (compliance(bend), damping(bend));
-        (self.twist, self.twist_damping) = (compliance(twist), damping(twist));
-    }
-
-    fn set_hinge(&mut self, hinge: &Hinge) {
-        let Hinge {
-            frames: _,
-            stretch,
-            tilt,
-            motor,
-            angle_reference,
-        } = hinge;
-        self.stretch = Some(stretch.compliance);
-        self.bend = Some(tilt.compliance);
-        self.damping = stretch.damping;
-        self.bend_damping = unless(tilt.damping, stretch.damping);
-        self.motor = motor.as_ref().map(MotorEntry::of);
-        self.angle_reference = unless(*angle_reference, 0.0);
-    }
-
-    fn set_slider(&mut self, slider: &Slider) {
-        let Slider {
-            frames: _,
-            rotation,
-            across,
-            motor,
-        } = slider;
-        self.rotation = Some(rotation.compliance);
-        self.across = Some(across.compliance);
-        self.damping = rotation.damping;
-        self.across_damping = unless(across.damping, rotation.damping);
-        self.motor = motor.as_ref().map(MotorEntry::of);
     }
 }
 
@@ -301,40 +180,14 @@ fn body(name: &str, body: &Body) -> BodyEntry {
     }
 }
 
-fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
+pub(super) fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
     a.iter()
         .zip(b.iter())
         .all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
-/// A joint of that kind without rows.
-fn between(scene: &Scene, name: &str, kind: Kind, frames: &[Frame; 2], group: u32) -> JointEntry {
-    let axes = |frame: &Frame| {
-        let turn = match frame.side {
-            Side::World(_) => Matrix3::identity(),
-            Side::Body(i) => scene.bodies.rotation(i),
-        };
-        let default = same_bits(&(turn.transpose() * hanging_axes()), &frame.axes);
-        (!default).then(|| frame.axes.into())
-    };
-    let [a, b] = frames;
-    JointEntry {
-        name: name.to_owned(),
-        kind,
-        a: side(scene, a).0,
-        b: side(scene, b).0,
-        point_a: Some(a.point.into()),
-        point_b: Some(b.point.into()),
-        axes_a: axes(a),
-        axes_b: axes(b),
-        group: Some(group),
-        motion: side(scene, a).1.or(side(scene, b).1),
-        ..JointEntry::default()
-    }
-}
-
 /// The name of what holds a frame, and its motion.
-fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
+pub(super) fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
     match &frame.side {
         Side::World(motion) => (WORLD.to_owned(), MotionEntry::of(motion)),
         Side::Body(i) => (scene.body_names[*i].clone(), None),
@@ -427,32 +280,46 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
         return None;
     }
-    for (i, name) in scene.body_names.iter().enumerate() {
-        if built.bodies.get(i) != scene.bodies.get(i) {
-            return Some(format!("something of the body `{name}`"));
-        }
+    fn first<'a, T: PartialEq>(
+        kind: &str,
+        built: &[T],
+        own: &'a [T],
+        name: impl Fn(usize, &'a T) -> &'a str,
+    ) -> Option<String> {
+        let differs = built
+            .iter()
+            .zip(own)
+            .position(|(built, own)| built != own)?;
+        let name = name(differs, &own[differs]);
+        Some(format!("something of the {kind} `{name}`"))
     }
-    let mut controls = built.controls.iter().zip(&scene.controls);
-    if let Some((_, control)) = controls.find(|(built, control)| built != control) {
-        return Some(format!("something of the control `{}`", control.name));
-    }
-    let mut events = built.events.iter().zip(&scene.events);
-    if let Some((_, event)) = events.find(|(built, event)| built != event) {
-        return Some(format!("something of the event `{}`", event.name));
-    }
-    let mut colliders = built.colliders.iter().zip(&scene.colliders);
-    if let Some((_, collider)) = colliders.find(|(built, collider)| built != collider) {
-        return Some(format!("something of the collider `{}`", collider.name));
+    let bodies = |scene: &Scene| -> Vec<Body> {
+        (0..scene.bodies.len())
+            .map(|i| scene.bodies.get(i))
+            .collect()
+    };
+    let (names, own) = (&scene.body_names, bodies(scene));
+    let found = first("body", &bodies(built), &own, |i, _| &names[i])
+        .or_else(|| first("control", &built.controls, &scene.controls, |_, c| &c.name))
+        .or_else(|| first("event", &built.events, &scene.events, |_, e| &e.name))
+        .or_else(|| {
+            first("collider", &built.colliders, &scene.colliders, |_, c| {
+                &c.name
+            })
+        });
+    if found.is_some() {
+        return found;
     }
     let mut cables = scene.cables.iter();
     if let Some(cable) = cables.find(|cable| !built.cables.contains(cable)) {
         return Some(format!("something of the cable `{}`", cable.name));
     }
-    let pairs = built.constraints.iter().zip(&scene.constraints);
-    let mut named = scene.constraint_names.iter().zip(pairs);
-    let changed = named.find(|(_, (built, scene))| built != scene);
-    Some(changed.map_or_else(
-        || "something of the scene as a whole".to_owned(),
-        |(name, _)| format!("something of the constraint `{name}`"),
-    ))
+    let names = &scene.constraint_names;
+    let found = first(
+        "constraint",
+        &built.constraints,
+        &scene.constraints,
+        |i, _| &names[i],
+    );
+    found.or_else(|| Some("something of the scene as a whole".to_owned()))
 }

@@ -4,16 +4,19 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
+use super::from_scene::{same_bits, side};
+use super::keys::described;
 use super::motion::MotionEntry;
-use super::motor::MotorEntry;
+use super::motor::{MotorEntry, unless};
 use super::places::Fault;
 use crate::body::Bodies;
 use crate::constraint::{
-    Constraint, Cosserat, Distance, Hinge, JointLaw, Lock, Paper, RowLaw, Slider, Spherical,
-    TwistDefinition,
+    Constraint, Cosserat, Distance, Hinge, JointLaw, Lock, Paper, RowKind, RowLaw, Slider,
+    Spherical, TwistDefinition,
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, axes_along, hanging_axes};
+use crate::scene::Scene;
 
 /// Kind of a joint in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -37,89 +40,91 @@ pub enum Kind {
     Slider,
 }
 
-/// A joint between a and b, `world` or names of bodies.
-///
-/// Its rows: `stretch`, `bend`, `twist` as compliances, or `ea`, `ei`, `gj` with `length`; rows without either are not
-/// there. A lock has `stretch` and `rotation`, a hinge `stretch` and `bend`, a slider `rotation` and `across`, all rigid
-/// by default; hinge and slider may have a `motor`. A distance has `length`, `stretch` or `ea`, and may have
-/// `transverse`; its points are `point_a` and `point_b`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct JointEntry {
-    /// Its name.
-    pub name: String,
-    /// Its kind: `spherical`, `cosserat`, `paper`, `lock`, `distance`, `hinge` or `slider`.
-    pub kind: Kind,
-    /// Side a: `world` or a body's name.
-    pub a: String,
-    /// Side b: `world` or a body's name.
-    pub b: String,
-    /// Attachment point of both sides in the pose given, world \[m].
-    pub point: Option<[f64; 3]>,
-    /// Attachment point on a, body frame \[m] (world frame for the world).
-    pub point_a: Option<[f64; 3]>,
-    /// Attachment point on b, body frame \[m] (world frame for the world).
-    pub point_b: Option<[f64; 3]>,
-    /// Direction of the cable, hinge or slider in the pose given, world; default −z. The joint is straight and
-    /// untwisted there.
-    pub axis: Option<[f64; 3]>,
-    /// Columns u, v, w of side a in its body frame; instead of `axis`.
-    pub axes_a: Option<[[f64; 3]; 3]>,
-    /// Columns u, v, w of side b in its body frame; instead of `axis`.
-    pub axes_b: Option<[[f64; 3]; 3]>,
-    /// Length of cable that the joint stands for \[m], for `ea`, `ei`, `gj`; length at rest of a distance.
-    pub length: Option<f64>,
-    /// Axial stiffness \[N].
-    pub ea: Option<f64>,
-    /// Bending stiffness \[N m²].
-    pub ei: Option<f64>,
-    /// Torsional stiffness \[N m²].
-    pub gj: Option<f64>,
-    /// Compliance of the stretch rows, or of a distance \[m/N]; 0 is rigid.
-    pub stretch: Option<f64>,
-    /// Compliance of the bend rows, or of a hinge's tilt \[rad/(N m)]; 0 is rigid.
-    pub bend: Option<f64>,
-    /// Compliance of the twist row \[rad/(N m)]; 0 is rigid.
-    pub twist: Option<f64>,
-    /// Compliance of the rotation rows of a lock or slider \[rad/(N m)]; 0 is rigid.
-    pub rotation: Option<f64>,
-    /// Compliance of a slider's rows across its axis \[m/N]; 0 is rigid.
-    pub across: Option<f64>,
-    /// Damping time of all rows \[s] without one of their own.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub damping: f64,
-    /// Damping time of the stretch rows, or of a distance \[s].
-    pub stretch_damping: Option<f64>,
-    /// Damping time of the bend rows \[s].
-    pub bend_damping: Option<f64>,
-    /// Damping time of the twist row \[s].
-    pub twist_damping: Option<f64>,
-    /// Damping time of the rotation rows of a lock or slider \[s].
-    pub rotation_damping: Option<f64>,
-    /// Damping time of a slider's rows across its axis \[s].
-    pub across_damping: Option<f64>,
-    /// Drives a hinge or slider: `{ speed, force_limit }`, or `{ position, force_limit, compliance, damping }`; in m or
-    /// rad, N or N m, s. No limit where it is left out.
-    pub motor: Option<MotorEntry>,
-    /// Group for block Gauss–Seidel; default by topology.
-    pub group: Option<u32>,
-    /// Transverse rows of a distance, for time steppers that know them; default `false`.
-    pub transverse: Option<bool>,
-    /// `ordinary` or `alternative`, for the paper's joint.
-    pub twist_definition: Option<TwistDefinition>,
-    /// Safeguard of the paper's joint where its angles have no direction, without unit; default 1e-14.
-    pub safeguard: Option<f64>,
-    /// Twist that the pose given is counted from, whole turns with it \[rad]; default 0.
-    pub twist_reference: Option<f64>,
-    /// Angle that a hinge's pose is counted from, whole turns with it \[rad]; default 0.
-    pub angle_reference: Option<f64>,
-    /// Motion of the world side.
-    pub motion: Option<MotionEntry>,
-    /// Name of the cable whose joint it is; default none.
-    pub cable: Option<String>,
-    /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
-    /// never.
-    pub breaks_at: Option<f64>,
+described! {
+    /// A joint between a and b, `world` or names of bodies.
+    ///
+    /// Its rows: `stretch`, `bend`, `twist` as compliances, or `ea`, `ei`, `gj` with `length`; rows without either are not
+    /// there. A lock has `stretch` and `rotation`, a hinge `stretch` and `bend`, a slider `rotation` and `across`, all rigid
+    /// by default; hinge and slider may have a `motor`. A distance has `length`, `stretch` or `ea`, and may have
+    /// `transverse`; its points are `point_a` and `point_b`.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct JointEntry {
+        /// Its name.
+        pub name: String,
+        /// Its kind: `spherical`, `cosserat`, `paper`, `lock`, `distance`, `hinge` or `slider`.
+        pub kind: Kind,
+        /// Side a: `world` or a body's name.
+        pub a: String,
+        /// Side b: `world` or a body's name.
+        pub b: String,
+        /// Attachment point of both sides in the pose given, world \[m].
+        pub point: Option<[f64; 3]>,
+        /// Attachment point on a, body frame \[m] (world frame for the world).
+        pub point_a: Option<[f64; 3]>,
+        /// Attachment point on b, body frame \[m] (world frame for the world).
+        pub point_b: Option<[f64; 3]>,
+        /// Direction of the cable, hinge or slider in the pose given, world; default −z. The joint is straight and
+        /// untwisted there.
+        pub axis: Option<[f64; 3]>,
+        /// Columns u, v, w of side a in its body frame; instead of `axis`.
+        pub axes_a: Option<[[f64; 3]; 3]>,
+        /// Columns u, v, w of side b in its body frame; instead of `axis`.
+        pub axes_b: Option<[[f64; 3]; 3]>,
+        /// Length of cable that the joint stands for \[m], for `ea`, `ei`, `gj`; length at rest of a distance.
+        pub length: Option<f64>,
+        /// Axial stiffness \[N].
+        pub ea: Option<f64>,
+        /// Bending stiffness \[N m²].
+        pub ei: Option<f64>,
+        /// Torsional stiffness \[N m²].
+        pub gj: Option<f64>,
+        /// Compliance of the stretch rows, or of a distance \[m/N]; 0 is rigid.
+        pub stretch: Option<f64>,
+        /// Compliance of the bend rows, or of a hinge's tilt \[rad/(N m)]; 0 is rigid.
+        pub bend: Option<f64>,
+        /// Compliance of the twist row \[rad/(N m)]; 0 is rigid.
+        pub twist: Option<f64>,
+        /// Compliance of the rotation rows of a lock or slider \[rad/(N m)]; 0 is rigid.
+        pub rotation: Option<f64>,
+        /// Compliance of a slider's rows across its axis \[m/N]; 0 is rigid.
+        pub across: Option<f64>,
+        /// Damping time of all rows \[s] without one of their own.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub damping: f64,
+        /// Damping time of the stretch rows, or of a distance \[s].
+        pub stretch_damping: Option<f64>,
+        /// Damping time of the bend rows \[s].
+        pub bend_damping: Option<f64>,
+        /// Damping time of the twist row \[s].
+        pub twist_damping: Option<f64>,
+        /// Damping time of the rotation rows of a lock or slider \[s].
+        pub rotation_damping: Option<f64>,
+        /// Damping time of a slider's rows across its axis \[s].
+        pub across_damping: Option<f64>,
+        /// Drives a hinge or slider: `{ speed, force_limit }`, or `{ position, force_limit, compliance, damping }`; in m or
+        /// rad, N or N m, s. No limit where it is left out.
+        pub motor: Option<MotorEntry>,
+        /// Group for block Gauss–Seidel; default by topology.
+        pub group: Option<u32>,
+        /// Transverse rows of a distance, for time steppers that know them; default `false`.
+        pub transverse: Option<bool>,
+        /// `ordinary` or `alternative`, for the paper's joint.
+        pub twist_definition: Option<TwistDefinition>,
+        /// Safeguard of the paper's joint where its angles have no direction, without unit; default 1e-14.
+        pub safeguard: Option<f64>,
+        /// Twist that the pose given is counted from, whole turns with it \[rad]; default 0.
+        pub twist_reference: Option<f64>,
+        /// Angle that a hinge's pose is counted from, whole turns with it \[rad]; default 0.
+        pub angle_reference: Option<f64>,
+        /// Motion of the world side.
+        pub motion: Option<MotionEntry>,
+        /// Name of the cable whose joint it is; default none.
+        pub cable: Option<String>,
+        /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
+        /// never.
+        pub breaks_at: Option<f64>,
+    }
 }
 
 /// True if the number is +0, bit for bit.
@@ -189,6 +194,66 @@ impl JointEntry {
                 law: law.stretch.ok_or_else(no_rows)?,
                 transverse: self.transverse.unwrap_or(false),
             }),
+        })
+    }
+
+    /// The joint as it is written; `None` for what is no joint in a text.
+    pub(super) fn of(scene: &Scene, name: &str, joint: &Constraint, group: u32) -> Option<Self> {
+        let mut own = Self::default();
+        own.kind = match joint {
+            Constraint::Spherical(_) => Kind::Spherical,
+            Constraint::Cosserat(_) => Kind::Cosserat,
+            Constraint::Paper(paper) => {
+                let ordinary = paper.twist_definition == TwistDefinition::default();
+                own.twist_definition = (!ordinary).then_some(paper.twist_definition);
+                own.safeguard = unless(paper.safeguard, Paper::SAFEGUARD);
+                Kind::Paper
+            }
+            Constraint::Lock(_) => Kind::Lock,
+            Constraint::Distance(link) => {
+                own.length = Some(link.length);
+                own.transverse = link.transverse.then_some(true);
+                Kind::Distance
+            }
+            Constraint::Hinge(hinge) => {
+                own.angle_reference = unless(hinge.angle_reference, 0.0);
+                Kind::Hinge
+            }
+            Constraint::Slider(_) => Kind::Slider,
+            _ => return None,
+        };
+        let twist = joint.cable_joint().map_or(0.0, |(_, twist)| twist);
+        own.twist_reference = unless(twist, 0.0);
+        own.motor = joint.motor().map(MotorEntry::of);
+        let mut first = None;
+        for (kind, _, law) in joint.parts() {
+            if let Some((compliance, damping)) = own.row_mut(kind) {
+                *compliance = Some(law.compliance);
+                let of_all = *first.get_or_insert(law.damping);
+                *damping = unless(law.damping, of_all);
+            }
+        }
+        own.damping = first.unwrap_or(0.0);
+        let [a, b] = [&joint.frames()[0], &joint.frames()[1]];
+        let axes = |frame: &Frame| {
+            let turn = match frame.side {
+                Side::World(_) => Matrix3::identity(),
+                Side::Body(i) => scene.bodies.rotation(i),
+            };
+            let default = same_bits(&(turn.transpose() * hanging_axes()), &frame.axes);
+            (!default).then(|| frame.axes.into())
+        };
+        Some(Self {
+            name: name.to_owned(),
+            a: side(scene, a).0,
+            b: side(scene, b).0,
+            point_a: Some(a.point.into()),
+            point_b: Some(b.point.into()),
+            axes_a: axes(a),
+            axes_b: axes(b),
+            group: Some(group),
+            motion: side(scene, a).1.or(side(scene, b).1),
+            ..own
         })
     }
 
@@ -321,6 +386,23 @@ impl JointEntry {
     ) -> Result<Option<RowLaw>, Fault> {
         let compliance = of.compliance(key, compliance, (stiff_key, stiffness), self.length)?;
         compliance.map(|c| self.row(of, key, c)).transpose()
+    }
+
+    /// Compliance and damping time of the rows of a kind; `None` of rows without any.
+    pub(super) fn row_mut(
+        &mut self,
+        kind: RowKind,
+    ) -> Option<(&mut Option<f64>, &mut Option<f64>)> {
+        match kind {
+            RowKind::Stretch | RowKind::Length => {
+                Some((&mut self.stretch, &mut self.stretch_damping))
+            }
+            RowKind::Bend => Some((&mut self.bend, &mut self.bend_damping)),
+            RowKind::Twist => Some((&mut self.twist, &mut self.twist_damping)),
+            RowKind::Rotation => Some((&mut self.rotation, &mut self.rotation_damping)),
+            RowKind::Across => Some((&mut self.across, &mut self.across_damping)),
+            RowKind::Position | RowKind::Angle | RowKind::Speed | RowKind::Transverse => None,
+        }
     }
 
     /// A row's law with the damping time of the row's own, or else that of all.

@@ -1,7 +1,13 @@
 //! Meanings of the keys of a scene, from the one place that states them: the doc comments of the
 //! structs that hold them.
 
-use super::{ChainModel, SceneSource};
+use super::{
+    BendEntry, BodyEntry, CableEntry, ColliderEntry, ControlEntry, EventEntry, GroundEntry,
+    JointEntry, MasslessCableEntry, SceneSource,
+};
+use crate::named::each_source;
+use crate::params::Parameters;
+use crate::particles::{ChainModel, ParticleChainParams};
 
 /// A key and its meaning.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -10,40 +16,47 @@ pub(super) struct Key {
     pub(super) meaning: String,
 }
 
-/// The keys of the parameters of a named scene; none for an explicit scene.
-pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
+/// Keys as [`described`] and [`params`](crate::params::params) list them: names and the lines of their documentation.
+pub(crate) type Keys = &'static [(&'static str, &'static [&'static str])];
+
+/// A struct that [`described`] made.
+pub(super) trait Described {
+    /// Its keys.
+    const KEYS: Keys;
+}
+
+/// The keys and their meanings, in their order.
+pub(super) fn of(keys: Keys) -> Vec<Key> {
+    let key = |(name, lines): &(&str, &[&str])| Key {
+        name: (*name).to_owned(),
+        meaning: clean(lines.concat().trim()),
+    };
+    keys.iter().map(key).collect()
+}
+
+/// Description of a named scene: the first paragraph of its module's documentation.
+pub(super) fn about(source: &SceneSource) -> String {
+    fn of<P: Parameters>(_: &P) -> String {
+        first_paragraph(P::SOURCE)
+    }
     match source {
-        SceneSource::Hoist(_) => of_struct(include_str!("../hoist.rs"), "HoistParams"),
-        SceneSource::Gantry(_) => of_struct(include_str!("../gantry.rs"), "GantryParams"),
-        SceneSource::Particles(_) => {
-            of_struct(include_str!("../particles.rs"), "ParticleChainParams")
-        }
-        SceneSource::Specimen(_) => of_struct(include_str!("../specimen.rs"), "SpecimenParams"),
-        SceneSource::Network(_) => of_struct(include_str!("../network.rs"), "NetworkParams"),
-        SceneSource::Reeved(_) => of_struct(include_str!("../reeved.rs"), "ReevedParams"),
-        SceneSource::Grounded(_) => of_struct(include_str!("../grounded.rs"), "GroundedParams"),
-        SceneSource::Explicit(_) => Vec::new(),
+        SceneSource::Particles(params) => about_chain(params.model),
+        other => each_source!(other, params => of(&**params), _ => String::new()),
     }
 }
 
-/// Description of a named scene: the first paragraph of its own documentation.
-pub(super) fn about(source: &SceneSource) -> String {
-    match source {
-        SceneSource::Hoist(_) => first_paragraph(include_str!("../hoist.rs")),
-        SceneSource::Gantry(_) => first_paragraph(include_str!("../gantry.rs")),
-        SceneSource::Particles(p) => about_chain(p.model),
-        SceneSource::Specimen(_) => first_paragraph(include_str!("../specimen.rs")),
-        SceneSource::Network(_) => first_paragraph(include_str!("../network.rs")),
-        SceneSource::Reeved(_) => first_paragraph(include_str!("../reeved.rs")),
-        SceneSource::Grounded(_) => first_paragraph(include_str!("../grounded.rs")),
-        SceneSource::Explicit(_) => "Bodies and constraints one by one.".to_owned(),
+/// The keys of the parameters of a named scene; none for an explicit scene.
+pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
+    fn of_params<P: Parameters>(_: &P) -> Vec<Key> {
+        of(P::KEYS)
     }
+    each_source!(source, params => of_params(&**params), _ => Vec::new())
 }
 
 fn about_chain(model: ChainModel) -> String {
-    let letter = model.scene_name().trim_start_matches("particles-");
+    let letter = model.name().trim_start_matches("particles-");
     let mark = format!("/// ({letter}) ");
-    let source = include_str!("../particles.rs");
+    let source = ParticleChainParams::SOURCE;
     let line = source.lines().find_map(|l| l.trim().strip_prefix(&mark));
     let model = line.map_or_else(String::new, |l| format!(" {}", clean(l)));
     format!("A chain of particles and links.{model}")
@@ -66,46 +79,93 @@ pub(super) fn has_use(scene: &str, key: &Key) -> bool {
     named("Only in ").unwrap_or(true) && !named("Not in ").unwrap_or(false)
 }
 
-/// The keys of a list of an explicit scene, or of its top (`scene`).
-pub(super) fn of_list(list: &str) -> Vec<Key> {
-    match list {
-        "scene" => of_struct(include_str!("entries.rs"), "SceneText"),
-        "body" => of_struct(include_str!("entries.rs"), "BodyEntry"),
-        "joint" => of_struct(include_str!("joint.rs"), "JointEntry"),
-        "cable" => of_struct(include_str!("cable.rs"), "CableEntry"),
-        "event" => of_struct(include_str!("event.rs"), "EventEntry"),
-        "control" => of_struct(include_str!("control.rs"), "ControlEntry"),
-        "massless_cable" => of_struct(include_str!("points.rs"), "MasslessCableEntry"),
-        "ground" => of_struct(include_str!("collide.rs"), "GroundEntry"),
-        "collider" => of_struct(include_str!("collide.rs"), "ColliderEntry"),
-        "bend" => of_struct(include_str!("points.rs"), "BendEntry"),
-        _ => Vec::new(),
-    }
-}
+/// The lists of an explicit scene with their keys; those of constraints in the order in which they stand without `order`.
+pub(super) const LISTS: [(&str, Keys); 9] = [
+    ("body", BodyEntry::KEYS),
+    ("joint", JointEntry::KEYS),
+    ("cable", CableEntry::KEYS),
+    ("massless_cable", MasslessCableEntry::KEYS),
+    ("bend", BendEntry::KEYS),
+    ("ground", GroundEntry::KEYS),
+    ("collider", ColliderEntry::KEYS),
+    ("control", ControlEntry::KEYS),
+    ("event", EventEntry::KEYS),
+];
 
-/// The public fields of the struct `name` in the Rust file `source`, in their order, without those that no text holds.
-pub(super) fn of_struct(source: &str, name: &str) -> Vec<Key> {
-    let opening = format!("pub struct {name} {{");
-    let lines = source.lines().skip_while(|line| *line != opening).skip(1);
-    let mut keys = Vec::new();
-    let (mut docs, mut skipped) = (Vec::new(), false);
-    for line in lines.take_while(|line| *line != "}").map(str::trim) {
-        if let Some(doc) = line.strip_prefix("///") {
-            docs.push(doc.trim());
-        } else if line.starts_with("#[") {
-            skipped |= line.contains("serde(skip)");
-        } else if let Some((field, _)) = line.split_once(':') {
-            let meaning = clean(&docs.join(" "));
-            if let Some(name) = field.strip_prefix("pub ").filter(|_| !skipped) {
-                let name = name.to_owned();
-                keys.push(Key { name, meaning });
-            }
-            docs.clear();
-            skipped = false;
+/// An entry as it is read and written, with its keys and their meanings; no text holds the field after `;`. `with surface`
+/// adds the keys of the surface of a shape.
+macro_rules! described {
+    (
+        $(#[$attribute:meta])*
+        pub struct $name:ident {
+            $(
+                $(#[doc = $doc:literal])*
+                $(#[serde($($how:tt)*)])?
+                pub $field:ident: $type:ty,
+            )*
+            $(;
+                $(#[doc = $aside:literal])*
+                $vis:vis $hidden:ident: $of:ty,
+            )?
         }
-    }
-    keys
+    ) => {
+        $(#[$attribute])*
+        pub struct $name {
+            $(
+                $(#[doc = $doc])*
+                $(#[serde($($how)*)])?
+                pub $field: $type,
+            )*
+            $(
+                $(#[doc = $aside])*
+                #[serde(skip)]
+                $vis $hidden: $of,
+            )?
+        }
+
+        impl super::keys::Described for $name {
+            const KEYS: super::keys::Keys = &[$((stringify!($field), &[$($doc),*])),*];
+        }
+    };
+    (
+        $(#[$attribute:meta])*
+        pub struct $name:ident with surface { $($fields:tt)* }
+    ) => {
+        super::keys::described! {
+            $(#[$attribute])*
+            pub struct $name {
+                $($fields)*
+                /// Coefficient of friction; default 0.5.
+                pub friction: Option<f64>,
+                /// Speed of separation over speed of approach, 0 to 1; default 0.
+                pub restitution: Option<f64>,
+                /// Compliance of a contact point \[m/N]; default 1e-10.
+                pub compliance: Option<f64>,
+                /// Damping time of a contact point \[s]; default 1e-3.
+                pub damping: Option<f64>,
+                /// Names of the groups that it is a member of; default `["default"]`.
+                pub groups: Option<Vec<String>>,
+                /// Names of the groups whose members it meets; default all.
+                pub meets: Option<Vec<String>>,
+            }
+        }
+
+        impl $name {
+            /// Its surface alone.
+            pub(super) fn surface(&self) -> SurfaceEntry {
+                SurfaceEntry {
+                    friction: self.friction,
+                    restitution: self.restitution,
+                    compliance: self.compliance,
+                    damping: self.damping,
+                    groups: self.groups.clone(),
+                    meets: self.meets.clone(),
+                }
+            }
+        }
+    };
 }
+pub(super) use described;
 
 /// Without the marks of links and escapes.
 fn clean(doc: &str) -> String {

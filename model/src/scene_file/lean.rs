@@ -55,36 +55,15 @@ impl SceneSource {
     /// that need it.
     pub fn without(&self, part: Part) -> Result<Option<Self>, SceneError> {
         let scene = self.build()?;
-        let lean = match (self, part) {
-            (Self::Hoist(params), Part::Torsion) => {
-                let mut params = params.clone();
-                params.twist = Some(false);
-                Self::Hoist(params)
-            }
-            (Self::Hoist(params), Part::Bending) => {
-                let mut params = params.clone();
-                params.bend = Some(false);
-                Self::Hoist(params)
-            }
-            (Self::Gantry(params), Part::Friction) => {
-                let mut params = params.clone();
-                params.sheave_friction = 0.0;
-                Self::Gantry(params)
-            }
-            (Self::Reeved(params), Part::Friction) => {
-                let mut params = params.clone();
-                params.friction = 0.0;
-                Self::Reeved(params)
-            }
-            (Self::Grounded(params), Part::Friction) => {
-                let mut params = params.clone();
-                params.friction = 0.0;
-                Self::Grounded(params)
-            }
+        let mut lean = self.clone();
+        match (&mut lean, part) {
+            (Self::Hoist(params), Part::Torsion) => params.twist = Some(false),
+            (Self::Hoist(params), Part::Bending) => params.bend = Some(false),
+            (Self::Gantry(params), Part::Friction) => params.sheave_friction = 0.0,
+            (Self::Reeved(params), Part::Friction) => params.friction = 0.0,
+            (Self::Grounded(params), Part::Friction) => params.friction = 0.0,
             (Self::Explicit(text), part) if !matches!(part, Part::Stretch | Part::Segments) => {
-                let mut text = text.clone();
                 text.leave_out(part);
-                Self::Explicit(text)
             }
             _ => {
                 let mut text = SceneText::from_scene(&scene)?;
@@ -93,9 +72,9 @@ impl SceneSource {
                     Part::Segments => {}
                     part => text.leave_out(part),
                 }
-                Self::Explicit(Box::new(text))
+                lean = Self::Explicit(Box::new(text));
             }
-        };
+        }
         let other = lean.build()?;
         Ok((other != scene).then_some(lean))
     }
@@ -108,60 +87,42 @@ impl SceneSource {
     pub fn with_segments(&self, factor: f64) -> Result<Option<Self>, SceneError> {
         let scaled = |count: usize| ((count as f64 * factor).round() as usize).max(1);
         // Masses of cable and load stay.
-        let part = |before: usize| before as f64 / scaled(before) as f64;
-        let lean = match self {
-            Self::Hoist(params) => {
-                let mut params = params.clone();
-                let part = part(params.segments);
-                let own = params.material.is_none() && params.radius.is_none();
-                let mass = params.segment_mass.or(own.then_some(1.0));
-                params.segment_mass = mass.map(|mass| mass * part);
-                params.mass_ratio /= part;
-                params.segments = scaled(params.segments);
-                Self::Hoist(params)
+        let scale = |segments: &mut usize, mass: &mut f64, mass_ratio: &mut f64| {
+            let part = *segments as f64 / scaled(*segments) as f64;
+            *mass *= part;
+            *mass_ratio /= part;
+            *segments = scaled(*segments);
+        };
+        let mut lean = self.clone();
+        match &mut lean {
+            Self::Hoist(p) => {
+                let own = p.material.is_none() && p.radius.is_none();
+                let given = p.segment_mass.or(own.then_some(1.0));
+                let mut mass = given.unwrap_or_default();
+                scale(&mut p.segments, &mut mass, &mut p.mass_ratio);
+                p.segment_mass = given.map(|_| mass);
             }
-            Self::Gantry(params) => {
-                let mut params = params.clone();
-                let part = part(params.segments);
-                params.segment_mass *= part;
-                params.mass_ratio /= part;
-                params.segments = scaled(params.segments);
-                Self::Gantry(params)
+            Self::Gantry(p) => scale(&mut p.segments, &mut p.segment_mass, &mut p.mass_ratio),
+            Self::Grounded(p) if p.grounded == Grounded::Floor => {
+                scale(&mut p.segments, &mut p.segment_mass, &mut p.mass_ratio);
             }
-            Self::Grounded(params) if params.grounded == Grounded::Floor => {
-                let mut params = params.clone();
-                let part = part(params.segments);
-                params.segment_mass *= part;
-                params.mass_ratio /= part;
-                params.segments = scaled(params.segments);
-                Self::Grounded(params)
-            }
-            Self::Network(params) if !matches!(params.network, Network::Ladder | Network::Net) => {
-                let mut params = params.clone();
-                let part = part(params.segments);
-                params.segment_mass *= part;
-                params.mass_ratio /= part;
-                params.segments = scaled(params.segments);
-                Self::Network(params)
+            Self::Network(p) if !matches!(p.network, Network::Ladder | Network::Net) => {
+                scale(&mut p.segments, &mut p.segment_mass, &mut p.mass_ratio);
             }
             Self::Specimen(params) => {
-                let mut params = params.clone();
                 params.grip_mass = Some(params.resolve()?.grip_mass);
                 params.segments = scaled(params.segments);
-                Self::Specimen(params)
             }
             Self::Explicit(text) if !text.cable.is_empty() && !text.names_segments()? => {
-                let mut text = text.clone();
                 for cable in &mut text.cable {
                     match &mut cable.lengths {
                         Some(lengths) => *lengths = resampled(lengths, scaled(lengths.len())),
                         None => cable.segments = Some(scaled(cable.segments.unwrap_or(24))),
                     }
                 }
-                Self::Explicit(text)
             }
             _ => return Ok(None),
-        };
+        }
         let (before, after) = (self.build()?, lean.build()?);
         Ok((before != after).then_some(lean))
     }

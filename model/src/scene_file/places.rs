@@ -5,7 +5,7 @@
 
 use toml::de::{DeTable, DeValue};
 
-use super::{SceneSource, SceneText, fault_at, one_line, write};
+use super::{SceneSource, SceneText, fault_at, keys, one_line, write};
 use crate::error::SceneError;
 
 /// A fault with the paths of the keys that it may stand at, the likeliest first.
@@ -21,6 +21,12 @@ impl Fault {
         Self { paths, error }
     }
 
+    /// A fault at one of some keys.
+    pub(super) fn at(keys: &[&str], error: SceneError) -> Self {
+        let paths = keys.iter().map(|key| (*key).to_owned()).collect();
+        Self { paths, error }
+    }
+
     /// Puts the fault into the entry at `path`.
     pub(super) fn within(mut self, path: &str) -> Self {
         for inner in &mut self.paths {
@@ -31,6 +37,18 @@ impl Fault {
         }
         self
     }
+}
+
+/// Does something with each entry of a list, in which its faults then stand.
+pub(super) fn each<'a, T>(
+    list: &str,
+    entries: &'a [T],
+    mut with: impl FnMut(usize, &'a T) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    let mut numbered = entries.iter().enumerate();
+    numbered.try_for_each(|(i, entry)| {
+        with(i, entry).map_err(|fault| fault.within(&format!("{list}.{i}")))
+    })
 }
 
 /// The text and the overrides that a scene was read from. No part of the scene: any two are equal.
@@ -172,7 +190,10 @@ fn single(text: &str, at: Option<usize>) -> Option<String> {
         .filter(|(_, v)| v.get_ref().is_table());
     let (list, _) = tables.find(|(_, table)| at == Some(table.span().start))?;
     let list: &str = list.get_ref().as_ref();
-    write::LISTS.contains(&list).then(|| list.to_owned())
+    keys::LISTS
+        .iter()
+        .any(|(known, _)| *known == list)
+        .then(|| list.to_owned())
 }
 
 /// The key whose value holds the byte `at`.

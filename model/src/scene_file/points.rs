@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
 use super::joint::is_zero;
+use super::keys::described;
 use super::motion::MotionEntry;
 use super::motor::WinchEntry;
 use super::places::Fault;
@@ -100,65 +101,69 @@ impl SheaveEntry {
     }
 }
 
-/// A massless cable: one length through two or more points, free to slide through the inner ones. Its one row has
-/// `stretch` or `ea`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MasslessCableEntry {
-    /// Its name.
-    pub name: String,
-    /// Its points in order, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point, and an
-    /// optional `sheave = { radius, axis, turns, friction }` with its hub there.
-    pub through: Vec<PointEntry>,
-    /// The cable that it goes on from over the shared sheave at its beginning, which has the friction there.
-    pub after: Option<String>,
-    /// Total length at rest, with what lies on drums \[m]; default that of its path at first, with what lies on sheaves and
-    /// drums. See `strained`.
-    pub length: Option<f64>,
-    /// How much longer it is than its path at first \[m], instead of `length`.
-    pub slack: Option<f64>,
-    /// Its tension at first \[N], instead of `length`; needs `ea`, or a `stretch` that is not 0.
-    pub tension: Option<f64>,
-    /// `true` lets it begin strained by more than 5 % with a pull of more than the scene's weight;
-    /// default `false`: that is refused as a mistake.
-    pub strained: Option<bool>,
-    /// Axial stiffness \[N].
-    pub ea: Option<f64>,
-    /// Compliance \[m/N]; 0 is rigid.
-    pub stretch: Option<f64>,
-    /// Damping time \[s].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub damping: f64,
-    /// `true` (default) lets it go slack where it is too long, `false` lets it push.
-    pub tension_only: Option<bool>,
-    /// Winch that pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit,
-    /// brake, brake_limit, shortest, longest }`.
-    pub winch: Option<WinchEntry>,
-    /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
-    /// never.
-    pub breaks_at: Option<f64>,
-    /// Group for block Gauss–Seidel; default by topology.
-    pub group: Option<u32>,
+described! {
+    /// A massless cable: one length through two or more points, free to slide through the inner ones. Its one row has
+    /// `stretch` or `ea`.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct MasslessCableEntry {
+        /// Its name.
+        pub name: String,
+        /// Its points in order, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point, and an
+        /// optional `sheave = { radius, axis, turns, friction }` with its hub there.
+        pub through: Vec<PointEntry>,
+        /// The cable that it goes on from over the shared sheave at its beginning, which has the friction there.
+        pub after: Option<String>,
+        /// Total length at rest, with what lies on drums \[m]; default that of its path at first, with what lies on sheaves and
+        /// drums. See `strained`.
+        pub length: Option<f64>,
+        /// How much longer it is than its path at first \[m], instead of `length`.
+        pub slack: Option<f64>,
+        /// Its tension at first \[N], instead of `length`; needs `ea`, or a `stretch` that is not 0.
+        pub tension: Option<f64>,
+        /// `true` lets it begin strained by more than 5 % with a pull of more than the scene's weight;
+        /// default `false`: that is refused as a mistake.
+        pub strained: Option<bool>,
+        /// Axial stiffness \[N].
+        pub ea: Option<f64>,
+        /// Compliance \[m/N]; 0 is rigid.
+        pub stretch: Option<f64>,
+        /// Damping time \[s].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub damping: f64,
+        /// `true` (default) lets it go slack where it is too long, `false` lets it push.
+        pub tension_only: Option<bool>,
+        /// Winch that pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit,
+        /// brake, brake_limit, shortest, longest }`.
+        pub winch: Option<WinchEntry>,
+        /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
+        /// never.
+        pub breaks_at: Option<f64>,
+        /// Group for block Gauss–Seidel; default by topology.
+        pub group: Option<u32>,
+    }
 }
 
-/// The bend at the middle one of three points.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BendEntry {
-    /// Its name.
-    pub name: String,
-    /// The three points, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
-    pub through: Vec<PointEntry>,
-    /// Measured quantity: `vector`, in both directions (the default), or `angle`, the paper's.
-    #[serde(default)]
-    pub definition: BendDefinition,
-    /// Compliance \[rad/(N m)]; 0 is rigid.
-    pub bend: f64,
-    /// Damping time \[s].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub damping: f64,
-    /// Group for block Gauss–Seidel; default by topology.
-    pub group: Option<u32>,
+described! {
+    /// The bend at the middle one of three points.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct BendEntry {
+        /// Its name.
+        pub name: String,
+        /// The three points, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
+        pub through: Vec<PointEntry>,
+        /// Measured quantity: `vector`, in both directions (the default), or `angle`, the paper's.
+        #[serde(default)]
+        pub definition: BendDefinition,
+        /// Compliance \[rad/(N m)]; 0 is rigid.
+        pub bend: f64,
+        /// Damping time \[s].
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub damping: f64,
+        /// Group for block Gauss–Seidel; default by topology.
+        pub group: Option<u32>,
+    }
 }
 
 impl MasslessCableEntry {
@@ -300,13 +305,7 @@ fn through(
         .collect();
     let frames = frames?;
     let first = frames.first().and_then(Frame::body_index);
-    let shared = |point: &PointEntry| {
-        point
-            .sheave
-            .as_ref()
-            .is_some_and(|s| s.shared == Some(true))
-    };
-    if !points.iter().any(shared) && frames.iter().all(|f| f.body_index() == first) {
+    if !points.iter().any(PointEntry::is_shared) && frames.iter().all(|f| f.body_index() == first) {
         let reason = if first.is_none() {
             "ties the world to the world: put at least one point on a body"
         } else {
@@ -341,12 +340,7 @@ impl PointEntry {
         names: &Names<'_>,
     ) -> Result<Frame, Fault> {
         let key = |key: &str| format!("{path}.{key}");
-        let motion = self.motion.as_ref();
-        let side = names.side(of, &key("body"), &self.body, motion, &key("motion"))?;
-        if motion.is_some() && matches!(side, crate::frame::Side::Body(_)) {
-            return Err(of.conflict(&key("motion"), "moves points of the world: remove it"));
-        }
-        of.finite(&key("point"), &self.point)?;
+        let side = names.holder(of, path, (&self.body, &self.point), self.motion.as_ref())?;
         let axis = self.sheave.as_ref().and_then(|sheave| sheave.axis);
         let axes = match (axis, self.axes) {
             (None, None) if self.sheave.is_some() => {

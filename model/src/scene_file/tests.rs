@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::cable::JointKind;
+use crate::{ChainModel, HoistParams};
 use proptest::prelude::*;
 
 fn hoist(source: &SceneSource) -> &HoistParams {
@@ -88,7 +89,7 @@ fn particle_chains_by_name_and_text() {
 #[test]
 fn every_model_of_the_chain_reads_back() {
     for model in ChainModel::ALL {
-        let name = model.scene_name();
+        let name = model.name();
         let overrides = [("added_compliance", "1e-7"), ("particles", "3")];
         let source = SceneSource::load(name, &overrides).expect("loads");
         let text = source.to_toml().expect("writes");

@@ -7,7 +7,8 @@ use proptest::prelude::*;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::{SceneSource, SceneText, keys, write};
+use super::keys::{self, Described};
+use super::{SceneSource, SceneText};
 use crate::body::{Body, Mobility};
 use crate::constraint::{
     BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable,
@@ -436,8 +437,8 @@ fn every_key_has_its_meaning() {
         let source = SceneSource::load(name, &[]).expect("loads");
         (format!("[{name}]"), keys::of_source(&source))
     });
-    let lists = write::LISTS.map(|list| (format!("[[{list}]]"), keys::of_list(list)));
-    let top = (String::new(), keys::of_list("scene"));
+    let lists = keys::LISTS.map(|(list, keys)| (format!("[[{list}]]"), keys::of(keys)));
+    let top = (String::new(), keys::of(SceneText::KEYS));
     for (table, keys) in tables.into_iter().chain(lists).chain([top]) {
         let names: Vec<_> = keys.iter().map(|key| key.name.clone()).collect();
         assert_eq!(names, taken(&table), "{table}");

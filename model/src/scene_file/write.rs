@@ -4,34 +4,22 @@ use serde::Serialize;
 use std::fmt::Write;
 use toml::{Table, Value};
 
-use super::keys::{self, Key};
-use super::{SceneSource, SceneText, one_line};
+use super::keys::{self, Described, Key};
+use super::{SceneSource, SceneText, unwritten};
 use crate::error::SceneError;
+use crate::params::Parameters;
 
 /// Columns that comments are wrapped at.
 const WIDTH: usize = 110;
 
-/// The lists of an explicit scene; those of constraints in the order in which they stand without `order`.
-pub(super) const LISTS: [&str; 9] = [
-    "body",
-    "joint",
-    "cable",
-    "massless_cable",
-    "bend",
-    "ground",
-    "collider",
-    "control",
-    "event",
-];
-
 /// A scene's own parameters, in the table `name`, with every key: those that are not given are comments. Keys that the
 /// scene has no use for are left out, unless they have another value than by default, for the text to read back.
-pub(super) fn commented<P: Serialize + Default>(
+pub(super) fn commented<P: Parameters + Serialize + Default>(
     source: &SceneSource,
-    name: &str,
     parameters: &P,
 ) -> Result<String, SceneError> {
     let (default, table) = (table(&P::default())?, table(parameters)?);
+    let name = parameters.scene_name();
     let mut out = String::new();
     comment(&mut out, &keys::about(source));
     let _ = writeln!(out, "[{name}]");
@@ -61,19 +49,19 @@ pub(super) fn explicit_commented(scene: &SceneText) -> Result<String, SceneError
 
 fn explicit_text(scene: &SceneText, comments: bool) -> Result<String, SceneError> {
     let mut table = table(scene)?;
-    let lists = LISTS.map(|list| (list, table.remove(list)));
+    let lists = keys::LISTS.map(|(list, keys)| (list, keys, table.remove(list)));
     let mut out = String::new();
-    for (key, value) in ordered(&table, &keys::of_list("scene")) {
+    for (key, value) in ordered(&table, &keys::of(SceneText::KEYS)) {
         if comments {
             comment(&mut out, &key.meaning);
         }
         line(&mut out, &key.name, value);
     }
-    for (list, entries) in lists {
+    for (list, keys, entries) in lists {
         let Some(Value::Array(entries)) = entries else {
             continue;
         };
-        let known = keys::of_list(list);
+        let known = keys::of(keys);
         if comments && !entries.is_empty() {
             out.push('\n');
             for key in &known {
@@ -100,11 +88,7 @@ fn ordered<'a>(table: &'a Table, known: &'a [Key]) -> impl Iterator<Item = (&'a 
 }
 
 fn table(value: &impl Serialize) -> Result<Table, SceneError> {
-    Table::try_from(value).map_err(|e| SceneError::Toml {
-        line: None,
-        column: None,
-        message: one_line(&e.to_string()),
-    })
+    Table::try_from(value).map_err(|e| unwritten(&e))
 }
 
 fn line(out: &mut String, key: &str, value: &Value) {

@@ -121,7 +121,8 @@ impl Moment {
                     // Not −0.
                     tension: 0.0 - force,
                     mean: 0.0 - mean,
-                    holds: -cable.bounds_at(time).0,
+                    holds: (scene.constraints[k].bounds(time))
+                        .map_or(f64::INFINITY, |(_, lower, _)| -lower),
                 });
             }
         }

@@ -91,7 +91,7 @@ fn options() -> StepOptions {
 }
 
 pub(super) fn letter(model: ChainModel) -> &'static str {
-    model.scene_name().trim_start_matches("particles-")
+    model.name().trim_start_matches("particles-")
 }
 
 /// Chain of a row with a load of 10^`decade` particles' masses.

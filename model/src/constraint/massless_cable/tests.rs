@@ -92,7 +92,7 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
         (cable.length_at(9.0), cable.compliance_at(1.0)),
         (1.0, 0.75e-3)
     );
-    assert_eq!(cable.bounds_at(0.0), (-100.0, 0.0));
+    assert_eq!(cable.bounds(0.0), Some((0, -100.0, 0.0)));
     cable.rebase(1.0);
     assert_eq!((cable.length, cable.law.compliance), (1.5, 0.75e-3));
     let set = |cable: &mut MasslessCable, change: &dyn Fn(&mut Winch)| {
@@ -102,7 +102,7 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
     };
     set(&mut cable, &|w| w.brake = true);
     assert_eq!(
-        (cable.length_at(3.0), cable.bounds_at(3.0).0),
+        (cable.length_at(3.0), cable.bounds(3.0).expect("bounds").1),
         (1.5, -300.0)
     );
     // Stretched by 0.9 m it pulls with 1200 N: the brake slips to 300 N.
@@ -115,7 +115,7 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
     // The drum is empty at 4 m, and holds any tension then.
     assert!(cable.settle(50.0, 300.0, 3.0) > 0.0);
     assert_eq!(
-        (cable.length, cable.bounds_at(3.0).0),
+        (cable.length, cable.bounds(3.0).expect("bounds").1),
         (4.0, f64::NEG_INFINITY)
     );
 }

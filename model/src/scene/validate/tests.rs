@@ -1,7 +1,7 @@
 //! Refusals of validation, and their words.
 
 use super::*;
-use crate::constraint::{Cosserat, JointLaw, RowLaw};
+use crate::constraint::{Cosserat, Distance, JointLaw, RowLaw};
 use crate::{HoistParams, JointKind};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
