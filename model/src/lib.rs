@@ -151,12 +151,14 @@ pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 /// The vectors and rotations of the public items, in the version that they are of.
 pub use nalgebra;
-pub use named::{SceneSource, named};
+pub use named::named;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;
 pub use packs::{Joint, JointLanes, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
 pub use reeved::{Reeved, ReevedParams};
 pub use scene::{Action, CableParts, Capstan, Control, Drive, Event, Scene, When};
+#[cfg(feature = "toml")]
+pub use scene_file::SceneSource;
 pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};
 pub use topology::Topology;

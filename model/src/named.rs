@@ -1,14 +1,12 @@
 //! Scenes by name.
 
 use crate::error::SceneError;
-use crate::gantry::GantryParams;
-use crate::grounded::{Grounded, GroundedParams};
-use crate::hoist::HoistParams;
-use crate::network::{Network, NetworkParams};
-use crate::particles::{ChainModel, ParticleChainParams};
-use crate::reeved::{Reeved, ReevedParams};
+use crate::grounded::Grounded;
+use crate::network::Network;
+use crate::particles::ChainModel;
+use crate::reeved::Reeved;
 use crate::scene::Scene;
-use crate::specimen::{Specimen, SpecimenParams};
+use crate::specimen::Specimen;
 
 /// Names of the scenes that [`named`] builds.
 pub const NAMES: [&str; 22] = [
@@ -36,84 +34,45 @@ pub const NAMES: [&str; 22] = [
     Grounded::Pile.name(),
 ];
 
-/// Where a scene comes from: its parameters, before it is built.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum SceneSource {
-    /// The hoist and its parameters.
-    Hoist(Box<HoistParams>),
-    /// The gantry crane and its parameters.
-    Gantry(Box<GantryParams>),
-    /// The particle chain and its parameters.
-    Particles(Box<ParticleChainParams>),
-    /// A specimen and its parameters.
-    Specimen(Box<SpecimenParams>),
-    /// Cables with branches or loops and their parameters.
-    Network(Box<NetworkParams>),
-    /// Cables over sheaves and their parameters.
-    Reeved(Box<ReevedParams>),
-    /// Scenes on the ground and their parameters.
-    Grounded(Box<GroundedParams>),
-    /// Bodies and joints one by one.
-    #[cfg(feature = "toml")]
-    Explicit(Box<crate::scene_file::SceneText>),
-}
-
-/// Matches over the sources: `$do` for the parameters of any named scene, `$with_text` for the text of an explicit one.
-macro_rules! each_source {
-    ($source:expr, $params:ident => $do:expr, $text:pat => $with_text:expr) => {
-        match $source {
-            $crate::SceneSource::Hoist($params) => $do,
-            $crate::SceneSource::Gantry($params) => $do,
-            $crate::SceneSource::Particles($params) => $do,
-            $crate::SceneSource::Specimen($params) => $do,
-            $crate::SceneSource::Network($params) => $do,
-            $crate::SceneSource::Reeved($params) => $do,
-            $crate::SceneSource::Grounded($params) => $do,
-            #[cfg(feature = "toml")]
-            $crate::SceneSource::Explicit($text) => $with_text,
+/// Does `$do` with the default parameters of the scene called `$name`; `None` where there is none.
+macro_rules! with_named {
+    ($name:expr, $params:ident => $do:expr) => {{
+        let name: &str = $name;
+        if name == "hoist" {
+            let $params = $crate::HoistParams::default();
+            Some($do)
+        } else if name == "gantry" {
+            let $params = $crate::GantryParams::default();
+            Some($do)
+        } else if let Some(model) = $crate::ChainModel::named(name) {
+            let $params = $crate::ParticleChainParams::new(model);
+            Some($do)
+        } else if let Some(specimen) = $crate::Specimen::named(name) {
+            let $params = $crate::SpecimenParams::new(specimen);
+            Some($do)
+        } else if let Some(network) = $crate::Network::named(name) {
+            let $params = $crate::NetworkParams::new(network);
+            Some($do)
+        } else if let Some(reeved) = $crate::Reeved::named(name) {
+            let $params = $crate::ReevedParams::new(reeved);
+            Some($do)
+        } else {
+            $crate::Grounded::named(name).map(|grounded| {
+                let $params = $crate::GroundedParams::new(grounded);
+                $do
+            })
         }
-    };
+    }};
 }
 #[cfg(feature = "toml")]
-pub(crate) use each_source;
-
-impl SceneSource {
-    /// The scene of that name with its default parameters.
-    pub(crate) fn named(name: &str) -> Option<Self> {
-        let chain = || ChainModel::named(name).map(ParticleChainParams::new);
-        let specimen = || Specimen::named(name).map(SpecimenParams::new);
-        let network = || Network::named(name).map(NetworkParams::new);
-        let reeved = || Reeved::named(name).map(ReevedParams::new);
-        let grounded = || Grounded::named(name).map(GroundedParams::new);
-        match name {
-            "hoist" => Some(Self::Hoist(Box::default())),
-            "gantry" => Some(Self::Gantry(Box::default())),
-            _ => (chain().map(|params| Self::Particles(Box::new(params))))
-                .or_else(|| specimen().map(|params| Self::Specimen(Box::new(params))))
-                .or_else(|| network().map(|params| Self::Network(Box::new(params))))
-                .or_else(|| reeved().map(|params| Self::Reeved(Box::new(params))))
-                .or_else(|| grounded().map(|params| Self::Grounded(Box::new(params)))),
-        }
-    }
-
-    /// Builds the scene.
-    ///
-    /// # Errors
-    /// The first parameter, body or joint that is wrong.
-    pub fn build(&self) -> Result<Scene, SceneError> {
-        each_source!(self, params => params.build(), text => text.build())
-    }
-}
+pub(crate) use with_named;
 
 /// The scene called `name`, with its default parameters.
 ///
 /// # Errors
 /// [`SceneError::UnknownScene`], which lists the names that there are.
 pub fn named(name: &str) -> Result<Scene, SceneError> {
-    SceneSource::named(name)
-        .ok_or_else(|| unknown(name))?
-        .build()
+    with_named!(name, params => params.build()).unwrap_or_else(|| Err(unknown(name)))
 }
 
 pub(crate) fn unknown(name: &str) -> SceneError {

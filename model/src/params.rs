@@ -2,11 +2,15 @@
 
 use crate::error::{SceneError, check};
 
+/// Keys of a text: names and the lines of their documentation.
+#[cfg(feature = "toml")]
+pub(crate) type Keys = &'static [(&'static str, &'static [&'static str])];
+
 /// Parameters of a named scene: what [`params`] makes.
 #[cfg(feature = "toml")]
 pub(crate) trait Parameters: Sized {
     /// Keys with the lines of their documentation.
-    const KEYS: crate::scene_file::Keys;
+    const KEYS: Keys;
     /// Text of the module that has them, whose first paragraph describes the scene.
     const SOURCE: &'static str;
 
@@ -151,7 +155,7 @@ macro_rules! params {
 
         #[cfg(feature = "toml")]
         impl crate::params::Parameters for $name {
-            const KEYS: crate::scene_file::Keys = &[$((stringify!($field), &[$($doc),*])),*];
+            const KEYS: crate::params::Keys = &[$((stringify!($field), &[$($doc),*])),*];
             const SOURCE: &'static str = include_str!($source);
 
             fn scene_name(&self) -> &'static str {

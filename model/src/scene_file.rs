@@ -327,16 +327,6 @@
 //! # Faults
 //! Unknown keys are errors that list the valid ones. Faults of explicit scenes, also those found while building, name
 //! line, key and cure; where an override brought the fault in, they name the override.
-//!
-//! [`HoistParams`]: crate::HoistParams
-//! [`GantryParams`]: crate::GantryParams
-//! [`ParticleChainParams`]: crate::ParticleChainParams
-//! [`SpecimenParams`]: crate::SpecimenParams
-//! [`NetworkParams`]: crate::NetworkParams
-//! [`ReevedParams`]: crate::ReevedParams
-//! [`GroundedParams`]: crate::GroundedParams
-//! [`Scene::reeve`]: crate::Scene::reeve
-//! [`Scene::group_by_topology`]: crate::Scene::group_by_topology
 
 mod build;
 mod cable;
@@ -389,7 +379,6 @@ pub use motion::MotionEntry;
 pub use motor::{MotorEntry, WinchEntry};
 pub use points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 
-pub(crate) use keys::Keys;
 use overrides::merge;
 use places::{Places, located};
 
@@ -400,12 +389,91 @@ use toml::Table;
 use toml::de::DeTable;
 
 use crate::error::SceneError;
-use crate::named::{each_source, unknown};
+use crate::gantry::GantryParams;
+use crate::grounded::GroundedParams;
+use crate::hoist::HoistParams;
+use crate::named::{unknown, with_named};
+use crate::network::NetworkParams;
 use crate::params::Parameters;
+use crate::particles::ParticleChainParams;
+use crate::reeved::ReevedParams;
+use crate::scene::Scene;
+use crate::specimen::SpecimenParams;
 
-pub use crate::named::SceneSource;
+/// Where a scene comes from: its parameters, before it is built.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum SceneSource {
+    /// The hoist and its parameters.
+    Hoist(Box<HoistParams>),
+    /// The gantry crane and its parameters.
+    Gantry(Box<GantryParams>),
+    /// The particle chain and its parameters.
+    Particles(Box<ParticleChainParams>),
+    /// A specimen and its parameters.
+    Specimen(Box<SpecimenParams>),
+    /// Cables with branches or loops and their parameters.
+    Network(Box<NetworkParams>),
+    /// Cables over sheaves and their parameters.
+    Reeved(Box<ReevedParams>),
+    /// Scenes on the ground and their parameters.
+    Grounded(Box<GroundedParams>),
+    /// Bodies and joints one by one.
+    Explicit(Box<SceneText>),
+}
+
+/// Matches over the sources: `$do` for the parameters of any named scene, `$with_text` for the text of an explicit one.
+macro_rules! each_source {
+    ($source:expr, $params:ident => $do:expr, $text:pat => $with_text:expr) => {
+        match $source {
+            SceneSource::Hoist($params) => $do,
+            SceneSource::Gantry($params) => $do,
+            SceneSource::Particles($params) => $do,
+            SceneSource::Specimen($params) => $do,
+            SceneSource::Network($params) => $do,
+            SceneSource::Reeved($params) => $do,
+            SceneSource::Grounded($params) => $do,
+            SceneSource::Explicit($text) => $with_text,
+        }
+    };
+}
+use each_source;
+
+/// The sources of named scenes.
+macro_rules! sources {
+    ($($source:ident: $params:ty),*) => {$(
+        impl From<$params> for SceneSource {
+            fn from(params: $params) -> Self {
+                Self::$source(Box::new(params))
+            }
+        }
+    )*};
+}
+
+sources!(
+    Hoist: HoistParams,
+    Gantry: GantryParams,
+    Particles: ParticleChainParams,
+    Specimen: SpecimenParams,
+    Network: NetworkParams,
+    Reeved: ReevedParams,
+    Grounded: GroundedParams
+);
 
 impl SceneSource {
+    /// The scene of that name with its default parameters.
+    fn named(name: &str) -> Option<Self> {
+        with_named!(name, params => params.into())
+    }
+
+    /// Builds the scene.
+    ///
+    /// # Errors
+    /// The first parameter, body or joint that is wrong.
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        each_source!(self, params => params.build(), text => text.build())
+    }
+
     /// The scene of that name, with `overrides` of (key, value) as in [`SceneSource::parse`].
     ///
     /// # Errors

@@ -3,10 +3,9 @@
 
 use super::{
     BendEntry, BodyEntry, CableEntry, ColliderEntry, ControlEntry, EventEntry, GroundEntry,
-    JointEntry, MasslessCableEntry, SceneSource,
+    JointEntry, MasslessCableEntry, SceneSource, each_source,
 };
-use crate::named::each_source;
-use crate::params::Parameters;
+use crate::params::{Keys, Parameters};
 use crate::particles::{ChainModel, ParticleChainParams};
 
 /// A key and its meaning.
@@ -15,9 +14,6 @@ pub(super) struct Key {
     pub(super) name: String,
     pub(super) meaning: String,
 }
-
-/// Keys as [`described`] and [`params`](crate::params::params) list them: names and the lines of their documentation.
-pub(crate) type Keys = &'static [(&'static str, &'static [&'static str])];
 
 /// A struct that [`described`] made.
 pub(super) trait Described {
@@ -124,7 +120,7 @@ macro_rules! described {
         }
 
         impl super::keys::Described for $name {
-            const KEYS: super::keys::Keys = &[$((stringify!($field), &[$($doc),*])),*];
+            const KEYS: crate::params::Keys = &[$((stringify!($field), &[$($doc),*])),*];
         }
     };
     (
