@@ -345,3 +345,55 @@ every = 2 | every = 0 | line 8: `every` is 0: it has to be from 1 to 1e9
 number = 0 | number = 99 | line 9: `number` is 99: it has to be from 0 to 4"#,
     );
 }
+
+/// What a table beside the case has at the times of the steps is a value as any other.
+#[test]
+fn a_table_beside_the_case_is_its_reference() {
+    let see = r#""pull = last(file.pull)", "early = first(file.pull)""#;
+    let check = r#"reference = "pull", ours = "mass * 9.81", bar = 1e-10"#;
+    let text = hung(see, check).replace("steps = 3", "steps = 3\nfile = \"pulls.csv\"");
+    let read = |text: &str, table: &'static str| {
+        let beside = move |name: &str| match name {
+            "pulls.csv" => Ok(table.to_owned()),
+            name => Err(format!("no `{name}`").into()),
+        };
+        let case = CaseFile::read(text, &beside)?;
+        verify(&case).map(|()| case)
+    };
+    for (table, verdict) in [
+        ("time,pull\n0,0\n0.05,19.62", Verdict::Pass),
+        // Linear between rows, where the third step is in the middle of two.
+        ("time,pull\n0,0\n0.1,39.24", Verdict::Pass),
+        ("time,pull\n0,0\n0.05,19.63", Verdict::Fail),
+        // The run goes on when the table has ended.
+        ("time,pull\n0,0\n0.04,19.62", Verdict::Fail),
+    ] {
+        let case = read(&text, table).unwrap();
+        let checks = outcome(&case, true, &ProgressBar::hidden()).unwrap().checks;
+        assert_eq!(checks[0].verdict, verdict, "{table}");
+    }
+    let sound = "time,pull\n0,0\n1,1";
+    for (table, right, wrong, told) in [
+        (
+            sound,
+            "last(file.pull)",
+            "last(file.pul)",
+            "line 9: no column is called `pul`: perhaps `pull`",
+        ),
+        (
+            sound,
+            "pulls.csv",
+            "pull.csv",
+            "line 8: `pull.csv`: no `pull.csv`",
+        ),
+        (
+            "time,pull\n0,x",
+            "",
+            "",
+            "line 8: `pulls.csv`: line 2: `pull` is `x`: give a finite number",
+        ),
+    ] {
+        let error = read(&text.replacen(right, wrong, 1), table).unwrap_err();
+        assert_eq!(error.to_string(), told);
+    }
+}
