@@ -4,12 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
-use super::{CableParts, Scene, first_names};
+use super::{CableParts, Scene};
 use crate::body::{Bodies, Mobility};
 use crate::constraint::{Constraint, Distance, MasslessCable, Sheave, Winch, called};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
+use crate::names::{first_names, near_names};
 
 /// Checks a winch and the length that it begins with. The limits of a part's winch are those of the whole, less what lies in
 /// the other parts.
@@ -409,7 +410,7 @@ impl Scene {
         let names: Vec<_> = self.controls.iter().map(|c| c.name.clone()).collect();
         SceneError::UnknownControl {
             name: name.to_owned(),
-            known: first_names(&names),
+            known: near_names(name, &names),
         }
     }
 

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::build::Entry;
 use super::places::Fault;
 use crate::error::SceneError;
-use crate::scene::{Control, Drive, Scene, first_names};
+use crate::names::near_names;
+use crate::scene::{Control, Drive, Scene};
 
 /// A named input: a speed that an operator sets.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -82,7 +83,7 @@ impl DriveEntry {
             let error = SceneError::UnknownJoint {
                 what: of.what("drives"),
                 name: self.joint.clone(),
-                known: first_names(&followers),
+                known: near_names(&self.joint, &followers),
             };
             return Err(Fault::new(format!("drives.{i}.joint"), error));
         };

@@ -460,11 +460,11 @@ fn refuse_rows(key: &str, rows: &[Table], known: &[&str]) -> Result<(), CaseErro
 pub enum CaseError {
     /// In the words of a reader, a scene or a step.
     Told { message: String },
-    /// A name that there is not, and the nearest that there is.
+    /// A name that there is not, and what is told of those that there are.
     Unknown {
         kind: &'static str,
         name: String,
-        nearest: Option<String>,
+        hint: String,
     },
     Arguments {
         function: String,
@@ -485,7 +485,7 @@ pub enum CaseError {
         key: &'static str,
         place: &'static str,
     },
-    /// A count that is too small, no number, or too large.
+    /// A count that is too small, no whole number, or too large; or a time.
     Count {
         key: &'static str,
         found: f64,
@@ -537,11 +537,11 @@ impl CaseError {
     }
 
     fn unknown<'a>(kind: &'static str, name: &str, known: impl Iterator<Item = &'a str>) -> Self {
-        Self::Unknown {
-            kind,
-            name: name.to_owned(),
-            nearest: nearest(name, known.filter(|known| *known != name)).map(str::to_owned),
-        }
+        let mut known = known.filter(|known| *known != name).peekable();
+        let none = [": there is none", ""][usize::from(known.peek().is_some())];
+        let near = nearest(name, known).map(|known| format!(": perhaps `{known}`"));
+        let (name, hint) = (name.to_owned(), near.unwrap_or_else(|| none.to_owned()));
+        Self::Unknown { kind, name, hint }
     }
 
     /// A reader's message in one line: the names that it expects are many, the nearest of them and of `more` is told.
@@ -572,16 +572,8 @@ impl fmt::Display for CaseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Told { message } => write!(f, "{message}"),
-            Self::Unknown {
-                kind,
-                name,
-                nearest,
-            } => {
-                write!(f, "no {kind} is called `{name}`")?;
-                match nearest {
-                    Some(nearest) => write!(f, ": perhaps `{nearest}`"),
-                    None => write!(f, ": there is none"),
-                }
+            Self::Unknown { kind, name, hint } => {
+                write!(f, "no {kind} is called `{name}`{hint}")
             }
             Self::Arguments {
                 function,
@@ -603,7 +595,12 @@ impl fmt::Display for CaseError {
                 least,
                 most,
             } => {
-                write!(f, "`{key}` is {found}: it has to be from {least} to ")?;
+                let is_whole = found.is_nan() || found.fract() == 0.0 || *key == "time";
+                let whole = if is_whole { "" } else { "whole, " };
+                write!(
+                    f,
+                    "`{key}` is {found}: it has to be {whole}from {least} to "
+                )?;
                 match most {
                     most if *most < 1e3 => write!(f, "{most}"),
                     most => write!(f, "{most:.0e}"),

@@ -108,10 +108,12 @@ last(rope | lst(rope | line 8: `lst(rope.tension)`: no function is called `lst`:
 rope.tension | rope.tensoin | line 8: no quantity is called `tensoin`: perhaps `tension`
 rope.tension | rop.tension | line 8: no body, joint or cable is called `rop`: perhaps `rope`
 steps = 3 | steps = -3 | line 7: `steps` is -3: it has to be from 0 to 1e8
+steps = 3 | steps = 2.7 | line 7: `steps` is 2.7: it has to be whole, from 0 to 1e8
 steps = 3 | time = nan | line 7: `time` is NaN: it has to be from 0 to 2e6
 rope.tension | deepst | line 8: no probe is called `deepst`: perhaps `deepest`
 ours = "pull" | ours = "pul" | line 9: `pul`: no value is called `pul`: perhaps `pull`
 bar = | if = "pul > 0", bar = | line 9: `pul > 0`: no value is called `pul`: perhaps `pull`
+ours = "pull" | ours = "xyz" | line 9: `xyz`: no value is called `xyz`
 steps = 3 |  | line 5: [[run]] needs `steps`"#,
     );
 }
@@ -203,12 +205,12 @@ gravity = | gravty = | line 11: no key is called `gravty`: perhaps `gravity`
 sphere = { radius | sphere = { raduis | line 9: no key is called `raduis`: perhaps `radius`
 sphere | spere | line 9: no choice is called `spere`: perhaps `sphere`
 m_{k}", mass = 1 | m_{k}", mass = "=1 - k" | line 8: body `m_1`: mass is 0: it has to be > 0 kg
-m_{k}", mass = 1 | m_{k}", mass = "=j" | line 8: `j`: no value is called `j`: perhaps `k`
+m_{k}", mass = 1 | m_{k}", mass = "=j" | line 8: `j`: no value is called `j`
 repeat = 3, name = "link | repeat = 4, name = "link | line 13: massless cable `link_3` names the body `m_3`, which is not there: choose one of m_0, m_1, m_2, last
 { body = "last" } | { body = "lats" } | line 14: massless cable `far` names the body `lats`, which is not there: choose one of m_0, m_1, m_2, last
 { body = "last" } | { bdy = "last" } | line 14: no key is called `bdy`: perhaps `body`
 last" }], stretch = 0 | last" }], stretch = -1 | line 14: massless cable `far`: stretch: compliance is -1: it has to be ≥ 0 (m/N or rad/(N m)); 0 is rigid
-repeat = 3, name = "link | repaet = 3, name = "link | line 13: `k`: no value is called `k`: perhaps `dt`
+repeat = 3, name = "link | repaet = 3, name = "link | line 13: `k`: no value is called `k`
 segments | segmnets | line 27: no key is called `segmnets`: perhaps `segments`
 segments = 3 | segments = 0 | line 27: segments is 0: it has to be at least 1
 run.scene.hoist | run.scene.hosit | line 26: no key is called `hosit`: perhaps `hoist`"#,
