@@ -1,9 +1,13 @@
-//! Tests across crates, a module for each theme: one binary, which links once.
+//! Tests across crates, a module for each guarantee: one binary, which links once.
+//!
+//! Elsewhere stand `allocates_nothing.rs`, alone for its allocator, and `golden`, where a test of the program says what it
+//! prints (`golden/prints.rs`) and that it reads old files (`golden/reads_old_files.rs`).
 
-mod agreement;
-mod bad_input;
-mod dynamics;
-mod hard;
-mod paper;
-mod properties;
-mod statics;
+mod agrees;
+mod conserves;
+mod converges;
+mod deterministic;
+mod exact;
+mod refuses;
+mod structure;
+mod survives;

@@ -90,6 +90,7 @@
 //! | `motion` | [`Motion`]: prescribed motion of points of the world |
 //! | `seed` | small random velocities, from a number |
 //! | `error` | [`SceneError`]: what is wrong with a scene, and where |
+//! | `names` | [`nearest`] name, and which names an error of an unknown one tells |
 //!
 //! # Where this differs from the paper
 //! - Joint compliance \[SL (34)–(36)] holds with half segment lengths: here l is the distance between the centres of
@@ -116,6 +117,7 @@ pub mod linearized;
 pub mod material;
 mod motion;
 pub mod named;
+mod names;
 pub mod network;
 mod notes;
 mod packs;
@@ -152,6 +154,7 @@ pub use motion::Motion;
 /// The vectors and rotations of the public items, in the version that they are of.
 pub use nalgebra;
 pub use named::named;
+pub use names::nearest;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;
 pub use packs::{Joint, JointLanes, JointSide};

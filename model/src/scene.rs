@@ -21,6 +21,7 @@ use crate::collide::Collider;
 use crate::constraint::{Constraint, Target};
 use crate::error::SceneError;
 use crate::frame::Frame;
+use crate::names::near_names;
 
 /// A named input of a scene: a speed that an operator sets, and what follows it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -159,7 +160,7 @@ impl Scene {
         found.ok_or_else(|| SceneError::UnknownBody {
             what: PROGRAM.to_owned(),
             name: name.to_owned(),
-            known: first_names(&self.body_names),
+            known: near_names(name, &self.body_names),
         })
     }
 
@@ -172,7 +173,7 @@ impl Scene {
         found.ok_or_else(|| SceneError::UnknownJoint {
             what: PROGRAM.to_owned(),
             name: name.to_owned(),
-            known: first_names(&self.constraint_names),
+            known: near_names(name, &self.constraint_names),
         })
     }
 
@@ -213,7 +214,7 @@ impl Scene {
             SceneError::UnknownName {
                 what: "cable",
                 name: name.to_owned(),
-                known: first_names(&names),
+                known: near_names(name, &names),
             }
         })
     }
@@ -335,15 +336,6 @@ impl Scene {
 /// Who names what is looked up.
 const PROGRAM: &str = "the program";
 
-/// At most eight names, and how many more there are.
-pub(crate) fn first_names(names: &[String]) -> Vec<String> {
-    let mut known: Vec<_> = names.iter().take(8).cloned().collect();
-    if names.len() > known.len() {
-        known.push(format!("and {} more", names.len() - known.len()));
-    }
-    known
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -410,13 +402,5 @@ mod tests {
         gantry.set_control(1, -0.75, 2.0);
         assert_eq!(gantry.control_value(1), Some(-0.75));
         assert_eq!(gantry.control_value(2), None);
-    }
-
-    #[test]
-    fn names_are_cut_short() {
-        let names: Vec<_> = (0..20).map(|i| i.to_string()).collect();
-        let first = first_names(&names);
-        assert_eq!((first.len(), first[8].as_str()), (9, "and 12 more"));
-        assert_eq!(first_names(&names[..8]).len(), 8);
     }
 }

@@ -45,7 +45,7 @@
 //! 2. Write its [`Entry`] (`src/entry.rs`): name, licence, the variants worth a row, colour. Add the variant to [`Backend`],
 //!    where the compiler asks for the rest, and to `Backend::built_in`. Every table, default and page reads these; the tests
 //!    of this crate hold it to [`agreement::check`].
-//! 3. Add its measured errors to `tests/agreement/systems.rs`, its refusals to `tests/bad_input/backends.rs`, a tracked case
+//! 3. Add its measured errors to `tests/agrees/systems.rs`, its refusals to `tests/refuses/backends.rs`, a tracked case
 //!    to `bench/src/track/cases.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README.
 //!
 //! # Map

@@ -1,6 +1,6 @@
 //! Rows of outputs as text, and their comparison.
 
-use crate::{ABSOLUTE, RELATIVE};
+use crate::prints::{ABSOLUTE, RELATIVE};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt;

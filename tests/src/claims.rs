@@ -12,7 +12,7 @@
 //!
 //! **Independent** of the solvers are: the arithmetic; that S is never formed, so that what forming it lost shows; the
 //! inverse of the masses; the products, row by row over the entries of M, J and Σ; the norms. **Shared** are these
-//! pieces, read from the KKT matrix: that the Jacobian is right is shown elsewhere (`tests/hard/jacobians.rs` against differences).
+//! pieces, read from the KKT matrix: that the Jacobian is right is shown elsewhere (`tests/exact/jacobians.rs`).
 
 use taut_ground::choice::Choice;
 use taut_ground::claim::{ROUNDING, over};

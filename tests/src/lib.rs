@@ -24,15 +24,18 @@
 //! | `products` | small scenes that join two to five features, and their invariants |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
-//! | test binary | asserts |
+//! | tests | guarantee |
 //! |---|---|
-//! | `properties` | what holds whatever the numbers: symmetry, conservation, invariance, determinism |
-//! | `agreement` | every backend against extended precision, on random systems and on scenes |
-//! | `dynamics` | what the time step does: static shapes, the rigid limit, orders |
-//! | `statics` | the experiments on the hanging cable |
-//! | `paper`, `hard` | the paper's figures and the hard cases, in short |
-//! | `bad_input` | typed errors, never a panic and never a silent NaN |
-//! | `structure` | allocations, imports, features, unsafe code, the top level |
+//! | `exact` | what has a formula or a definition is that |
+//! | `conserves` | momenta are kept, no energy comes from nowhere |
+//! | `converges` | errors fall with the square of Δt and of the length of a segment |
+//! | `deterministic` | the same run gives the same bits; turning, shifting and renumbering change nothing |
+//! | `agrees` | every backend agrees with extended precision, and what it claims is true |
+//! | `refuses` | typed errors, never a panic and never a silent NaN |
+//! | `survives` | hard cases, heavy loads, long runs, joined features |
+//! | `allocates_nothing` | steps allocate nothing: a binary of its own |
+//! | `golden::prints`, `golden::reads_old_files` | what the program prints, and that it reads files of earlier versions |
+//! | `structure` | imports, features, unsafe code, the top level |
 
 // Unpublished: a comment says why, a unit or an error, not a name again.
 #![allow(missing_docs)]

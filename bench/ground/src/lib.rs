@@ -33,7 +33,7 @@
 //! | `engine` | an engine on the hoist or on the ground with its settings, and the motions that it goes through |
 //! | `modes` | natural oscillations of a scene at rest, from the library's Jacobians |
 //! | `source` | scenes by name or from TOML files, with what drives them |
-//! | `inputs` | what an operator does, from a table of times and control values |
+//! | `time_table`, `inputs` | values over time, from CSV files; those of what an operator does |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix |
 //! | `files`, `cache` | JSON and CSV files, texts for people; references kept in files |
@@ -62,6 +62,7 @@ pub mod quantities;
 pub mod random;
 pub mod reference;
 pub mod source;
+pub mod time_table;
 pub mod trajectory;
 
 pub use choice::Choice;

@@ -13,7 +13,6 @@ use taut_integrator::{PhaseTimes, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, JointKind};
 use taut_solver::Backend;
 
-/// `taut study accuracy`.
 pub(crate) const STUDY: Study = Study {
     name: "accuracy",
     question: question!("accuracy", FUNCTIONS),

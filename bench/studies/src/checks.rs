@@ -33,13 +33,6 @@ impl Measured for Experiment {
     }
 }
 
-impl Experiment {
-    /// As [`Measured::outcome`].
-    pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-        Measured::outcome(self, quick, progress)
-    }
-}
-
 /// Anything that ends in checks.
 pub trait Measured: Copy + Sync {
     /// Its name on the command line, and of its files.

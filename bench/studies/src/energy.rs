@@ -11,7 +11,6 @@ use taut_model::{
     hanging_axes,
 };
 
-/// `taut study energy`.
 pub(crate) const STUDY: Study = Study {
     name: "energy",
     question: question!("energy", FUNCTIONS),

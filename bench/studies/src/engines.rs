@@ -15,7 +15,6 @@ use taut_ground::trajectory::steps_in;
 use taut_integrator::StepError;
 use taut_model::HoistParams;
 
-/// `taut study engines`.
 pub(crate) const STUDY: Study = Study {
     name: "engines",
     question: question!("engines", FUNCTIONS),

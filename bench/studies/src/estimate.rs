@@ -9,7 +9,6 @@ use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{ErrorEstimate, StepOptions, Stepper};
 use taut_model::{SceneError, SceneSource};
 
-/// `taut study estimate`.
 pub(crate) const STUDY: Study = Study {
     name: "estimate",
     question: question!("estimate", &[]),

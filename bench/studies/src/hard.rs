@@ -45,13 +45,6 @@ pub enum Case {
 }
 
 impl Case {
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Coded(case) => case.name,
-            Self::File(case) => &case.name,
-        }
-    }
-
     /// Tells whether a case of this name is the same one.
     pub(crate) fn is(&self, other: &Self) -> bool {
         match (self, other) {
@@ -72,7 +65,10 @@ impl Case {
 
 impl Measured for Case {
     fn name(&self) -> &'static str {
-        Self::name(self)
+        match self {
+            Self::Coded(case) => case.name,
+            Self::File(case) => &case.name,
+        }
     }
 
     fn title(&self) -> &'static str {
@@ -168,11 +164,6 @@ pub(crate) fn grid(
         t.add_row([vec![name], cells].concat());
     }
     table::text(&t)
-}
-
-/// Picks the value of a quick or of a whole run.
-pub(crate) fn either<T>(quick: bool, short: T, whole: T) -> T {
-    if quick { short } else { whole }
 }
 
 /// Time step of most cases \[s].

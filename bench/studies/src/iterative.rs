@@ -281,7 +281,6 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     })
 }
 
-/// `taut study iterative`.
 pub(crate) const STUDY: Study = Study {
     name: "iterative",
     question: question!("iterative", FUNCTIONS),

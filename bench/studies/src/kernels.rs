@@ -131,7 +131,6 @@ fn rows(case: &Case, rivals: &[Rival], share: Duration) -> Vec<Value> {
     rivals.iter().zip(errors).zip(times).map(row).collect()
 }
 
-/// `taut study kernels`.
 pub(crate) const STUDY: Study = Study {
     name: "kernels",
     question: question!("kernels", FUNCTIONS),

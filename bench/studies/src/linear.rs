@@ -219,7 +219,6 @@ pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
     backends.into_iter().filter_map(verdict).collect()
 }
 
-/// `taut study linear`.
 pub(crate) const STUDY: Study = Study {
     name: "linear",
     question: question!("linear", FUNCTIONS),

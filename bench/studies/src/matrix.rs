@@ -11,7 +11,6 @@ use taut_ground::matrix::solve::{About, CONVERGED, Config, DIRECT, Record, Resul
 use taut_ground::matrix::{System, solve};
 use taut_solver::Backend;
 
-/// `taut study matrix`.
 pub(crate) const STUDY: Study = Study {
     name: "matrix",
     question: question!("matrix", FUNCTIONS),

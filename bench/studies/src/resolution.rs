@@ -14,7 +14,6 @@ use taut_model::{
     Body, Cable, CableEnd, Damping, Frame, Material, Motion, Scene, SceneError, Segments, Side,
 };
 
-/// `taut study resolution`.
 pub(crate) const STUDY: Study = Study {
     name: "resolution",
     question: question!("resolution", &[]),

@@ -136,7 +136,6 @@ fn row(sequence: &Sequence, choice: &Choice, limit: usize) -> Value {
     })
 }
 
-/// `taut study sequence`.
 pub(crate) const STUDY: Study = Study {
     name: "sequence",
     question: question!("sequence", FUNCTIONS),

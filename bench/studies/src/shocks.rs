@@ -11,7 +11,6 @@ use taut_ground::cache;
 use taut_integrator::{Guard, Scheme, StepError, StepOptions};
 use taut_solver::Backend;
 
-/// `taut study shocks`.
 pub(crate) const STUDY: Study = Study {
     name: "shocks",
     question: question!("shocks", FUNCTIONS),

@@ -7,7 +7,6 @@ use taut_ground::trajectory::{Failure, simulate};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, Stiffness};
 
-/// `taut study stability`.
 pub(crate) const STUDY: Study = Study {
     name: "stability",
     question: question!("stability", FUNCTIONS),

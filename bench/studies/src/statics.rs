@@ -208,7 +208,6 @@ fn rows(params: &HoistParams, choice: &Choice, limit: usize) -> Result<Results, 
     Ok(rows)
 }
 
-/// `taut static`.
 pub(crate) const STUDY: Study = Study {
     name: "static",
     question: question!("static", FUNCTIONS),

@@ -49,6 +49,20 @@ fn hard_cases_are_checks_by_name() {
     fs::write(at.join("own.toml"), case).expect("writes");
     let told = "line 136: no control is called `drive_sped`: perhaps `drive_speed`";
     refused(&at, "hard own.toml --quick", &["own.toml", told]);
+    // A table stands beside the case, not where the program runs.
+    fs::create_dir_all(at.join("own")).expect("a folder");
+    let case = include_str!("../../studies/cases/outside.toml");
+    fs::write(at.join("own/case.toml"), case).expect("writes");
+    let _ = fs::remove_file(at.join("own/outside.csv"));
+    let told = "line 14: `outside.csv`: ";
+    refused(
+        &at,
+        "hard own/case.toml --quick",
+        &[told, "own/outside.csv"],
+    );
+    let table = include_str!("../../studies/cases/outside.csv");
+    fs::write(at.join("own/outside.csv"), table).expect("writes");
+    assert!(good(&at, "hard own/case.toml --list").contains("outside: a chain"));
     let checks = json(&at, "hard h32 H32 --quick --json -");
     let checks = checks.as_array().expect("a list");
     assert!(checks.len() >= 4);

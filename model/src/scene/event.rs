@@ -4,6 +4,7 @@ use super::Scene;
 use crate::constraint::{Constraint, Distance, RowLaw, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
+use crate::names::near_names;
 
 /// A one-shot event. It fires at the end of the first step that meets its condition; of a cable of segments only the joint
 /// that is strained the most breaks in a step.
@@ -172,7 +173,7 @@ impl Scene {
         SceneError::UnknownJoint {
             what: what.to_owned(),
             name: name.to_owned(),
-            known: super::first_names(&names),
+            known: near_names(name, &names),
         }
     }
 

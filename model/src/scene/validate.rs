@@ -4,12 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
-use super::{CableParts, Scene, first_names};
+use super::{CableParts, Scene};
 use crate::body::{Bodies, Mobility};
 use crate::constraint::{Constraint, MasslessCable, Sheave, called};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
+use crate::names::{first_names, near_names};
 
 /// Requirement on an angular velocity or a torque of a point mass.
 const NEVER_TURNS: &str = "0 for a point mass: give the body a shape or an inertia";
@@ -362,7 +363,7 @@ impl Scene {
         let names: Vec<_> = self.controls.iter().map(|c| c.name.clone()).collect();
         SceneError::UnknownControl {
             name: name.to_owned(),
-            known: first_names(&names),
+            known: near_names(name, &names),
         }
     }
 

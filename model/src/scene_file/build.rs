@@ -13,8 +13,9 @@ use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Side;
 use crate::motion::Motion;
+use crate::names::near_names;
 use crate::scene::reeving::{Part, part_name};
-use crate::scene::{CableParts, Capstan, Scene, first_names};
+use crate::scene::{CableParts, Capstan, Scene};
 
 /// The name that stands for the world in a constraint.
 pub(super) const WORLD: &str = "world";
@@ -160,7 +161,7 @@ impl<'a> Names<'a> {
         body.ok_or_else(|| SceneError::UnknownBody {
             what,
             name: name.to_owned(),
-            known: first_names(self.all),
+            known: near_names(name, self.all),
         })
     }
 }

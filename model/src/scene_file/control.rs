@@ -6,7 +6,8 @@ use super::build::Entry;
 use super::keys::described;
 use super::places::Fault;
 use crate::error::SceneError;
-use crate::scene::{Control, Drive, Scene, first_names};
+use crate::names::near_names;
+use crate::scene::{Control, Drive, Scene};
 
 described! {
     /// A named input: a speed that an operator sets.
@@ -85,7 +86,7 @@ impl DriveEntry {
             let error = SceneError::UnknownJoint {
                 what: of.what("drives"),
                 name: self.joint.clone(),
-                known: first_names(&followers),
+                known: near_names(&self.joint, &followers),
             };
             return Err(Fault::new(format!("drives.{i}.joint"), error));
         };

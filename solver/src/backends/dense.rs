@@ -252,3 +252,37 @@ impl<T: Scalar + Default + Send> Direct for Dense<T> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows that depend on each other to rounding in doubles are regular in 32 digits.
+    #[test]
+    fn a_pivot_at_roundoff_is_told_with_its_column_and_no_other() {
+        fn doubt<T: Scalar + Default>(entries: [f64; 9]) -> Option<usize> {
+            let entry = |(at, a): (usize, f64)| (at / 3, at % 3, a);
+            let entries = entries.into_iter().enumerate().map(entry).collect();
+            let a = GeneralMatrix::from_entries(3, entries).expect("sound");
+            let mut lu = Dense::<T>::general(&a).expect("small");
+            lu.factorize_general(&a).expect("no pivot of zero")
+        }
+        let regular = [4.0, 1.0, 0.5, 1.0, 3.0, 1.0, 0.5, 1.0, 2.0];
+        assert_eq!(doubt::<f64>(regular), None);
+        assert_eq!(doubt::<DoubleDouble>(regular), None);
+        // The last row is the sum of the others, but for its rounding in doubles.
+        let dependent = [
+            0.1,
+            0.7,
+            0.3,
+            0.2,
+            0.4,
+            0.9,
+            0.1 + 0.2,
+            0.7 + 0.4,
+            0.3 + 0.9,
+        ];
+        assert_eq!(doubt::<f64>(dependent), Some(2));
+        assert_eq!(doubt::<DoubleDouble>(dependent), None);
+    }
+}

@@ -143,6 +143,28 @@ fn root_power(x: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// What a probe leaves is rounding where the factors solve, and of the size of the noise where they do not.
+    #[test]
+    fn a_probe_sees_what_the_factors_do_not_solve() {
+        let diagonal = [3.0, -0.2, 5e4];
+        let entries = (0..3).map(|i| (i, i, diagonal[i]));
+        let mut rule = Rule::new(3);
+        let mut probe = |part: f64| {
+            let solve = |x: &mut [f64]| {
+                x.iter_mut().zip(diagonal).for_each(|(x, a)| *x /= part * a);
+                Ok(())
+            };
+            rule.probe(&entries, solve).expect("solves")
+        };
+        let sound = probe(1.0);
+        assert!(sound.left < 1e-15, "{sound:?}");
+        assert!((0.25..=1.5).contains(&sound.growth), "{sound:?}");
+        assert!(sound.is_sound(None, f64::ROUNDOFF));
+        let wrong = probe(1.01);
+        assert!((0.004..0.016).contains(&wrong.left), "{wrong:?}");
+        assert!(!wrong.is_sound(None, f64::ROUNDOFF));
+    }
+
     #[test]
     fn roots_are_powers_of_two_at_or_below_the_root() {
         for x in [

@@ -119,7 +119,51 @@ impl Rule {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::{Backend, GeneralMatrix, Status, SymBlockMatrix, solve_general};
+
+    #[test]
+    fn products_that_lose_digits_below_the_normal_numbers_are_lost() {
+        let two = |power: i32| 2.0_f64.powi(power);
+        let odd = 1.0 + f64::EPSILON;
+        for (a, x, lost) in [
+            (two(-600), two(-350), false),
+            (two(-600), two(-470), false),
+            (two(-600), two(-480), true),
+            (odd * two(-540), odd * two(-500), true),
+            (odd * two(-500), odd * two(-300), false),
+            (0.0, two(-1000), false),
+        ] {
+            assert_eq!(is_lost(a, x, two(-900)), lost, "{a:e} {x:e}");
+            assert_eq!(is_lost(x, a, two(-900)), lost, "{x:e} {a:e}");
+        }
+    }
+
+    /// The error of a solution, from factors that are right to a part; none where they are worse.
+    #[test]
+    fn corrections_that_settle_add_up_to_the_error() {
+        let (diagonal, b) = ([2.0, 3.0, 4.0], [2.0, 6.0, -4.0]);
+        let entries = (0..3).map(|i| (i, i, diagonal[i]));
+        let off = |error: f64, part: f64| {
+            let x = [1.0, 2.0, -1.0].map(|x| x * (1.0 + error));
+            let residual = |x: &[f64], r: &mut [f64]| {
+                (0..3).for_each(|i| r[i] = b[i] - diagonal[i] * x[i]);
+            };
+            let solve = |r: &[f64], d: &mut [f64]| {
+                (0..3).for_each(|i| d[i] = part * r[i] / diagonal[i]);
+                Ok(())
+            };
+            let (mut r, mut d) = ([0.0; 3], [0.0; 3]);
+            let found = Rule::new(3).corrections(&entries, &x, [&mut r, &mut d], residual, solve);
+            found.expect("solves")
+        };
+        for part in [1.0, 0.99, 1.2] {
+            let found = off(1e-9, part);
+            assert!((found / 1e-9 - 1.0).abs() < 1e-2, "{part}: {found}");
+        }
+        // Each correction is larger than the one before.
+        assert_eq!(off(1e-2, 2.5), f64::INFINITY);
+    }
 
     /// The line −1 2 −1 for right-hand sides among the subnormal numbers, which no factor solves to a digit.
     #[test]

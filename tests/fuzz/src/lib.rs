@@ -13,4 +13,4 @@
 //! `products`; with `--features umfpack` UMFPACK is among the backends. New inputs go to
 //! `fuzz/corpus`, which is not kept. An input that panics or takes too long is written to
 //! `fuzz/artifacts`. Once it is mended it goes to `fuzz/seeds` under the name of its symptom, where
-//! `cargo test -p taut-tests --test all bad_input` keeps it mended (`products` for that target).
+//! `cargo test -p taut-tests --test all refuses` keeps it mended (`products` for that target).

@@ -26,7 +26,13 @@ mod text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
+use std::path::Path;
+use taut_ground::errors::Cause;
+use taut_ground::files::read_text;
+use taut_ground::time_table::TimeTable;
 use taut_ground::trajectory::ENERGY_TOLERANCE;
+use taut_model::nearest;
+use taut_output::check::ExperimentError;
 use toml::{Table, Value};
 
 pub(super) use guarantees::guarantees;
@@ -45,8 +51,11 @@ pub(super) const FILES: &[&str] = files! {
     "H01" "H02" "H03" "H04" "H05" "H06" "H07" "H07d" "H08" "H09" "H10" "H11" "H12" "H13" "H14" "H15" "H16"
     "H20" "H21" "H22" "H23" "H24" "H25" "H26" "H27" "H28" "H29" "H30" "H31" "H32" "H33" "H34" "H35" "H36"
     "H37" "H38" "H39" "H40" "H41" "H42" "H43" "H44" "H45" "H51" "H55" "H56" "H58" "H59" "H61" "H62" "H63"
-    "H64" "H65" "H66" "landing" "scale" "touchdown" "wound"
+    "H64" "H65" "H66" "landing" "outside" "scale" "touchdown" "wound"
 };
+
+/// The tables beside them.
+const TABLES: &[(&str, &str)] = &[("outside.csv", include_str!("../../cases/outside.csv"))];
 
 /// A case as it is written.
 #[derive(Debug, Deserialize)]
@@ -87,6 +96,10 @@ struct Run {
     time: Option<Value>,
     #[serde(default)]
     drive: BTreeMap<String, Value>,
+    file: Option<String>,
+    /// Of that file.
+    #[serde(skip)]
+    table: Option<TimeTable>,
     solvers: Option<Solvers>,
     quick_solvers: Option<Fewer>,
     #[serde(default)]
@@ -347,19 +360,33 @@ struct Limit {
 }
 
 impl CaseFile {
-    /// Reads a case.
+    /// Reads the case of a file, and the tables beside it.
+    pub fn open(path: &Path) -> Result<Self, ExperimentError> {
+        let beside = |name: &str| Ok(read_text(&path.with_file_name(name))?);
+        Ok(Self::read(&read_text(path)?, &beside)?)
+    }
+
+    /// Reads a case whose tables come with the program.
     ///
     /// # Errors
     /// [`CaseError`], in one line.
     pub fn parse(text: &str) -> Result<Self, CaseError> {
+        Self::read(text, &|name| {
+            let table = TABLES.iter().find(|(known, _)| *known == name);
+            table.map_or(Err("unknown".into()), |(_, text)| Ok((*text).to_owned()))
+        })
+    }
+
+    fn read(text: &str, table: &Tables<'_>) -> Result<Self, CaseError> {
         let syntax = |e: toml::de::Error| {
             let start = e.span().unwrap_or_default().start;
             CaseError::read(e.message(), []).at(line_of(text, start))
         };
         keys::refuse_unknown(text)?;
         let mut file: Self = toml::from_str(text).map_err(syntax)?;
-        for (k, run) in file.run.iter().enumerate() {
+        for (k, run) in file.run.iter_mut().enumerate() {
             let sound = run.know_their_names(&file.values);
+            let sound = sound.and_then(|()| run.read_table(table));
             sound.map_err(|e| located(e.into(), text, Some(k)))?;
         }
         text.clone_into(&mut file.text);
@@ -369,7 +396,19 @@ impl CaseFile {
     }
 }
 
+/// Reads the table of a name.
+type Tables<'a> = dyn Fn(&str) -> Result<String, Cause> + 'a;
+
 impl Run {
+    fn read_table(&mut self, read: &Tables<'_>) -> Result<(), CaseError> {
+        if let Some(name) = &self.file {
+            let table = read(name).and_then(|text| TimeTable::parse(&text));
+            let told = |e: Cause| CaseError::told(&e).within(name).inside(&"file");
+            self.table = Some(table.map_err(told)?);
+        }
+        Ok(())
+    }
+
     /// Refuses names that only some rows have, and those of lists and audited rows that the run does not have.
     fn know_their_names(&self, shared: &[String]) -> Result<(), CaseError> {
         let none = BTreeMap::new();
@@ -421,11 +460,11 @@ fn refuse_rows(key: &str, rows: &[Table], known: &[&str]) -> Result<(), CaseErro
 pub enum CaseError {
     /// In the words of a reader, a scene or a step.
     Told { message: String },
-    /// A name that there is not, and the nearest that there is.
+    /// A name that there is not, and what is told of those that there are.
     Unknown {
         kind: &'static str,
         name: String,
-        nearest: Option<String>,
+        hint: String,
     },
     Arguments {
         function: String,
@@ -446,7 +485,7 @@ pub enum CaseError {
         key: &'static str,
         place: &'static str,
     },
-    /// A count that is too small, no number, or too large.
+    /// A count that is too small, no whole number, or too large; or a time.
     Count {
         key: &'static str,
         found: f64,
@@ -465,6 +504,11 @@ pub enum CaseError {
 }
 
 impl CaseError {
+    fn told(message: &dyn fmt::Display) -> Self {
+        let message = message.to_string();
+        Self::Told { message }
+    }
+
     fn at(self, line: usize) -> Self {
         Self::At {
             line,
@@ -493,11 +537,11 @@ impl CaseError {
     }
 
     fn unknown<'a>(kind: &'static str, name: &str, known: impl Iterator<Item = &'a str>) -> Self {
-        Self::Unknown {
-            kind,
-            name: name.to_owned(),
-            nearest: nearest(name, known.filter(|known| *known != name)),
-        }
+        let mut known = known.filter(|known| *known != name).peekable();
+        let none = [": there is none", ""][usize::from(known.peek().is_some())];
+        let near = nearest(name, known).map(|known| format!(": perhaps `{known}`"));
+        let (name, hint) = (name.to_owned(), near.unwrap_or_else(|| none.to_owned()));
+        Self::Unknown { kind, name, hint }
     }
 
     /// A reader's message in one line: the names that it expects are many, the nearest of them and of `more` is told.
@@ -519,9 +563,7 @@ impl CaseError {
         .into_iter();
         match names.next() {
             Some(name) => Self::unknown(kind, name, names.chain(more)),
-            None => Self::Told {
-                message: message.to_owned(),
-            },
+            None => Self::told(&message),
         }
     }
 }
@@ -530,16 +572,8 @@ impl fmt::Display for CaseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Told { message } => write!(f, "{message}"),
-            Self::Unknown {
-                kind,
-                name,
-                nearest,
-            } => {
-                write!(f, "no {kind} is called `{name}`")?;
-                match nearest {
-                    Some(nearest) => write!(f, ": perhaps `{nearest}`"),
-                    None => write!(f, ": there is none"),
-                }
+            Self::Unknown { kind, name, hint } => {
+                write!(f, "no {kind} is called `{name}`{hint}")
             }
             Self::Arguments {
                 function,
@@ -561,7 +595,12 @@ impl fmt::Display for CaseError {
                 least,
                 most,
             } => {
-                write!(f, "`{key}` is {found}: it has to be from {least} to ")?;
+                let is_whole = found.is_nan() || found.fract() == 0.0 || *key == "time";
+                let whole = if is_whole { "" } else { "whole, " };
+                write!(
+                    f,
+                    "`{key}` is {found}: it has to be {whole}from {least} to "
+                )?;
                 match most {
                     most if *most < 1e3 => write!(f, "{most}"),
                     most => write!(f, "{most:.0e}"),
@@ -575,25 +614,6 @@ impl fmt::Display for CaseError {
 }
 
 impl std::error::Error for CaseError {}
-
-/// The name that takes the fewest changes of a letter.
-fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
-    let changes = |other: &str| {
-        let other: Vec<char> = other.chars().collect();
-        let mut row: Vec<usize> = (0..=other.len()).collect();
-        for (i, a) in name.chars().enumerate() {
-            let (mut above, mut left) = (row[0], i + 1);
-            row[0] = left;
-            for (j, b) in other.iter().enumerate() {
-                let here = (above + usize::from(a != *b)).min(left.min(row[j + 1]) + 1);
-                (above, left) = (row[j + 1], here);
-                row[j + 1] = here;
-            }
-        }
-        row[other.len()]
-    };
-    known.min_by_key(|k| changes(k)).map(str::to_owned)
-}
 
 #[cfg(test)]
 mod tests;

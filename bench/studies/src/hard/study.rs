@@ -10,7 +10,6 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use taut_output::check::ExperimentError;
 
-/// `taut hard`.
 pub(crate) const STUDY: Study = Study {
     name: "hard",
     question: question!("hard", &[]),
@@ -51,7 +50,7 @@ fn found(argument: &str) -> Result<Case, ExperimentError> {
     if !is_file(argument.as_ref()) {
         return Ok(named(argument)?);
     }
-    let file = CaseFile::parse(&std::fs::read_to_string(argument)?)?;
+    let file = CaseFile::open(argument.as_ref())?;
     file::verify(&file)?;
     // It lives as long as the program, as those that come with it.
     Ok(Case::File(Box::leak(Box::new(file))))

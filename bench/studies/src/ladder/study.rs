@@ -12,7 +12,6 @@ use std::path::PathBuf;
 use taut_ground::source;
 use taut_model::{Grounded, HoistParams, Network, SceneSource};
 
-/// `taut bench`.
 pub(crate) const STUDY: Study = Study {
     name: "bench",
     question: question!("bench", FUNCTIONS),

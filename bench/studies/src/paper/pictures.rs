@@ -60,7 +60,6 @@ fn portrait(scene: Scene) -> Result<Vec<u8>, ExperimentError> {
     Ok(still(&recording, 0.0)?.png)
 }
 
-/// Fig. 9.
 pub(super) fn specimens(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let nylon = MATERIALS[1];
     // Parts of a circle that they are bent to, and turns that they are twisted by.
@@ -137,7 +136,6 @@ const GROUND: f64 = 12.0;
 /// The group of beam and cable, which meet load and ground but not each other.
 const OWN: u32 = 2;
 
-/// Fig. 14.
 pub(super) fn gantry(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let loads = [300.0, 3000.0];
     progress.set_length(loads.len() as u64);
@@ -183,7 +181,6 @@ fn carried(stepper: &Stepper) -> Result<[f64; 2], ExperimentError> {
     Ok([ground, cable])
 }
 
-/// Fig. 15.
 pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let load = 300.0;
     // Bending stiffness of a solid wire of the cable's mass.

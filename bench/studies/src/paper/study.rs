@@ -10,7 +10,6 @@ use std::path::PathBuf;
 use taut_ground::files;
 use taut_output::check::{self, ExperimentError, Outcome};
 
-/// `taut paper`.
 pub(crate) const STUDY: Study = Study {
     name: "paper",
     question: question!("paper", &[]),

@@ -5,7 +5,6 @@ use crate::study::question::*;
 use crate::systems::Told;
 use taut_model::Network;
 
-/// `taut study scenes`.
 pub(crate) const STUDY: Study = Study {
     name: "scenes",
     question: question!("scenes", FUNCTIONS),

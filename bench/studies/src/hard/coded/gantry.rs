@@ -3,7 +3,8 @@
 //!
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 
-use crate::hard::{DT, at, each_solver, either, farthest, worse};
+use crate::hard::{DT, at, each_solver, farthest, worse};
+use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::fmt::Write;
@@ -40,7 +41,7 @@ struct Run {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (ratios, time): (&[f64], f64) = either(quick, (&[1e5], 15.0), (&[1e3, 1e4, 1e5], TIME));
+    let (ratios, time): (&[f64], f64) = pick(quick, [(&[1e3, 1e4, 1e5], TIME), (&[1e5], 15.0)]);
     progress.set_length(3 * ratios.len() as u64);
     let mut outcome = Outcome {
         text: "load/element  hook error  load error  reference ±  real-time factor  slowest step  redone\n"

@@ -12,7 +12,8 @@
 //! leaves being carried into the next steps, a relapse is a limit, as long as the top of the ladder is better than its
 //! bottom, by half. What is farther away than the cable is long is lost.
 
-use crate::hard::{DT, either, farthest, grid, together, worse};
+use crate::hard::{DT, farthest, grid, together, worse};
+use crate::options::pick;
 use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -196,7 +197,7 @@ fn monotone(case: String, rungs: &[(f64, Option<f64>)], bar: Bar) -> Check {
 }
 
 fn time_ladders(quick: bool, exact: &Converged) -> Vec<Ladder> {
-    let substeps: Vec<usize> = (0..=either(quick, 4, HALVINGS))
+    let substeps: Vec<usize> = (0..=pick(quick, [HALVINGS, 4]))
         .map(|k| 2_usize.pow(k))
         .collect();
     let of_setting = |(name, options): (&str, StepOptions)| {
@@ -250,7 +251,7 @@ fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, ExperimentError> {
 /// The ladders of iterations: of one solve, and of the load in a second.
 fn iteration_ladders(quick: bool) -> Result<[Vec<Ladder>; 2], ExperimentError> {
     let direct = second(reference_choice().plain_options(DT))?;
-    let limits = || (0..=either(quick, 7, 10)).map(|k| 2_usize.pow(k));
+    let limits = || (0..=pick(quick, [10, 7])).map(|k| 2_usize.pow(k));
     let load = |choice: &Choice, limit: usize| {
         let backend = choice.backend.with_iterations(limit);
         let options = StepOptions {

@@ -8,7 +8,8 @@
 //!   segments of the pile, split and merged in its midst, keep their mass, length and momenta.
 
 use super::winding;
-use crate::hard::{DT, GRAVITY, at, either, farthest, under_gravity, worse};
+use crate::hard::{DT, GRAVITY, at, farthest, under_gravity, worse};
+use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::{Vector2, Vector3};
 use taut_ground::pace;
@@ -28,7 +29,7 @@ const BARS: [f64; 5] = [1e-4, 1e-3, 1e-3, 1e-10, 1e-12];
 pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut unforeseen = 0.0;
     let mut checks = vec![catenary(quick, &mut unforeseen)?];
-    checks.push(hoisted(either(quick, 20.0, 100.0), &mut unforeseen)?);
+    checks.push(hoisted(pick(quick, [100.0, 20.0]), &mut unforeseen)?);
     let (taut, midst) = piled(&mut unforeseen)?;
     checks.push(taut);
     checks.extend(bouncing()?);
@@ -113,7 +114,7 @@ fn catenary(quick: bool, unforeseen: &mut f64) -> Result<Check, ExperimentError>
     let fixed = joints(fixed.scene());
     let mut stepper = Stepper::new(hanging(segments, Some(rule))?, at(DT))?;
     let mut changes = Resolved::default();
-    for _ in 0..either(quick, 600, 2400) {
+    for _ in 0..pick(quick, [2400, 600]) {
         changes += step(&mut stepper, unforeseen)?;
     }
     let least = LENGTH / segments as f64;

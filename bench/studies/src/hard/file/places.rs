@@ -114,8 +114,9 @@ pub(super) fn in_scene(fault: &SceneError, filled: &Table, run: &Run, names: &Na
 
 /// What went wrong in a case, or in its run of that number, with the line of its text where that is known.
 pub(super) fn located(error: ExperimentError, text: &str, run: Option<usize>) -> CaseError {
-    let message = error.to_string();
-    let error = error.downcast().map_or(CaseError::Told { message }, |e| *e);
+    let error = error
+        .downcast()
+        .map_or_else(|e| CaseError::told(&e), |e| *e);
     let all = all(text);
     let at = |path: &[String]| {
         all.iter()

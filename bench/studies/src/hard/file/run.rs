@@ -344,8 +344,7 @@ pub(super) fn dt(run: &Run, names: &Names) -> Result<f64, CaseError> {
 
 /// What is wrong with a name under `step`.
 fn unread(fault: &dyn fmt::Display, key: &str) -> CaseError {
-    let message = fault.to_string();
-    CaseError::Told { message }.inside(&key).inside(&"step")
+    CaseError::told(fault).inside(&key).inside(&"step")
 }
 
 fn options(
@@ -514,23 +513,24 @@ fn recorded(
     steps: usize,
     names: &mut Names,
 ) -> Result<(), ExperimentError> {
-    let mut sights = Sights::find(wanted, stepper)?;
+    let mut sights = Sights::find(wanted, run.table.as_ref(), stepper)?;
     let mut known = names.clone();
     let first = stepper.scene().clone();
     let shape = OnceCell::new();
-    let look = |sights: &Sights, stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
-        let seen = Seen {
-            stepper,
-            report,
-            first: &first,
-            swing,
-            places,
-            laid,
-            shape: &shape,
-            wraps,
+    let look =
+        |sights: &Sights<'_>, stepper: &Stepper, report: Option<&StepReport>, wraps: &[f64]| {
+            let seen = Seen {
+                stepper,
+                report,
+                first: &first,
+                swing,
+                places,
+                laid,
+                shape: &shape,
+                wraps,
+            };
+            sights.look(&seen)
         };
-        sights.look(&seen)
-    };
     let start = look(&sights, stepper, None, &wraps(stepper.scene()));
     let mut series: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (name, value) in wanted.iter().zip(start) {
@@ -564,7 +564,7 @@ fn recorded(
                 let part = n as f64 / steps as f64;
                 let scene = under_part(stepper.scene().clone(), laid, part, pass)?;
                 *stepper = Stepper::new(scene, stepper.options().clone())?;
-                sights = Sights::find(wanted, stepper)?;
+                sights = Sights::find(wanted, run.table.as_ref(), stepper)?;
                 None
             }
             (_, MayFail::Nothing) => Some(pace::step(stepper)?),

@@ -1,35 +1,47 @@
 //! Quantities that are seen in each step of a run, by name: columns of `taut run`, and probes.
 
 use super::CaseError;
+use super::drive::numbered;
 use super::probes::{PROBES, Probe, Seen};
 use taut_ground::columns::{ColumnError, Columns};
+use taut_ground::time_table::TimeTable;
 use taut_ground::trajectory::Sample;
 use taut_integrator::Stepper;
 use taut_model::Scene;
 
 /// A quantity that is seen in each step.
-enum Sight {
+enum Sight<'a> {
     Probe(Probe),
+    /// A column of the table beside the case.
+    Beside(&'a TimeTable, usize),
     /// One of the columns.
     Column(usize),
 }
 
 /// Quantities in their order, and the columns among them.
-pub(super) struct Sights {
-    all: Vec<Sight>,
+pub(super) struct Sights<'a> {
+    all: Vec<Sight<'a>>,
     columns: Columns,
 }
 
-impl Sights {
+impl<'a> Sights<'a> {
     /// Those with these names.
-    pub(super) fn find(wanted: &[String], stepper: &Stepper) -> Result<Self, CaseError> {
+    pub(super) fn find(
+        wanted: &[String],
+        table: Option<&'a TimeTable>,
+        stepper: &Stepper,
+    ) -> Result<Self, CaseError> {
         let probe = |name: &str| PROBES.iter().find(|(known, ..)| *known == name);
         let mut columns = Vec::new();
         let mut all = Vec::new();
         for name in wanted {
-            match probe(name) {
-                Some(probe) => all.push(Sight::Probe(*probe)),
-                None => {
+            match (probe(name), table.zip(name.strip_prefix("file."))) {
+                (Some(probe), _) => all.push(Sight::Probe(*probe)),
+                (_, Some((table, name))) => {
+                    let column = numbered("column", name, table.names.iter())?;
+                    all.push(Sight::Beside(table, column));
+                }
+                (None, None) => {
                     all.push(Sight::Column(columns.len()));
                     columns.push(name.clone());
                 }
@@ -54,9 +66,7 @@ impl Sights {
                 ColumnError::UnknownQuantity {
                     quantity, known, ..
                 } => CaseError::unknown("quantity", quantity, known.iter().copied()),
-                other => CaseError::Told {
-                    message: other.to_string(),
-                },
+                other => CaseError::told(other),
             }
         })?;
         Ok(Self { all, columns })
@@ -75,6 +85,7 @@ impl Sights {
         };
         let values = self.all.iter().map(|sight| match sight {
             Sight::Probe((.., of)) => of(seen),
+            Sight::Beside(table, k) => table.within(*k, stepper.time()),
             Sight::Column(k) => of_columns[*k].unwrap_or(f64::NAN),
         });
         values.collect()

@@ -108,10 +108,12 @@ last(rope | lst(rope | line 8: `lst(rope.tension)`: no function is called `lst`:
 rope.tension | rope.tensoin | line 8: no quantity is called `tensoin`: perhaps `tension`
 rope.tension | rop.tension | line 8: no body, joint or cable is called `rop`: perhaps `rope`
 steps = 3 | steps = -3 | line 7: `steps` is -3: it has to be from 0 to 1e8
+steps = 3 | steps = 2.7 | line 7: `steps` is 2.7: it has to be whole, from 0 to 1e8
 steps = 3 | time = nan | line 7: `time` is NaN: it has to be from 0 to 2e6
 rope.tension | deepst | line 8: no probe is called `deepst`: perhaps `deepest`
 ours = "pull" | ours = "pul" | line 9: `pul`: no value is called `pul`: perhaps `pull`
 bar = | if = "pul > 0", bar = | line 9: `pul > 0`: no value is called `pul`: perhaps `pull`
+ours = "pull" | ours = "xyz" | line 9: `xyz`: no value is called `xyz`
 steps = 3 |  | line 5: [[run]] needs `steps`"#,
     );
 }
@@ -203,12 +205,12 @@ gravity = | gravty = | line 11: no key is called `gravty`: perhaps `gravity`
 sphere = { radius | sphere = { raduis | line 9: no key is called `raduis`: perhaps `radius`
 sphere | spere | line 9: no choice is called `spere`: perhaps `sphere`
 m_{k}", mass = 1 | m_{k}", mass = "=1 - k" | line 8: body `m_1`: mass is 0: it has to be > 0 kg
-m_{k}", mass = 1 | m_{k}", mass = "=j" | line 8: `j`: no value is called `j`: perhaps `k`
+m_{k}", mass = 1 | m_{k}", mass = "=j" | line 8: `j`: no value is called `j`
 repeat = 3, name = "link | repeat = 4, name = "link | line 13: massless cable `link_3` names the body `m_3`, which is not there: choose one of m_0, m_1, m_2, last
 { body = "last" } | { body = "lats" } | line 14: massless cable `far` names the body `lats`, which is not there: choose one of m_0, m_1, m_2, last
 { body = "last" } | { bdy = "last" } | line 14: no key is called `bdy`: perhaps `body`
 last" }], stretch = 0 | last" }], stretch = -1 | line 14: massless cable `far`: stretch: compliance is -1: it has to be ≥ 0 (m/N or rad/(N m)); 0 is rigid
-repeat = 3, name = "link | repaet = 3, name = "link | line 13: `k`: no value is called `k`: perhaps `dt`
+repeat = 3, name = "link | repaet = 3, name = "link | line 13: `k`: no value is called `k`
 segments | segmnets | line 27: no key is called `segmnets`: perhaps `segments`
 segments = 3 | segments = 0 | line 27: segments is 0: it has to be at least 1
 run.scene.hoist | run.scene.hosit | line 26: no key is called `hosit`: perhaps `hoist`"#,
@@ -344,4 +346,56 @@ every = 2 | every = 0 | line 8: `every` is 0: it has to be from 1 to 1e9
 [0], number = 0 | [6], number = 0 | line 9: `coordinates` is 6: it has to be from 0 to 5
 number = 0 | number = 99 | line 9: `number` is 99: it has to be from 0 to 4"#,
     );
+}
+
+/// What a table beside the case has at the times of the steps is a value as any other.
+#[test]
+fn a_table_beside_the_case_is_its_reference() {
+    let see = r#""pull = last(file.pull)", "early = first(file.pull)""#;
+    let check = r#"reference = "pull", ours = "mass * 9.81", bar = 1e-10"#;
+    let text = hung(see, check).replace("steps = 3", "steps = 3\nfile = \"pulls.csv\"");
+    let read = |text: &str, table: &'static str| {
+        let beside = move |name: &str| match name {
+            "pulls.csv" => Ok(table.to_owned()),
+            name => Err(format!("no `{name}`").into()),
+        };
+        let case = CaseFile::read(text, &beside)?;
+        verify(&case).map(|()| case)
+    };
+    for (table, verdict) in [
+        ("time,pull\n0,0\n0.05,19.62", Verdict::Pass),
+        // Linear between rows, where the third step is in the middle of two.
+        ("time,pull\n0,0\n0.1,39.24", Verdict::Pass),
+        ("time,pull\n0,0\n0.05,19.63", Verdict::Fail),
+        // The run goes on when the table has ended.
+        ("time,pull\n0,0\n0.04,19.62", Verdict::Fail),
+    ] {
+        let case = read(&text, table).unwrap();
+        let checks = outcome(&case, true, &ProgressBar::hidden()).unwrap().checks;
+        assert_eq!(checks[0].verdict, verdict, "{table}");
+    }
+    let sound = "time,pull\n0,0\n1,1";
+    for (table, right, wrong, told) in [
+        (
+            sound,
+            "last(file.pull)",
+            "last(file.pul)",
+            "line 9: no column is called `pul`: perhaps `pull`",
+        ),
+        (
+            sound,
+            "pulls.csv",
+            "pull.csv",
+            "line 8: `pull.csv`: no `pull.csv`",
+        ),
+        (
+            "time,pull\n0,x",
+            "",
+            "",
+            "line 8: `pulls.csv`: line 2: `pull` is `x`: give a finite number",
+        ),
+    ] {
+        let error = read(&text.replacen(right, wrong, 1), table).unwrap_err();
+        assert_eq!(error.to_string(), told);
+    }
 }

@@ -151,15 +151,16 @@ impl Names {
     }
 }
 
-/// A number that has to be in a range, as a count.
+/// A number that has to be in a range, as a count, which is whole but for the rounding of a formula, or a time.
 pub(super) fn counted(
     key: &'static str,
     found: f64,
     range: RangeInclusive<f64>,
 ) -> Result<usize, CaseError> {
-    let (least, most) = (*range.start(), *range.end());
-    match range.contains(&found) {
-        true => Ok(found as usize),
+    let (least, most, whole) = (*range.start(), *range.end(), found.round());
+    let is_whole = key == "time" || (found - whole).abs() <= 1e-9 * whole.abs();
+    match is_whole && range.contains(&found) {
+        true => Ok(whole as usize),
         false => Err(CaseError::Count {
             key,
             found,

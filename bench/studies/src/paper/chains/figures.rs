@@ -56,7 +56,6 @@ pub(in crate::paper) fn distribution(
     words::outcome(checks.to_vec(), tables(&numbers), &samples, charts)
 }
 
-/// Fig. 4.
 pub(in crate::paper) fn return_maps(
     quick: bool,
     progress: &ProgressBar,
@@ -90,7 +89,6 @@ pub(in crate::paper) fn return_maps(
     words::outcome(checks, tables(&numbers), &points, charts)
 }
 
-/// Fig. 5.
 pub(in crate::paper) fn spectra(
     quick: bool,
     progress: &ProgressBar,

@@ -1,7 +1,5 @@
-//! Structure of the code, checked on its sources and on its allocations.
+//! Structure of the code, checked on its sources.
 
-/// Steps allocate nothing.
-mod allocations;
 /// Statements of the README and the front pages about the workspace.
 mod readme;
 /// Who imports whom, where features and unsafe code stand, what lies at the top level.

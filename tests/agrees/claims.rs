@@ -7,7 +7,7 @@ use taut_integrator::{Form, Stepper};
 use taut_model::{HoistParams, Scene};
 use taut_solver::agreement::{FALSE, claims_study};
 use taut_solver::{Backend, DenseOptions, SolveReport, Status, reference_solution};
-use taut_studies::hard;
+use taut_studies::hard::{self, Measured};
 use taut_tests::claims::{Finding, Solve, Verified, audit, verify, whole};
 use taut_tests::scenes::{ball_jointed, copies, overstretched};
 

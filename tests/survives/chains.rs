@@ -4,6 +4,7 @@ use indicatif::ProgressBar;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
 use taut_output::check::{Check, Outcome, Verdict, picture};
+use taut_studies::hard::Measured;
 use taut_studies::paper::table1::{self, BAR, ROWS};
 use taut_studies::paper::{self, chains, claims};
 

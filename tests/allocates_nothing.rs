@@ -1,3 +1,5 @@
+//! Steps allocate nothing.
+
 use std::hint::black_box;
 use taut_ground::Choice;
 use taut_ground::allocations::{self, Counting};
@@ -226,7 +228,7 @@ fn steps_after_a_change_allocate_nothing() {
 
 #[test]
 fn steps_with_rules_of_resolution_that_change_nothing_allocate_nothing() {
-    let text = include_str!("../../integrator/examples/rope.toml");
+    let text = include_str!("../integrator/examples/rope.toml");
     let source = SceneSource::parse(text, &[]).expect("read");
     let mut stepper =
         Stepper::new(source.build().expect("built"), StepOptions::default()).expect("sound");

@@ -1,6 +1,6 @@
 //! Saved runs and recordings of earlier versions: read, or refused by the name of what they lack.
 
-use crate::{golden, program, taut, writes};
+use crate::prints::{golden, program, taut, writes};
 use std::fs;
 
 /// Scenes whose states are kept: a cable alone, sheaves, contacts, winches and events.

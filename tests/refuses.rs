@@ -6,6 +6,8 @@ mod backends;
 mod contacts;
 /// Input that means nothing, is strange, or has numbers at the ends of their range.
 mod degenerate;
+/// Rows that depend on each other: joints two and three times, a cable too short for its ends, joints ever stiffer.
+mod dependent;
 /// Motors, winches, controls, gantries, networks, static and driven bodies.
 mod drives;
 /// Inputs that are mutated at random, and those that once did harm.

@@ -1,12 +1,6 @@
 //! The hard cases in their short form. A case holds its bars; here each row has the verdict that the
 //! golden file has for it, so that no row that passed becomes a limit unseen.
 
-mod extended;
-mod jacobians;
-mod joints;
-mod networks;
-mod numerics;
-
 use indicatif::ProgressBar;
 use std::collections::BTreeMap;
 use taut_integrator::{StepOptions, Stepper};
@@ -15,7 +9,7 @@ use taut_studies::hard::{self, Case, Measured, coded, from_files};
 
 /// Verdicts by case and row, of the golden file.
 fn verdicts() -> BTreeMap<(&'static str, &'static str), &'static str> {
-    let lines = include_str!("golden/hard.rows").lines().skip(1);
+    let lines = include_str!("../golden/hard.rows").lines().skip(1);
     let row = |line: &'static str| {
         let mut cells = line.split(" | ").skip(1);
         Some(((cells.next()?, cells.next()?), cells.last()?))
