@@ -5,8 +5,8 @@
 //!
 //! | z | enters | columns C | conditions | module |
 //! |---|---|---|---|---|
-//! | slip rates s of sheaves | c | B = ±1 | T_out = e^(±μθ) T_in where it slips, s = 0 elsewhere | [`slip`](crate::slip) |
-//! | contact impulses p | Δt f | −G = −J M̃⁻¹ Hᵀ | Signorini's and Coulomb's | [`contact`](crate::contact) |
+//! | slip rates s of sheaves | c | B = ±1 | T_out = e^(±μθ) T_in where it slips, s = 0 elsewhere | `slip` |
+//! | contact impulses p | Δt f | −G = −J M̃⁻¹ Hᵀ | Signorini's and Coulomb's | `contact` |
 //!
 //! The responses A⁻¹ C, one solve with the factor a column, turn the conditions into a small dense problem in z. What the
 //! solution lacks of them is taken from the system itself, and goes through the responses once more. Sheaves come first:
