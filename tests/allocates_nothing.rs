@@ -1,12 +1,12 @@
 //! Steps allocate nothing.
 
 use std::hint::black_box;
-use taut_ground::Choice;
-use taut_ground::allocations::{self, Counting};
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::Choice;
+use taut_measure::allocations::{self, Counting};
 use taut_model::{
-    ChainModel, GantryParams, Grounded, GroundedParams, HoistParams, Network, NetworkParams,
-    ParticleChainParams, SceneSource,
+    ChainModel, ContactScene, ContactSceneParams, GantryParams, HoistParams, Network,
+    NetworkParams, ParticleChainParams, SceneSource,
 };
 use taut_solver::Backend;
 use taut_tests::compiled;
@@ -125,9 +125,9 @@ fn steps_after_the_first_allocate_nothing() {
 /// A cable that lies on the ground, most of whose contacts stick.
 #[test]
 fn steps_with_contacts_at_rest_allocate_nothing() {
-    let params = GroundedParams {
+    let params = ContactSceneParams {
         count: Some(1),
-        ..GroundedParams::new(Grounded::Pile)
+        ..ContactSceneParams::new(ContactScene::Pile)
     };
     let scene = params.build().expect("builds");
     for choice in compiled().into_iter().filter(|c| promises(&c.backend)) {

@@ -27,4 +27,4 @@ pub mod run_file;
 pub mod track;
 
 pub use cli::command_line;
-pub use taut_ground::allocations::Counting;
+pub use taut_measure::allocations::Counting;

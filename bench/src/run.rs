@@ -8,21 +8,21 @@ pub use text::{CSV_HEADING, csv_line, text};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use taut_ground::columns::{Columns, Series};
-use taut_ground::errors::worse;
-use taut_ground::inputs::Inputs;
-use taut_ground::openings::Opening;
-use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
     ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun, StepError,
     StepOptions, Stepper,
 };
+use taut_measure::columns::{Columns, Series};
+use taut_measure::errors::worse;
+use taut_measure::inputs::Inputs;
+use taut_measure::openings::Opening;
+use taut_measure::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_model::{Note, Scene, SceneSource};
 
 /// Expectations that only the parameters of a scene tell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Yardstick {
+pub struct ReferenceValues {
     /// Unstrained length of the cable and its exact elongation at rest, for hoists \[m].
     pub cable: Option<(f64, f64)>,
     /// Nothing disturbs the scene out of its plane, so stability says little.
@@ -33,7 +33,7 @@ pub struct Yardstick {
 #[derive(Debug, Clone)]
 pub struct Prepared {
     pub scene: Scene,
-    pub yardstick: Yardstick,
+    pub yardstick: ReferenceValues,
 }
 
 /// A scene with the expectations that its source tells.
@@ -50,7 +50,7 @@ pub fn prepare((source, scene): (SceneSource, Scene)) -> Prepared {
     };
     Prepared {
         scene,
-        yardstick: Yardstick { cable, planar },
+        yardstick: ReferenceValues { cable, planar },
     }
 }
 
@@ -208,7 +208,7 @@ pub struct ChosenSolver {
 }
 
 /// Requests to a run while it goes on.
-pub struct Wishes<'a> {
+pub struct Requests<'a> {
     /// Time at which it is saved as it is, at the end of the last step before or at it, to half a step \[s].
     pub save_at: Option<f64>,
     /// Takes what is saved, when it is.
@@ -275,7 +275,7 @@ impl ContactSummary {
 }
 
 impl Tally {
-    fn new(stepper: &Stepper, yardstick: &Yardstick, columns: Option<&Columns>) -> Self {
+    fn new(stepper: &Stepper, yardstick: &ReferenceValues, columns: Option<&Columns>) -> Self {
         let scene = stepper.scene();
         let mut new = Self {
             summary: Summary {
@@ -303,7 +303,7 @@ impl Tally {
         first
     }
 
-    fn add(&mut self, s: &Sample, yardstick: &Yardstick) {
+    fn add(&mut self, s: &Sample, yardstick: &ReferenceValues) {
         let sum = &mut self.summary;
         sum.steps += 1;
         if s.asleep {
@@ -402,28 +402,28 @@ pub fn substeps_within(
 /// Runs a stepper for so many steps. A step that fails ends the run and is reported in the summary.
 pub fn run(
     stepper: &mut Stepper,
-    yardstick: &Yardstick,
+    yardstick: &ReferenceValues,
     inputs: &Inputs,
     steps: usize,
-    wishes: &mut Wishes<'_>,
+    requests: &mut Requests<'_>,
     progress: &ProgressBar,
 ) -> Summary {
     let half = 0.5 * stepper.options().dt;
     let limits = Limits::Scene(stepper.scene().gap_limits());
     let mut simulation = Simulation::new(steps, limits);
-    let mut tally = Tally::new(stepper, yardstick, wishes.columns);
+    let mut tally = Tally::new(stepper, yardstick, requests.columns);
     let mut stopped = None;
-    let mut due = wishes.save_at;
+    let mut due = requests.save_at;
     while simulation.goes_on() {
         if due.is_some_and(|at| stepper.time() > at - half) {
             due = None;
-            save(stepper, &mut simulation, wishes);
+            save(stepper, &mut simulation, requests);
         }
         if let Err(e) = inputs.apply(stepper) {
             simulation.fail(stepper.time(), e);
         }
         let Some(sample) = simulation.step(stepper) else {
-            stopped = (wishes.stop)().filter(|_| simulation.goes_on());
+            stopped = (requests.stop)().filter(|_| simulation.goes_on());
             break;
         };
         tally.add(&sample, yardstick);
@@ -432,29 +432,29 @@ pub fn run(
         sum.events
             .extend(fired.map(|name| (sample.time, name.clone())));
         sum.event_forces.extend(stepper.fired_forces());
-        if wishes.path {
+        if requests.path {
             sum.load.time.push(sample.time);
             sum.load.position.push(sample.load.into());
         }
-        if let (Some(series), Some(columns)) = (&mut sum.columns, wishes.columns) {
+        if let (Some(series), Some(columns)) = (&mut sum.columns, requests.columns) {
             series.add(columns.values(stepper, &sample));
         }
-        (wishes.sample)(stepper, &sample);
+        (requests.sample)(stepper, &sample);
         progress.inc(1);
-        stopped = (wishes.stop)().filter(|_| simulation.goes_on());
+        stopped = (requests.stop)().filter(|_| simulation.goes_on());
         if stopped.is_some() {
             break;
         }
     }
     if due.is_some() && simulation.failure.is_none() {
-        save(stepper, &mut simulation, wishes);
+        save(stepper, &mut simulation, requests);
     }
     summary(stepper, simulation, tally, stopped)
 }
 
-fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>) {
+fn save(stepper: &Stepper, simulation: &mut Simulation, requests: &mut Requests<'_>) {
     match stepper.save() {
-        Ok(run) => (wishes.save)(run),
+        Ok(run) => (requests.save)(run),
         Err(e) => simulation.fail(stepper.time(), e),
     }
 }

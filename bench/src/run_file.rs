@@ -7,20 +7,20 @@
 //! The checksum is the CRC-32 of run, yardstick and names as they are written without blanks: laid out anew a file is still
 //! good, and a digit that is another one is found.
 
-use crate::run::Yardstick;
+use crate::run::ReferenceValues;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io;
 use std::path::Path;
-use taut_ground::files::{self, FileError, Output};
 use taut_integrator::{SavedRun, Stepper};
+use taut_measure::files::{self, FileError, Output};
 
 /// A saved run with what it is judged by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunFile {
     pub run: SavedRun,
-    pub yardstick: Yardstick,
+    pub yardstick: ReferenceValues,
     /// Names of the controls that a table of inputs has driven.
     pub driven: Vec<String>,
     checksum: u32,
@@ -59,7 +59,7 @@ fn sum(content: &impl Serialize) -> Result<u32, serde_json::Error> {
 impl RunFile {
     /// File of a run that a table of inputs drives by the controls `driven`. Writing computes the
     /// checksum.
-    pub fn new(run: SavedRun, yardstick: Yardstick, driven: Vec<String>) -> Self {
+    pub fn new(run: SavedRun, yardstick: ReferenceValues, driven: Vec<String>) -> Self {
         Self {
             run,
             yardstick,
@@ -84,7 +84,7 @@ impl RunFile {
     }
 
     /// Reads a file, and makes the stepper; the names are those of the controls that were driven.
-    pub fn resume(path: &Path) -> Result<(Stepper, Yardstick, Vec<String>), String> {
+    pub fn resume(path: &Path) -> Result<(Stepper, ReferenceValues, Vec<String>), String> {
         let text = files::read_text(path).map_err(|e| e.to_string())?;
         let name = path.display();
         let file = Self::parse(&text).map_err(|e| format!("`{name}` is no saved run: {e}"))?;

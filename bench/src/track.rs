@@ -60,8 +60,8 @@ use minute::Minutes;
 use rayon::prelude::*;
 use start::{Judged, Start};
 use std::time::{Duration, Instant};
-use taut_ground::Choice;
 use taut_integrator::StepError;
+use taut_measure::Choice;
 use taut_output::settings::distinct;
 
 #[derive(Debug, Clone)]

@@ -95,7 +95,7 @@ fn worse(a: f64, b: f64) -> f64 {
 
 /// A contact of the step.
 #[derive(Debug, Clone)]
-pub(crate) struct Touch {
+pub(crate) struct ContactPoint {
     pub(crate) found: Contact,
     /// n, and two directions across it.
     pub(crate) axes: [Vector3<f64>; 3],
@@ -132,7 +132,7 @@ pub(crate) struct Touch {
     jolted: bool,
 }
 
-impl Touch {
+impl ContactPoint {
     fn new(found: &Contact, scene: &Scene, dt: f64) -> Self {
         let n = found.normal;
         let axes = axes_along(&n).map_or([n; 3], |a| [0, 1, 2].map(|k| a.column(k).into_owned()));
@@ -297,7 +297,7 @@ pub(crate) struct Known {
 /// The contacts of a scene, found anew for each step.
 pub(crate) struct Contacts {
     collisions: Collisions,
-    pub(crate) touches: Vec<Touch>,
+    pub(crate) touches: Vec<ContactPoint>,
     /// Contacts of the last solve, sorted by their colliders; `taken` marks those recognised in
     /// this step.
     known: Vec<Known>,
@@ -404,7 +404,9 @@ impl Contacts {
     pub(crate) fn find(&mut self, scene: &Scene, dt: f64) -> Result<(), SceneError> {
         let found = self.collisions.find(scene, dt)?;
         self.touches.clear();
-        let touches = found.iter().map(|contact| Touch::new(contact, scene, dt));
+        let touches = found
+            .iter()
+            .map(|contact| ContactPoint::new(contact, scene, dt));
         self.touches.extend(touches);
         let slowest = rebound::slowest(scene, dt);
         if self.begins {
@@ -548,7 +550,7 @@ impl Contacts {
     /// Or if one that presses is deeper than [`CRUSHED`] of that, on surfaces that are not meant to be
     /// soft: the bodies are too heavy for what they yield.
     pub(crate) fn sink(&self, dt: f64) -> bool {
-        let sinks = |(i, touch): (usize, &Touch)| {
+        let sinks = |(i, touch): (usize, &ContactPoint)| {
             let (pressed, size) = (touch.impulse[0], touch.found.size());
             let soft = touch.found.surface.compliance > 2.0 * Surface::default().compliance;
             let crushed = pressed > 0.0 && !soft && -touch.found.gap > CRUSHED * size;

@@ -295,7 +295,7 @@ impl Step {
             .rows
             .drive(&self.scene, self.time, self.time);
         self.slip.forget();
-        self.slip.grip(&self.scene);
+        self.slip.update_ratios(&self.scene);
         self.activation.begin(&self.system_data.rows);
         self.activation
             .take_drift(&self.system_data.rows, &self.multipliers.tension, false);

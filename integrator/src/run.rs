@@ -205,7 +205,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Solve`].
     pub fn begin(&mut self) -> Result<(), StepError> {
-        if self.step.progress.started && self.step.progress.fresh.is_empty() {
+        if self.step.progress.started && self.step.progress.newly_added.is_empty() {
             return Ok(());
         }
         let begin = |stepper: &mut Self| {
@@ -238,7 +238,7 @@ impl Stepper {
     pub fn advance(&mut self) -> Result<(), StepError> {
         self.tallied(|stepper| stepper.step.update())?;
         self.step.accept_linear()?;
-        self.step.record.told.forget();
+        self.step.record.reported.forget();
         Ok(())
     }
 }

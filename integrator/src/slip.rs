@@ -50,7 +50,7 @@ struct Sheave {
     bounds: [usize; 2],
     friction: f64,
     /// k = e^(μθ) of this step.
-    grip: f64,
+    capstan_ratio: f64,
     motion: Motion,
     /// Slip rate s \[m/s].
     rate: f64,
@@ -67,8 +67,8 @@ impl Sheave {
     /// The row of C: factors of the two multipliers.
     fn law(&self) -> [f64; 2] {
         match self.motion {
-            Motion::Forwards => [-self.grip, 1.0],
-            Motion::Backwards => [-1.0, self.grip],
+            Motion::Forwards => [-self.capstan_ratio, 1.0],
+            Motion::Backwards => [-1.0, self.capstan_ratio],
             Motion::Sticks => [0.0; 2],
         }
     }
@@ -104,7 +104,7 @@ impl Slip {
             // A part cannot push: its row has bounds.
             bounds: capstan.parts.map(|c| bound(c).unwrap_or_default()),
             friction: capstan.friction,
-            grip: 1.0,
+            capstan_ratio: 1.0,
             motion: Motion::Sticks,
             rate: 0.0,
             applied: 0.0,
@@ -193,10 +193,10 @@ impl Slip {
     }
 
     /// k of the present wraps.
-    pub(crate) fn grip(&mut self, scene: &Scene) {
+    pub(crate) fn update_ratios(&mut self, scene: &Scene) {
         for (i, sheave) in self.sheaves.iter_mut().enumerate() {
             let turned = sheave.friction * scene.wrap(i);
-            sheave.grip = turned.clamp(0.0, LARGEST).exp();
+            sheave.capstan_ratio = turned.clamp(0.0, LARGEST).exp();
         }
     }
 
@@ -364,8 +364,8 @@ impl Slip {
             let next = match sheave.motion {
                 // Without tension on either side the cable is slack: friction has nothing to hold.
                 Motion::Sticks if t_in.max(t_out) <= noise => Motion::Sticks,
-                Motion::Sticks if t_out > sheave.grip * t_in + noise => Motion::Forwards,
-                Motion::Sticks if t_in > sheave.grip * t_out + noise => Motion::Backwards,
+                Motion::Sticks if t_out > sheave.capstan_ratio * t_in + noise => Motion::Forwards,
+                Motion::Sticks if t_in > sheave.capstan_ratio * t_out + noise => Motion::Backwards,
                 Motion::Forwards if sheave.rate < -NOISE * speed => Motion::Sticks,
                 Motion::Backwards if sheave.rate > NOISE * speed => Motion::Sticks,
                 same => same,

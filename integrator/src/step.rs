@@ -21,11 +21,11 @@ pub(crate) mod guarded;
 mod linearize;
 mod potential;
 mod reference;
+pub(crate) mod reported;
 pub(crate) mod sample;
 mod slipping;
 mod start;
 mod system;
-pub(crate) mod told;
 mod update;
 mod winch_cuts;
 pub(crate) mod work;
@@ -47,11 +47,11 @@ use taut_model::{Constraint, Scene};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
 use divided::Division;
-use guarded::Guarded;
+use guarded::GuardState;
 use potential::Search;
+use reported::Reported;
 use sample::Sample;
 use system::{LinearSystem, Multipliers};
-use told::Told;
 use winch_cuts::Winches;
 use work::Account;
 
@@ -75,7 +75,7 @@ pub(crate) struct Step {
     pub(crate) multipliers: Multipliers,
     pub(crate) record: Record,
     pub(crate) progress: Progress,
-    pub(crate) guarded: Guarded,
+    pub(crate) guarded: GuardState,
     /// Totals since the last call that returned a report.
     pub(crate) tally: Tally,
     /// Work of the present step and its bound.
@@ -85,7 +85,7 @@ pub(crate) struct Step {
 /// What a step tells besides its report.
 pub(crate) struct Record {
     /// Forces that the last step tells.
-    pub(crate) told: Told,
+    pub(crate) reported: Reported,
     pub(crate) account: Account,
     /// Samples of the error of the linear algebra, where it is estimated.
     pub(crate) sample: Option<Box<Sample>>,
@@ -97,7 +97,7 @@ pub(crate) struct Progress {
     pub(crate) started: bool,
     /// Bodies added since the last step, whose velocities still belong to the same instant as the
     /// positions.
-    pub(crate) fresh: Vec<usize>,
+    pub(crate) newly_added: Vec<usize>,
     pub(crate) stage: Stage,
 }
 
@@ -230,18 +230,18 @@ impl Step {
             },
             progress: Progress {
                 started: false,
-                fresh: Vec::new(),
+                newly_added: Vec::new(),
                 stage: Stage::Unsolved,
             },
-            guarded: Guarded {
-                holding: 0,
+            guarded: GuardState {
+                hold_off: 0,
                 division: Division::new(rows, bounded),
                 step_start: state.clone(),
                 substep_start: state,
                 search: Search::new(rows, scene.bodies.len()),
             },
             record: Record {
-                told: Told::new(rows),
+                reported: Reported::new(rows),
                 account: Account::default(),
                 sample: None,
             },
@@ -340,7 +340,7 @@ impl Step {
 
     /// Forgets what the last step told.
     pub(crate) fn forget_told(&mut self) {
-        self.record.told.forget();
+        self.record.reported.forget();
         self.system_data.rows.lost = None;
     }
 
@@ -350,6 +350,6 @@ impl Step {
         self.multipliers.tension_known = false;
         self.multipliers.mu.fill(0.0);
         self.record.account.close();
-        self.record.told.met.clear();
+        self.record.reported.met.clear();
     }
 }

@@ -81,7 +81,7 @@
 //! | [`scene::reeving`] | massless cables over sheaves with friction, in parts; `constraint/sheave.rs`: tangents and wraps |
 //! | [`scene::segments`], [`scene::resolution`] | segments that split and merge; the rule by which a cable refines itself |
 //! | [`scene::winding`] | cables of segments at their winches: cut, split and merged; `constraint/fairlead.rs`: φ and J there |
-//! | [`grounded`] | a stack of boxes, a load dragged over a floor, cables in a pile |
+//! | [`contact_scenes`] | a stack of boxes, a load dragged over a floor, cables in a pile |
 //! | [`reeved`] | a capstan, a block and tackle, a traction elevator |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
@@ -106,11 +106,11 @@ pub mod cable;
 mod check;
 pub mod collide;
 pub mod constraint;
+pub mod contact_scenes;
 pub mod contacts;
 mod error;
 pub mod frame;
 pub mod gantry;
-pub mod grounded;
 pub mod hoist;
 pub mod lanes;
 pub mod linearized;
@@ -143,10 +143,10 @@ pub use constraint::{
     Loads, Lock, MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Sheave, Slider, Spherical,
     Target, TwistDefinition, Winch, Wrench,
 };
+pub use contact_scenes::{ContactScene, ContactSceneParams};
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
 pub use gantry::{Controls, GantryParams, ResolvedGantry};
-pub use grounded::{Grounded, GroundedParams};
 pub use hoist::{Apart, Hoist, HoistParams};
 pub use linearized::{Block, Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};

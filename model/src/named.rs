@@ -1,7 +1,7 @@
 //! Scenes by name.
 
+use crate::contact_scenes::ContactScene;
 use crate::error::SceneError;
-use crate::grounded::Grounded;
 use crate::network::Network;
 use crate::particles::ChainModel;
 use crate::reeved::Reeved;
@@ -29,9 +29,9 @@ pub const NAMES: [&str; 22] = [
     Reeved::Capstan.name(),
     Reeved::Tackle.name(),
     Reeved::Elevator.name(),
-    Grounded::Stack.name(),
-    Grounded::Floor.name(),
-    Grounded::Pile.name(),
+    ContactScene::Stack.name(),
+    ContactScene::Floor.name(),
+    ContactScene::Pile.name(),
 ];
 
 /// Does `$do` with the default parameters of the scene called `$name`; `None` where there is none.
@@ -57,8 +57,8 @@ macro_rules! with_named {
             let $params = $crate::ReevedParams::new(reeved);
             Some($do)
         } else {
-            $crate::Grounded::named(name).map(|grounded| {
-                let $params = $crate::GroundedParams::new(grounded);
+            $crate::ContactScene::named(name).map(|grounded| {
+                let $params = $crate::ContactSceneParams::new(grounded);
                 $do
             })
         }

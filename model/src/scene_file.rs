@@ -4,7 +4,7 @@
 //! [`HoistParams`], `[gantry]` with those of [`GantryParams`], `[particles-a]` … `[particles-f]` with those of
 //! [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of [`SpecimenParams`], `[ring]`, `[junction]`,
 //! `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`], `[capstan]`, `[tackle]` or `[elevator]` with those of
-//! [`ReevedParams`], `[stack]`, `[floor]` or `[pile]` with those of [`GroundedParams`]. `taut scene NAME` writes it with
+//! [`ReevedParams`], `[stack]`, `[floor]` or `[pile]` with those of [`ContactSceneParams`]. `taut scene NAME` writes it with
 //! every key that the scene has a use for, its meaning and its unit. Or it is **explicit**: lists of bodies and of
 //! constraints, one by one. `taut scene NAME --explicit` writes any scene so.
 //!
@@ -388,9 +388,9 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 use toml::de::DeTable;
 
+use crate::contact_scenes::ContactSceneParams;
 use crate::error::SceneError;
 use crate::gantry::GantryParams;
-use crate::grounded::GroundedParams;
 use crate::hoist::HoistParams;
 use crate::named::{unknown, with_named};
 use crate::network::NetworkParams;
@@ -417,7 +417,7 @@ pub enum SceneSource {
     /// Cables over sheaves and their parameters.
     Reeved(Box<ReevedParams>),
     /// Scenes on the ground and their parameters.
-    Grounded(Box<GroundedParams>),
+    ContactScene(Box<ContactSceneParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -432,7 +432,7 @@ macro_rules! each_source {
             SceneSource::Specimen($params) => $do,
             SceneSource::Network($params) => $do,
             SceneSource::Reeved($params) => $do,
-            SceneSource::Grounded($params) => $do,
+            SceneSource::ContactScene($params) => $do,
             SceneSource::Explicit($text) => $with_text,
         }
     };
@@ -457,7 +457,7 @@ sources!(
     Specimen: SpecimenParams,
     Network: NetworkParams,
     Reeved: ReevedParams,
-    Grounded: GroundedParams
+    ContactScene: ContactSceneParams
 );
 
 impl SceneSource {

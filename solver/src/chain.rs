@@ -33,8 +33,8 @@
 //!   two thirds of the whole factorisation in doubles.
 //!
 //! Files: `block` one step of the elimination for any vector, `substitution` the same of a solve, `layout` what is stored
-//! of a step; `twisted` the two eliminations, `places` where their blocks lie; `bordered` chains with a few rows besides; `leaves` blocks that go first, so that
-//! the others are one of these; `patched` the matrix that these leave.
+//! of a step; `twisted` the two eliminations, `schedule` where their blocks lie; `bordered` chains with a few rows besides;
+//! `leaves` blocks that go first, so that the others are one of these; `overlay` the matrix that these leave.
 
 mod block;
 #[allow(dead_code)] // where the backend is not compiled in
@@ -42,8 +42,8 @@ pub(crate) mod bordered;
 mod layout;
 #[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod leaves;
-pub(crate) mod patched;
-mod places;
+pub(crate) mod overlay;
+mod schedule;
 mod substitution;
 mod twisted;
 
@@ -51,8 +51,8 @@ use crate::BlockPattern;
 use crate::kernels::Scalar;
 use crate::singularity::WEAK;
 use block::ScratchOfTwo;
-use patched::{Offsets, Patched};
-use places::Places;
+use overlay::{Offsets, Overlay};
+use schedule::Schedule;
 use taut_lanes::Aligned;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward, SolveTwo};
@@ -72,7 +72,7 @@ use with_size;
 /// Twisted factor of a chain.
 #[derive(Debug, Clone)]
 pub(crate) struct Chain {
-    places: Places,
+    schedule: Schedule,
     level: Level,
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
     factor: Aligned,
@@ -87,7 +87,7 @@ impl Chain {
     /// Returns true if the block rows `blocks` (ascending) of matrices of `pattern` are a chain.
     #[allow(dead_code)] // where the backend is not compiled in
     pub(crate) fn is(blocks: &[usize], pattern: &BlockPattern) -> bool {
-        places::size_of_chain(pattern, blocks).is_some()
+        schedule::size_of_chain(pattern, blocks).is_some()
     }
 
     /// Prepares for the block rows `blocks` (ascending) of matrices of a pattern, if these are a
@@ -97,21 +97,21 @@ impl Chain {
         offsets: impl Into<Offsets<'a>>,
         level: Level,
     ) -> Option<Self> {
-        let places = Places::new(offsets.into(), blocks)?;
-        let (steps, size) = (places.steps(), places.size);
+        let schedule = Schedule::new(offsets.into(), blocks)?;
+        let (steps, size) = (schedule.steps(), schedule.size);
         Some(Self {
             factor: Aligned::new(2 * (steps + 1) * layout::per_step(size)),
             scratch: Box::new(ScratchOfTwo::new()),
             half: vec![0.0; 2 * (steps + 1) * size],
             half_of_two: vec![0.0; 4 * (steps + 1) * size],
-            places,
+            schedule,
             level,
         })
     }
 
     /// Factorises `a`, of the pattern of [`of`](Self::of), if that is positive definite: whether all pivots are
     /// positive and at least `least` units of roundoff of what they were made from. Allocates nothing.
-    pub(crate) fn factorize<'a>(&mut self, a: impl Into<Patched<'a>>, least: f64) -> bool {
+    pub(crate) fn factorize<'a>(&mut self, a: impl Into<Overlay<'a>>, least: f64) -> bool {
         let a = a.into();
         match a.patches.is_empty() {
             true => self.eliminate::<false>(a, least),
@@ -119,12 +119,12 @@ impl Chain {
         }
     }
 
-    fn eliminate<const PATCHED: bool>(&mut self, values: Patched<'_>, least: f64) -> bool {
+    fn eliminate<const PATCHED: bool>(&mut self, values: Overlay<'_>, least: f64) -> bool {
         with_size!(
-            self.places.size,
+            self.schedule.size,
             self.level,
             Factorize<PATCHED> {
-                places: &self.places,
+                schedule: &self.schedule,
                 values: values,
                 factor: &mut *self.factor,
                 scratch: &mut self.scratch,
@@ -138,11 +138,11 @@ impl Chain {
     /// itself no longer shows them.
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
-        let size = self.places.size;
+        let size = self.schedule.size;
         let inverse = 2 * layout::inverse_at(size, 0)..2 * layout::inverse_at(size, size);
         let per_step = 2 * layout::per_step(size);
-        self.places.patched.iter().all(|&t| {
-            let (factor, step) = (&self.factor[per_step * t..], &self.places.steps[t]);
+        self.schedule.patched.iter().all(|&t| {
+            let (factor, step) = (&self.factor[per_step * t..], &self.schedule.steps[t]);
             step.ends.iter().enumerate().all(|(end, place)| {
                 let inverse = factor[inverse.clone()].chunks_exact(2);
                 let rows = &magnitudes[place.row..place.row + place.size];
@@ -163,10 +163,10 @@ impl Chain {
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn solve_two(&mut self, b: [&[f64]; 2], x: [&mut [f64]; 2]) {
         with_size!(
-            self.places.size,
+            self.schedule.size,
             self.level,
             SolveTwo {
-                places: &self.places,
+                schedule: &self.schedule,
                 factor: &*self.factor,
                 b: b,
                 z: &mut self.half_of_two,
@@ -178,10 +178,10 @@ impl Chain {
     /// The forward pass; where there is a border it adds Uᵀ y to `sums`.
     fn forward<const BORDER: bool>(&mut self, b: &[f64], u: &[f64], sums: &mut [f64]) {
         with_size!(
-            self.places.size,
+            self.schedule.size,
             self.level,
             Forward<BORDER> {
-                places: &self.places,
+                schedule: &self.schedule,
                 factor: &*self.factor,
                 b: b,
                 z: &mut self.half,
@@ -194,10 +194,10 @@ impl Chain {
     /// The backward pass, of what is left without U `s` where there is a border.
     fn backward<const BORDER: bool>(&self, u: &[f64], s: &[f64], x: &mut [f64]) {
         with_size!(
-            self.places.size,
+            self.schedule.size,
             self.level,
             Backward<BORDER> {
-                places: &self.places,
+                schedule: &self.schedule,
                 factor: &*self.factor,
                 z: &*self.half,
                 u: u,

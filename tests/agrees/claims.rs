@@ -1,9 +1,9 @@
 use rayon::prelude::*;
-use taut_ground::Choice;
-use taut_ground::matrix::dump::body_rows;
-use taut_ground::matrix::solve::backends;
-use taut_ground::poses::{Pose, hoist};
 use taut_integrator::{Form, Stepper};
+use taut_measure::Choice;
+use taut_measure::matrix::dump::body_rows;
+use taut_measure::matrix::solve::backends;
+use taut_measure::poses::{Pose, hoist};
 use taut_model::{HoistParams, Scene};
 use taut_solver::agreement::{FALSE, claims_study};
 use taut_solver::{Backend, DenseOptions, SolveReport, Status, reference_solution};
@@ -41,7 +41,7 @@ fn claims_are_true(of_each: usize, instants: &[usize]) {
     for (name, solves) in &audits {
         let wrong = solves.iter().find(|s| s.is_wrong());
         assert_eq!(wrong, None, "{name}");
-        let is_solved = |f| matches!(f, Finding::True | Finding::Modest);
+        let is_solved = |f| matches!(f, Finding::TruePositive | Finding::FalseNegative);
         let solved = solves.iter().any(|s| is_solved(s.finding));
         let refused = !solves.is_empty() && DEPENDENT.contains(&name.as_str());
         assert!(solved || refused, "{name}: no solver has a solution");
@@ -94,7 +94,7 @@ fn an_unfinished_solve_is_an_honest_failure() {
     let is_short = |backend: &str, variant: &str| backend == "cg:none" && variant == "1 iterations";
     let short = found.iter().filter(|s| is_short(&s.backend, &s.variant));
     assert!(
-        short.clone().all(|s| s.finding == Finding::Honest),
+        short.clone().all(|s| s.finding == Finding::TrueNegative),
         "{found:#?}"
     );
     let compiled = "cg:none".parse::<Backend>().is_ok_and(|b| b.is_compiled());

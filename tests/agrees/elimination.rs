@@ -1,5 +1,5 @@
-use taut_ground::Choice;
 use taut_integrator::{Elimination, EliminationOrder, Form, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{Scene, Topology};
 use taut_solver::{Backend, Status, backward_error, forward_error};
 use taut_tests::graphs::{ladder, net, parts, rings, star, tree};

@@ -1,5 +1,5 @@
-use taut_ground::poses::Pose;
 use taut_integrator::{Form, StepOptions};
+use taut_measure::poses::Pose;
 use taut_studies::cases::Cases;
 use taut_studies::linear::{BAR, Config, Record, run};
 use taut_tests::{allowed, compiled_direct};

@@ -8,12 +8,12 @@
 use nalgebra::DMatrix;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
-use taut_ground::Choice;
-use taut_ground::claim::ROUNDING;
-use taut_ground::errors::worse;
-use taut_ground::matrix::Matrix;
-use taut_ground::matrix::prepared::Problem;
-use taut_ground::matrix::solve::backends;
+use taut_measure::Choice;
+use taut_measure::claim::ROUNDING;
+use taut_measure::errors::worse;
+use taut_measure::matrix::Matrix;
+use taut_measure::matrix::prepared::Problem;
+use taut_measure::matrix::solve::backends;
 use taut_solver::{BlockPattern, GeneralMatrix, SolveError, SymBlockMatrix, forward_error};
 use taut_tests::claims::{Solve, alone, variants};
 use taut_tests::oracle;

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
-use taut_ground::Choice;
-use taut_ground::reference::{Snapshot, reference_choice};
-use taut_ground::trajectory::load_position;
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::Choice;
+use taut_measure::reference::{Snapshot, reference_choice};
+use taut_measure::trajectory::load_position;
 use taut_model::{Network, NetworkParams, Scene};
 use taut_output::check::UNCONVERGED;
 use taut_solver::forward_error;

@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
-use taut_ground::Choice;
 use taut_integrator::{Elimination, Form, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{JointKind, Scene};
 use taut_solver::forward_error;
 use taut_tests::machines::random_machine;

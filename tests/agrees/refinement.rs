@@ -1,5 +1,5 @@
-use taut_ground::Choice;
 use taut_integrator::{Form, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{JointKind, Scene};
 use taut_solver::{
     Backend, DenseOptions, RefineScratch, Status, forward_error, reference_solution, refine,

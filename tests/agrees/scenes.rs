@@ -1,5 +1,5 @@
-use taut_ground::Choice;
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{JointKind, Linearized, Scene};
 use taut_solver::{Status, forward_error, norm_inf, residual};
 use taut_tests::scenes::{Pose, hoist};

@@ -1,6 +1,6 @@
 use nalgebra::{DMatrix, DVector};
-use taut_ground::poses::{Pose, hoist};
 use taut_integrator::{Form, StepOptions, Stepper};
+use taut_measure::poses::{Pose, hoist};
 use taut_solver::{SymBlockMatrix, forward_error, reference_solution};
 use taut_studies::linear;
 

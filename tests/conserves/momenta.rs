@@ -1,6 +1,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_ground::Choice;
 use taut_integrator::{Form, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{HoistParams, JointKind, Scene};
 use taut_solver::{Backend, DenseOptions};
 use taut_tests::machines::unbounded;

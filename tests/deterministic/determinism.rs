@@ -1,6 +1,6 @@
-use taut_ground::Choice;
-use taut_ground::trajectory::load_position;
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::Choice;
+use taut_measure::trajectory::load_position;
 use taut_model::scene_file::SceneText;
 use taut_model::{Constraint, HoistParams, Network, NetworkParams, Scene, SceneSource};
 use taut_studies::scenes::reference_choice;

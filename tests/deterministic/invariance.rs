@@ -1,8 +1,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use taut_ground::Choice;
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{Bodies, Scene};
 use taut_solver::{Backend, DenseOptions, forward_error};
 use taut_tests::machines::random_machine;

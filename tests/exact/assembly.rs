@@ -1,7 +1,7 @@
 use super::equations::{Equations, take_back_rotation, velocities};
 use nalgebra::{DMatrix, DVector};
-use taut_ground::Choice;
 use taut_integrator::{Elimination, Form, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::Scene;
 use taut_solver::{Backend, DenseOptions, SymBlockMatrix, forward_error, norm_inf};
 use taut_tests::machines::{held_group, random_machine, unbounded};

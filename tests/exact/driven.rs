@@ -1,8 +1,8 @@
 //! Bounds, motors, winches, driven bodies: against what mechanics says.
 
 use nalgebra::Vector3;
-use taut_ground::Choice;
 use taut_integrator::{Scheme, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{
     Body, Constraint, Control, Distance, Drive, Frame, Hinge, MasslessCable, Mobility, Motor,
     RowLaw, Scene, Slider, Target, Winch, axes_along,

@@ -1,8 +1,8 @@
 //! The experiments on the hanging cable: the same functions that the tables of `taut static` come from.
 
 use nalgebra::Vector3;
-use taut_ground::Choice;
 use taut_integrator::{Form, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{Body, Frame, HoistParams, Scene};
 use taut_solver::{Backend, DenseOptions};
 use taut_studies::statics::{hold, iterations_needed, settle};

@@ -9,7 +9,7 @@
 use super::joints::{Kind, Pose, jacobian_error, sensitivity};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::PI;
-use taut_ground::errors::worse;
+use taut_measure::errors::worse;
 
 /// Largest error of a Jacobian, relative to the largest entry of its row.
 const BAR: f64 = 1e-6;

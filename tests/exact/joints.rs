@@ -10,7 +10,7 @@ use super::extended::{
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
-use taut_ground::errors::worse;
+use taut_measure::errors::worse;
 use taut_model::{
     BendDefinition, Body, Constraint, Cosserat, Frame, Hinge, JointLaw, Linearized, LinkBend, Lock,
     Motor, Paper, RowLaw, Scene, Slider, Target, TwistDefinition,

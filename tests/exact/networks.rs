@@ -1,7 +1,7 @@
 //! The networks at rest.
 
-use taut_ground::trajectory::load_position;
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::trajectory::load_position;
 use taut_model::{Held, JointKind, Network, NetworkParams};
 
 /// Each network is at rest where a simulation starts, carries its weight there, and stays.

@@ -1,8 +1,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_ground::Choice;
 use taut_integrator::{
     GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
 };
+use taut_measure::Choice;
 use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
 use taut_solver::Backend;
 use taut_tests::scenes::slings;

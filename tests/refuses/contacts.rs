@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::collide::{Collider, Shape, Surface};
-use taut_model::{Body, Grounded, GroundedParams, Scene};
+use taut_model::{Body, ContactScene, ContactSceneParams, Scene};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -226,12 +226,12 @@ fn speeds_and_steps_at_the_ends_of_their_range_end_or_stay_finite() {
 
 #[test]
 fn named_scenes_at_a_ratio_of_a_trillion_end_or_stay_finite() {
-    for grounded in Grounded::ALL {
-        let params = GroundedParams {
+    for grounded in ContactScene::ALL {
+        let params = ContactSceneParams {
             count: Some(3),
             segments: 4,
             mass_ratio: 1e12,
-            ..GroundedParams::new(grounded)
+            ..ContactSceneParams::new(grounded)
         };
         let scene = params.build().expect("a scene");
         match live(scene, DT) {

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
-use taut_ground::Choice;
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{
     Bodies, Body, Constraint, Cosserat, Distance, Frame, HoistParams, JointKind, RowLaw, Scene,
     SceneError, Spherical,

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
-use taut_ground::Choice;
-use taut_ground::trajectory::steps_in;
 use taut_integrator::{StepError, Stepper};
+use taut_measure::Choice;
+use taut_measure::trajectory::steps_in;
 use taut_output::check::UNCONVERGED;
 use taut_solver::{SolveReport, forward_error, norm_inf};
 use taut_studies::hard::solvers;

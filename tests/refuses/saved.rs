@@ -212,7 +212,7 @@ fn no_bit_can_be_lost() {
     let yardstick = json!({"cable": [10.0, 0.5], "planar": true});
     let yardstick = serde_json::from_value(yardstick).expect("reads");
     let file = RunFile::new(run, yardstick, vec!["hoist_speed".to_owned()]);
-    let to = taut_ground::files::Output::open(&path).expect("writable");
+    let to = taut_measure::files::Output::open(&path).expect("writable");
     file.write(&to).expect("written");
     let bytes = std::fs::read(&path).expect("written");
     std::fs::remove_file(path).expect("written");

@@ -1,7 +1,7 @@
 use super::{compiled, compiled_direct};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use taut_ground::Choice;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_model::{
     Bodies, Body, Constraint, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError, Spherical,
 };

@@ -2,8 +2,8 @@ use super::compiled;
 use nalgebra::Vector3;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use taut_ground::matrix::{market, matrix_of};
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::matrix::{market, matrix_of};
 use taut_model::{
     Body, Constraint, Frame, HoistParams, Mobility, RowLaw, Scene, SceneSource, Spherical,
 };

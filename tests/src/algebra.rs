@@ -23,11 +23,11 @@ pub mod truth;
 use draw::{Drawn, Kind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use taut_ground::choice::Omission;
-use taut_ground::matrix::exact::condition;
-use taut_ground::matrix::prepared::Problem;
-use taut_ground::matrix::solve::{CONVERGED, Config, run};
-use taut_ground::matrix::{Matrix, RightHandSide, System, matrix_of};
+use taut_measure::choice::Omission;
+use taut_measure::matrix::exact::condition;
+use taut_measure::matrix::prepared::Problem;
+use taut_measure::matrix::solve::{CONVERGED, Config, run};
+use taut_measure::matrix::{Matrix, RightHandSide, System, matrix_of};
 use taut_solver::{
     Backend, GeneralMatrix, RefineScratch, SolveError, SolveReport, Status, norm_inf, refine,
 };

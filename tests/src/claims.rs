@@ -14,12 +14,12 @@
 //! inverse of the masses; the products, row by row over the entries of M, J and Σ; the norms. **Shared** are these
 //! pieces, read from the KKT matrix: that the Jacobian is right is shown elsewhere (`tests/exact/jacobians.rs`).
 
-use taut_ground::choice::Choice;
-use taut_ground::claim::{ROUNDING, over};
-use taut_ground::matrix::Matrix;
-use taut_ground::matrix::dump::body_rows;
-use taut_ground::reference::{Snapshot, reference_choice};
 use taut_integrator::{Form, StepError, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::claim::{ROUNDING, over};
+use taut_measure::matrix::Matrix;
+use taut_measure::matrix::dump::body_rows;
+use taut_measure::reference::{Snapshot, reference_choice};
 use taut_model::Scene;
 use taut_solver::{Backend, DoubleDouble, SolveReport, SymBlockMatrix, norm_inf, residual};
 
@@ -33,13 +33,13 @@ const DT: f64 = 1.0 / 60.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
     /// Claimed, and so.
-    True,
+    TruePositive,
     /// Claimed, and not so.
-    False,
+    FalsePositive,
     /// Not claimed, though it would have been true.
-    Modest,
+    FalseNegative,
     /// Not claimed, and not so.
-    Honest,
+    TrueNegative,
     /// A typed error, no answer.
     Refused,
 }
@@ -72,10 +72,10 @@ impl Solve {
         let good = over_claim(&seen, &choice.backend) <= 1.0;
         let finding = match told.as_ref().map(SolveReport::is_claim) {
             Err(_) => Finding::Refused,
-            Ok(true) if good => Finding::True,
-            Ok(true) => Finding::False,
-            Ok(false) if good => Finding::Modest,
-            Ok(false) => Finding::Honest,
+            Ok(true) if good => Finding::TruePositive,
+            Ok(true) => Finding::FalsePositive,
+            Ok(false) if good => Finding::FalseNegative,
+            Ok(false) => Finding::TrueNegative,
         };
         Self {
             step,
@@ -89,7 +89,7 @@ impl Solve {
 
     #[must_use]
     pub fn is_claim(&self) -> bool {
-        matches!(self.finding, Finding::True | Finding::False)
+        matches!(self.finding, Finding::TruePositive | Finding::FalsePositive)
     }
 
     /// True where a claim is false, or reports a residual that is below the true one by more than rounding.
@@ -98,7 +98,7 @@ impl Solve {
         let told = self.told.as_ref().map_or(f64::NAN, |r| r.residual);
         let part = (1.0 - told / self.seen.residual).max(0.0);
         let hides = self.seen.residual > told && part * self.seen.backward_error > ROUNDING;
-        self.finding == Finding::False || (self.is_claim() && hides)
+        self.finding == Finding::FalsePositive || (self.is_claim() && hides)
     }
 }
 

@@ -16,9 +16,9 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 use taut_bench::run_file::RunFile;
-use taut_ground::matrix::prepared::Problem;
-use taut_ground::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_integrator::{SavedRun, StepOptions, Stepper};
+use taut_measure::matrix::prepared::Problem;
+use taut_measure::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_model::{Scene, SceneSource};
 use taut_recording::{Recording, animation, page, still, table};
 use taut_solver::{

@@ -50,7 +50,7 @@ pub mod products;
 pub mod scenes;
 pub mod systems;
 
-pub use taut_ground::random;
+pub use taut_measure::random;
 
 /// The README's program, compiled by the tests of the documentation.
 #[cfg(doctest)]
@@ -58,8 +58,8 @@ pub use taut_ground::random;
 pub struct Readme;
 
 use std::fmt;
-use taut_ground::Choice;
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_solver::{Backend, DenseOptions, Precision};
 
 /// All solvers that are compiled in, in both forms where they take them.

@@ -3,14 +3,14 @@
 use crate::random::Random;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
-use taut_ground::poses;
+use taut_measure::poses;
 use taut_model::{
     Body, Constraint, Control, Cosserat, Drive, Frame, Hinge, HoistParams, JointKind, JointLaw,
     Lock, MasslessCable, Material, Motion, Motor, Paper, RowLaw, Scene, Side, Slider, Spherical,
     Stiffness, Target,
 };
 
-pub use taut_ground::poses::Pose;
+pub use taut_measure::poses::Pose;
 
 /// A hoist with the given joints in the given pose; the straight one has random angular velocities of 10⁻³ rad/s.
 ///

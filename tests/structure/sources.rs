@@ -88,18 +88,18 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
     ("model", &["taut-lanes"]),
     ("integrator", &["taut-lanes", "taut-model", "taut-solver"]),
     (
-        "bench/ground",
+        "bench/measure",
         &["taut-integrator", "taut-model", "taut-solver"],
     ),
-    ("bench/output", &["taut-ground", "taut-solver"]),
+    ("bench/output", &["taut-measure", "taut-solver"]),
     (
         "bench/recording",
-        &["taut-ground", "taut-integrator", "taut-model"],
+        &["taut-measure", "taut-integrator", "taut-model"],
     ),
     (
         "bench/rivals",
         &[
-            "taut-ground",
+            "taut-measure",
             "taut-integrator",
             "taut-model",
             "taut-solver",
@@ -108,7 +108,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
     (
         "bench/studies",
         &[
-            "taut-ground",
+            "taut-measure",
             "taut-integrator",
             "taut-lanes",
             "taut-model",
@@ -121,7 +121,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
     (
         "bench/view",
         &[
-            "taut-ground",
+            "taut-measure",
             "taut-integrator",
             "taut-model",
             "taut-recording",
@@ -130,7 +130,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
     (
         "bench",
         &[
-            "taut-ground",
+            "taut-measure",
             "taut-integrator",
             "taut-lanes",
             "taut-model",
@@ -145,7 +145,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
         "tests",
         &[
             "taut-bench",
-            "taut-ground",
+            "taut-measure",
             "taut-integrator",
             "taut-model",
             "taut-output",
@@ -291,8 +291,8 @@ fn features_are_passed_on_by_name() {
     let solver = features("solver");
     for (folder, through) in [
         ("integrator", vec!["taut-solver"]),
-        ("bench/ground", vec!["taut-integrator", "taut-solver"]),
-        ("bench/output", vec!["taut-ground"]),
+        ("bench/measure", vec!["taut-integrator", "taut-solver"]),
+        ("bench/output", vec!["taut-measure"]),
         ("bench/studies", vec!["taut-output"]),
         ("bench", vec!["taut-studies"]),
         ("tests", vec!["taut-bench"]),
@@ -353,7 +353,7 @@ fn rivals_are_optional() {
 #[test]
 fn unsafe_code_stands_in_the_ffi_the_intrinsics_and_the_allocator_only() {
     let allowed = [
-        "bench/ground/src/allocations.rs",
+        "bench/measure/src/allocations.rs",
         "bench/rivals/src/lapack.rs",
         "solver/lanes/src/x86.rs",
         "solver/lanes/src/x86/halves.rs",

@@ -3,8 +3,8 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use std::time::Duration;
-use taut_ground::Choice;
 use taut_integrator::{Form, Phase, StepOptions, Stepper};
+use taut_measure::Choice;
 use taut_solver::Backend;
 use taut_studies::kernels::Joint;
 

@@ -7,8 +7,8 @@ mod kernels;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use taut_ground::Choice;
 use taut_integrator::Stepper;
+use taut_measure::Choice;
 use taut_model::nalgebra::Vector3;
 use taut_model::{Body, Constraint, Frame, HoistParams, RowLaw, Scene, Spherical};
 

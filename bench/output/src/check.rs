@@ -5,7 +5,7 @@ use crate::plot::{self, Chart, PlotError};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
-use taut_ground::errors::Cause;
+use taut_measure::errors::Cause;
 use taut_solver::{SolveReport, Status};
 
 /// A reference beside ours.

@@ -2,7 +2,7 @@
 //! unit.
 
 use crate::notation::number;
-use taut_ground::choice::Choice;
+use taut_measure::choice::Choice;
 
 /// The values, each once, in the order of their first places.
 pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {

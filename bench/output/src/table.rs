@@ -1,5 +1,5 @@
 //! Tables for people: aligned text, numbers short enough to read. The texts hold ANSI sequences for what stands out,
-//! which [`taut_ground::files::print`] leaves out where they would not be seen, and [`plain`] everywhere.
+//! which [`taut_measure::files::print`] leaves out where they would not be seen, and [`plain`] everywhere.
 
 mod check;
 mod style;
@@ -12,7 +12,7 @@ use crate::settings::distinct;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 use std::fmt::Display;
-use taut_ground::choice::Omission;
+use taut_measure::choice::Omission;
 use taut_solver::Backend;
 
 /// An empty table with right-aligned columns but the first.

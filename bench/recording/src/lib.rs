@@ -1,7 +1,7 @@
 //! Recordings of runs: what moved, what it carried and touched, in one file that people look at and programs read.
 //!
 //! ```
-//! use taut_ground::trajectory::{Limits, Simulation};
+//! use taut_measure::trajectory::{Limits, Simulation};
 //! use taut_integrator::{StepOptions, Stepper};
 //! use taut_model::HoistParams;
 //! use taut_recording::{Recorder, Recording};

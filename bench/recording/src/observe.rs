@@ -2,10 +2,10 @@
 
 use crate::layout::{Body, Cable, Channel, Layout, Line, Point, Shape, Sheave, Solid};
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_ground::columns;
-use taut_ground::quantities::{OF_RUN, OfRun};
-use taut_ground::trajectory::Sample;
 use taut_integrator::Stepper;
+use taut_measure::columns;
+use taut_measure::quantities::{OF_RUN, OfRun};
+use taut_measure::trajectory::Sample;
 use taut_model::collide::{self, Collider};
 use taut_model::{Constraint, Lay, Loads, Motion, Scene, Side, axes_along};
 

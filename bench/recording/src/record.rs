@@ -4,8 +4,8 @@ use crate::file::{self, Chunk, End, Header};
 use crate::observe::{Observer, observe_contacts};
 use crate::planes;
 use std::io::{self, Write};
-use taut_ground::trajectory::Sample;
 use taut_integrator::Stepper;
+use taut_measure::trajectory::Sample;
 
 /// Most frames of a simulated second.
 pub const MOST_A_SECOND: f64 = 60.0;

@@ -5,8 +5,8 @@ use crate::file::{self, Chunk, Header, MAGIC};
 use crate::layout::Layout;
 use crate::*;
 use std::io::{self, Write};
-use taut_ground::trajectory::{Limits, Simulation};
 use taut_integrator::{StepOptions, Stepper};
+use taut_measure::trajectory::{Limits, Simulation};
 use taut_model::{HoistParams, SceneSource};
 
 fn options() -> StepOptions {

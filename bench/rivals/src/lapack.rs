@@ -7,7 +7,7 @@
 
 use std::ffi::c_char;
 use std::sync::Arc;
-use taut_ground::matrix::Triangle;
+use taut_measure::matrix::Triangle;
 use taut_solver::{BlockPattern, SolveError, SymBlockMatrix};
 
 #[link(name = "lapack")]

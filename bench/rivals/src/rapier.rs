@@ -27,9 +27,9 @@ use rapier3d_f64::dynamics::{
 use rapier3d_f64::geometry::{
     ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
 };
-use taut_ground::engine::grounded::{Known, Places};
-use taut_ground::engine::motion::{FRAME, Motion};
-use taut_ground::engine::{self, Engine, Frame, Setting, doubling};
+use taut_measure::engine::contact_scenes::{Known, Places};
+use taut_measure::engine::motion::{FRAME, Motion};
+use taut_measure::engine::{self, Engine, Frame, Setting, doubling};
 
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;

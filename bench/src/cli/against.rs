@@ -6,7 +6,7 @@ use super::track::{Outputs, TrackArgs, counter};
 use crate::machine::Machine;
 use crate::track::{self, Case, Effort, Measure, Program, Row, Verdict, Versus};
 use std::io;
-use taut_ground::files;
+use taut_measure::files;
 
 /// Serves `--measure`: answers on the program's streams, whatever else they are connected to.
 pub(crate) fn serve(slowed: f64) -> Result<(), Failure> {

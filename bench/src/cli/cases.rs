@@ -9,7 +9,7 @@ use clap::{Arg, ArgAction, Args, Command, FromArgMatches};
 use std::fs::File;
 use std::io;
 use std::path::PathBuf;
-use taut_ground::files::{self, FileError};
+use taut_measure::files::{self, FileError};
 use taut_studies::cases::{Cases, Header, Journal, Known, Shard};
 
 /// Which cases are run, and where they are kept.

@@ -6,8 +6,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
-use taut_ground::files;
-use taut_ground::pace::{self, Pace};
+use taut_measure::files;
+use taut_measure::pace::{self, Pace};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Console {

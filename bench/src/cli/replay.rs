@@ -4,7 +4,7 @@ use super::Failure;
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use taut_ground::files;
+use taut_measure::files;
 use taut_recording::{Ending, Recording, RecordingError, animation, page, still, table};
 use taut_studies::options::number;
 

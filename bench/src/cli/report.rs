@@ -7,7 +7,7 @@ use super::study::failed;
 use crate::report::{self, Report};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use taut_ground::files::{self, Output};
+use taut_measure::files::{self, Output};
 use taut_output::check::ExperimentError;
 use taut_studies::study::{Found, Study};
 

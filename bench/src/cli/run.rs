@@ -3,17 +3,17 @@
 use super::console::Console;
 use super::signals::{self, signals};
 use super::{Failure, StepArgs, step_options};
-use crate::run::{self, Summary, Wishes, Yardstick};
+use crate::run::{self, ReferenceValues, Requests, Summary};
 use crate::run_file::RunFile;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use taut_ground::columns::Columns;
-use taut_ground::files::{self, FileError, Output, Writing};
-use taut_ground::inputs::Inputs;
-use taut_ground::source;
-use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{Sleep, StepOptions, Stepper};
+use taut_measure::columns::Columns;
+use taut_measure::files::{self, FileError, Output, Writing};
+use taut_measure::inputs::Inputs;
+use taut_measure::source;
+use taut_measure::trajectory::{self, Sample};
 use taut_recording::Recorder;
 use taut_studies::options::{number, overrides, require_positive, steps};
 
@@ -86,7 +86,7 @@ pub(crate) struct RunArgs {
 /// A run to be made.
 struct Prepared {
     stepper: Stepper,
-    yardstick: Yardstick,
+    yardstick: ReferenceValues,
     inputs: Inputs,
     /// Names of the controls that are driven, or were.
     driven: Vec<String>,
@@ -324,7 +324,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
         .progress(count as u64)
         .with_message(files::line(&stepper.scene().name));
     let mut written = Vec::new();
-    let mut wishes = Wishes {
+    let mut requests = Requests {
         save_at,
         save: &mut |run| {
             let file = RunFile::new(run, yardstick, driven.clone());
@@ -340,7 +340,14 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
         },
         stop: &|| signals::name(signals.last()),
     };
-    let summary = run::run(&mut stepper, &yardstick, &inputs, count, &mut wishes, &bar);
+    let summary = run::run(
+        &mut stepper,
+        &yardstick,
+        &inputs,
+        count,
+        &mut requests,
+        &bar,
+    );
     bar.finish_and_clear();
     written.extend(rows.map(Writing::finish));
     written.push(tape.end(stepper.time(), &summary));

@@ -2,7 +2,7 @@
 
 use super::{Failure, SceneArgs};
 use clap::Args;
-use taut_ground::files;
+use taut_measure::files;
 use taut_model::SceneSource;
 use taut_model::scene_file::SceneText;
 

@@ -7,7 +7,7 @@ use super::console::Console;
 use super::{Cli, report};
 use clap::{Arg, ArgMatches, Args, Command, value_parser};
 use std::path::{Path, PathBuf};
-use taut_ground::files::{self, FileError, Output};
+use taut_measure::files::{self, FileError, Output};
 use taut_output::check::ExperimentError;
 use taut_output::row;
 use taut_studies::cases::Cases;

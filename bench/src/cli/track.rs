@@ -9,8 +9,8 @@ use clap::{Args, value_parser};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use taut_ground::Choice;
-use taut_ground::files::{self, Output};
+use taut_measure::Choice;
+use taut_measure::files::{self, Output};
 use taut_solver::Backend;
 use taut_studies::options::number;
 

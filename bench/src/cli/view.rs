@@ -7,8 +7,8 @@ use crate::run;
 use crate::run_file::RunFile;
 use clap::Args;
 use std::sync::Arc;
-use taut_ground::{files, trajectory};
 use taut_integrator::{SavedRun, StepOptions};
+use taut_measure::{files, trajectory};
 use taut_view::{Drive, View};
 
 pub(crate) const AFTER_HELP: &str = "\

@@ -8,7 +8,7 @@ use super::score::{Scores, scores};
 use super::sheets::table;
 use maud::html;
 use serde_json::{Value, json};
-use taut_ground::choice::Omission;
+use taut_measure::choice::Omission;
 use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 use taut_output::plot::Chart;

@@ -3,9 +3,9 @@
 use super::{Summary, load_error};
 use std::fmt::Write;
 use std::io;
-use taut_ground::files;
-use taut_ground::openings::Opening;
-use taut_ground::trajectory::Sample;
+use taut_measure::files;
+use taut_measure::openings::Opening;
+use taut_measure::trajectory::Sample;
 
 /// How the run ended, in a line.
 fn verdict(s: &Summary) -> String {

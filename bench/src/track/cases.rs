@@ -3,11 +3,12 @@
 use super::measures::Measure;
 use super::start::PASS;
 use std::fmt;
-use taut_ground::choice::Choice;
-use taut_ground::reference;
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::reference;
 use taut_model::{
-    Controls, GantryParams, Grounded, GroundedParams, HoistParams, Network, NetworkParams, Scene,
+    ContactScene, ContactSceneParams, Controls, GantryParams, HoistParams, Network, NetworkParams,
+    Scene,
 };
 use taut_studies::ladder;
 use taut_studies::scenes;
@@ -87,9 +88,9 @@ impl Place {
         match self {
             Self::Network(network, size) => scenes::swinging(&Self::network(network, size), DT),
             Self::Floor => {
-                let params = GroundedParams {
+                let params = ContactSceneParams {
                     mass_ratio: FLOOR_RATIO,
-                    ..GroundedParams::new(Grounded::Floor)
+                    ..ContactSceneParams::new(ContactScene::Floor)
                 };
                 Ok(params.build()?)
             }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::Path;
-use taut_ground::files::{self, FileError, Output};
+use taut_measure::files::{self, FileError, Output};
 use taut_studies::study::{PLAIN, Study};
 
 /// Version of the line format.

@@ -7,8 +7,8 @@
 
 use super::cases::{DT, Place};
 use super::wall;
-use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
+use taut_measure::choice::Choice;
 use taut_model::{Controls, Scene};
 
 const STEPS: usize = 3600;

@@ -19,8 +19,8 @@ use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
-use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
+use taut_measure::choice::Choice;
 
 /// Version of the messages and of the measurements behind them.
 const SCHEMA: u32 = 2;

@@ -1,7 +1,7 @@
 //! The ratio of two programs' times, with an interval: the median of the ratios of many rounds and its bootstrap interval
 //! (B. Efron, *Bootstrap methods: another look at the jackknife*, 1979).
 
-use taut_ground::random::Random;
+use taut_measure::random::Random;
 
 /// Bootstrap samples.
 const SAMPLES: usize = 2000;

@@ -4,12 +4,12 @@
 use super::cases::{Case, DT, Place};
 use super::measures::{Measure, Missing};
 use nalgebra::Vector3;
-use taut_ground::allocations;
-use taut_ground::choice::Choice;
-use taut_ground::errors::worse;
-use taut_ground::reference::Snapshot;
-use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::allocations;
+use taut_measure::choice::Choice;
+use taut_measure::errors::worse;
+use taut_measure::reference::Snapshot;
+use taut_measure::trajectory::load_position;
 use taut_model::Scene;
 use taut_solver::{backward_error, forward_error};
 use taut_studies::scenes::{WARM_UP, reference_choice};

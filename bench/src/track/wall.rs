@@ -6,8 +6,8 @@
 
 use super::start::{PASS, Start};
 use std::time::{Duration, Instant};
-use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
+use taut_measure::choice::Choice;
 
 /// Fewest passes.
 const PASSES: usize = 30;

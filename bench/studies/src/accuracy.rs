@@ -6,10 +6,10 @@ use crate::study::question::*;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::sync::LazyLock;
-use taut_ground::choice::Choice;
-use taut_ground::reference::{self, Converged};
-use taut_ground::trajectory::{Timing, Trajectory, simulate, steps_in};
 use taut_integrator::{PhaseTimes, Scheme, StepError, StepOptions, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::reference::{self, Converged};
+use taut_measure::trajectory::{Timing, Trajectory, simulate, steps_in};
 use taut_model::{HoistParams, JointKind};
 use taut_solver::Backend;
 

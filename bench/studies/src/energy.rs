@@ -4,8 +4,8 @@
 use crate::study::question::*;
 use nalgebra::{Matrix4, UnitQuaternion, Vector3, Vector4};
 use std::f64::consts::TAU;
-use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions};
+use taut_measure::trajectory::{load_position, steps_in};
 use taut_model::{
     Bodies, Body, Constraint, Cosserat, Frame, HoistParams, RowLaw, Scene, Spherical, Stiffness,
     hanging_axes,

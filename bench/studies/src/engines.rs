@@ -8,11 +8,11 @@ use crate::study::question::*;
 use nalgebra::Vector3;
 use search::{Outcome, frames};
 use std::fmt::Write;
-use taut_ground::engine::grounded::{self, Kind, Known, Places};
-use taut_ground::engine::motion::{self, Converged, FRAME, Motion};
-use taut_ground::engine::{Engine, Frame, Setting};
-use taut_ground::trajectory::steps_in;
 use taut_integrator::StepError;
+use taut_measure::engine::contact_scenes::{self, Kind, Known, Places};
+use taut_measure::engine::motion::{self, Converged, FRAME, Motion};
+use taut_measure::engine::{Engine, Frame, Setting};
+use taut_measure::trajectory::steps_in;
 use taut_model::HoistParams;
 
 pub(crate) const STUDY: Study = Study {
@@ -234,7 +234,7 @@ fn stand(
     longest_ns: f64,
 ) -> Result<Outcome, StepError> {
     let (mut place, mut depth) = (0.0_f64, 0.0_f64);
-    let (mut times, mut frame, count) = (Vec::new(), 0, grounded::frames());
+    let (mut times, mut frame, count) = (Vec::new(), 0, contact_scenes::frames());
     let start = (setting.start)(known)?;
     let ran = frames(start, count, longest_ns, &mut times, |places| {
         frame += 1;
@@ -465,7 +465,7 @@ mod tests {
             (Kind::Floor, 1.0),
         ] {
             let known = Known::new(kind, 10.0).expect("sound");
-            let off = known.off(grounded::frames(), &known.scene.bodies.position);
+            let off = known.off(contact_scenes::frames(), &known.scene.bodies.position);
             assert!(
                 (off.place - way).abs() < 1e-9 && off.depth == 0.0,
                 "{off:?}"

@@ -4,9 +4,9 @@ use crate::study::question::*;
 use nalgebra::Vector3;
 use std::fmt::Write;
 use std::time::Instant;
-use taut_ground::inputs::Inputs;
-use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{ErrorEstimate, StepOptions, Stepper};
+use taut_measure::inputs::Inputs;
+use taut_measure::trajectory::{load_position, steps_in};
 use taut_model::{SceneError, SceneSource};
 
 pub(crate) const STUDY: Study = Study {

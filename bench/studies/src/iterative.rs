@@ -11,9 +11,9 @@ use crate::systems::{Fewest, Start, State, Told, at_rung, entrants, grid};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use table::{cell, conclusions, reached, scene};
-use taut_ground::choice::{Choice, Omission};
-use taut_ground::reference::reference_choice;
 use taut_integrator::{Phase, StepError, StepOptions};
+use taut_measure::choice::{Choice, Omission};
+use taut_measure::reference::reference_choice;
 use taut_model::{HoistParams, Network, Scene};
 
 /// Steps from the start to the state of a case.

@@ -12,11 +12,11 @@ use crate::systems::{Told, add_omissions, grid, taking_part, turns};
 use rival::{Errors, work};
 use serde::Serialize;
 use std::time::Duration;
-use taut_ground::choice::Omission;
 use taut_integrator::StepError;
+use taut_measure::choice::Omission;
 
 /// Rows beyond which the dense solver, whose cost is cubic, is left out.
-pub const DENSE_ROWS: usize = taut_ground::matrix::solve::DENSE_ROWS;
+pub const DENSE_ROWS: usize = taut_measure::matrix::solve::DENSE_ROWS;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -198,7 +198,7 @@ fn joints(row: &Row) -> String {
 mod tests {
     use super::*;
     use crate::systems::turns::LEAST_SAMPLES;
-    use taut_ground::Choice;
+    use taut_measure::Choice;
     use taut_output::table::plain;
 
     fn small(rivals: Vec<Rival>) -> Config {

@@ -27,8 +27,8 @@ use record::mark_fastest;
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 use std::time::Duration;
-use taut_ground::choice::{Choice, Omission};
-use taut_ground::trajectory::Failure;
+use taut_measure::choice::{Choice, Omission};
+use taut_measure::trajectory::Failure;
 use taut_model::HoistParams;
 use taut_output::check::ExperimentError;
 use taut_solver::coulomb::ConeMethod;
@@ -211,7 +211,7 @@ impl Task {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taut_ground::inputs::Inputs;
+    use taut_measure::inputs::Inputs;
     use taut_model::{Action, Event, When};
     use taut_solver::{Backend, DenseOptions};
 

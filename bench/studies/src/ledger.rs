@@ -24,12 +24,12 @@ use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 use std::time::Instant;
-use taut_ground::errors::worse;
-use taut_ground::inputs::Inputs;
-use taut_ground::trajectory::{
+use taut_integrator::{StepOptions, Stepper};
+use taut_measure::errors::worse;
+use taut_measure::inputs::Inputs;
+use taut_measure::trajectory::{
     ENERGY_TOLERANCE, Limits, Simulation, Timing, load_position, steps_in,
 };
-use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Scene, SceneSource};
 use taut_output::check::ExperimentError;
 

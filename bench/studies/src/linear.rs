@@ -5,9 +5,9 @@ use crate::options::choice;
 use crate::study::question::*;
 use crate::systems::{Start, State, Told, add_omissions, entrants};
 use serde::{Deserialize, Serialize};
-use taut_ground::choice::{Choice, Omission};
-use taut_ground::poses::{self, Pose};
 use taut_integrator::{StepError, StepOptions};
+use taut_measure::choice::{Choice, Omission};
+use taut_measure::poses::{self, Pose};
 use taut_model::{HoistParams, SceneError};
 
 /// Largest relative error of the multipliers for a direct solver with one refinement.

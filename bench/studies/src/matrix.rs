@@ -6,9 +6,9 @@ use crate::study::question::*;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
-use taut_ground::Choice;
-use taut_ground::matrix::solve::{About, CONVERGED, Config, DIRECT, Record, Results};
-use taut_ground::matrix::{System, solve};
+use taut_measure::Choice;
+use taut_measure::matrix::solve::{About, CONVERGED, Config, DIRECT, Record, Results};
+use taut_measure::matrix::{System, solve};
 use taut_solver::Backend;
 
 pub(crate) const STUDY: Study = Study {

@@ -5,13 +5,13 @@
 
 use nalgebra::Vector3;
 use serde_json::Value;
-use taut_ground::errors::worse;
-use taut_ground::inputs::Inputs;
-use taut_ground::pace;
-use taut_ground::trajectory::Failure;
 use taut_integrator::{
     GeometricStiffness, Guard, Scheme, StepError, StepOptions, StepReport, Stepper,
 };
+use taut_measure::errors::worse;
+use taut_measure::inputs::Inputs;
+use taut_measure::pace;
+use taut_measure::trajectory::Failure;
 use taut_model::{Linearized, Scene};
 
 /// The default step with this scheme, the weight α of its geometric stiffness, and this Δt (s), guarded or not.

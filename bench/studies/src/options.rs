@@ -2,8 +2,8 @@
 
 use clap::{ArgMatches, Args, Command};
 use std::any::Any;
-use taut_ground::choice::Choice;
-use taut_ground::trajectory::steps_in;
+use taut_measure::choice::Choice;
+use taut_measure::trajectory::steps_in;
 use taut_output::settings::distinct;
 
 /// An option whose value cannot be used.

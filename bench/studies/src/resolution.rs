@@ -7,8 +7,8 @@ use crate::study::question::*;
 use nalgebra::Vector3;
 use std::fmt::Write;
 use std::time::Instant;
-use taut_ground::inputs::Inputs;
 use taut_integrator::{Resolved, Stepper};
+use taut_measure::inputs::Inputs;
 use taut_model::scene::resolution::Resolution;
 use taut_model::{
     Body, Cable, CableEnd, Damping, Frame, Material, Motion, Scene, SceneError, Segments, Side,

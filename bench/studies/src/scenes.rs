@@ -5,7 +5,7 @@ mod study;
 
 pub use measure::swinging;
 pub(crate) use study::STUDY;
-pub use taut_ground::reference::reference_choice;
+pub use taut_measure::reference::reference_choice;
 
 use crate::cases::{Cases, shared};
 use crate::fit;
@@ -17,8 +17,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 use std::time::Duration;
-use taut_ground::choice::{Choice, Omission};
 use taut_integrator::{Elimination, StepError};
+use taut_measure::choice::{Choice, Omission};
 use taut_model::{Network, NetworkParams};
 use taut_solver::{Backend, SolveReport};
 

@@ -4,10 +4,10 @@ use crate::study::question::*;
 use crate::systems::{Told, at_rung, entrants, rungs};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use taut_ground::choice::Choice;
-use taut_ground::errors::worse;
-use taut_ground::matrix::sequence::{self, FORMS, INDEX, Sequence, Stretch, Systems};
-use taut_ground::trajectory::Timing;
+use taut_measure::choice::Choice;
+use taut_measure::errors::worse;
+use taut_measure::matrix::sequence::{self, FORMS, INDEX, Sequence, Stretch, Systems};
+use taut_measure::trajectory::Timing;
 use taut_solver::{SolveError, backward_error, forward_error};
 
 const PASSES: usize = 3;

@@ -7,8 +7,8 @@ use crate::study::question::*;
 use rayon::prelude::*;
 use run::{Run, initial_energy, measure, times};
 use scene::{FRAME, SEGMENTS, Shock, scene};
-use taut_ground::cache;
 use taut_integrator::{Guard, Scheme, StepError, StepOptions};
+use taut_measure::cache;
 use taut_solver::Backend;
 
 pub(crate) const STUDY: Study = Study {
@@ -377,7 +377,7 @@ fn percent(part: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taut_ground::trajectory::Failure;
+    use taut_measure::trajectory::Failure;
 
     fn judge(uncertainty: f64, change: impl FnOnce(&mut Run)) -> Row {
         let reference = Reference {

@@ -3,8 +3,8 @@
 
 use crate::study::question::*;
 use std::f64::consts::PI;
-use taut_ground::trajectory::{Failure, simulate};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
+use taut_measure::trajectory::{Failure, simulate};
 use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, Stiffness};
 
 pub(crate) const STUDY: Study = Study {

@@ -4,10 +4,10 @@ use crate::options::count;
 use crate::study::question::*;
 use crate::systems::{Fewest, grid};
 use serde::{Deserialize, Serialize};
-use taut_ground::choice::Choice;
-use taut_ground::pace;
-use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::pace;
+use taut_measure::trajectory::load_position;
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_solver::Status;
 

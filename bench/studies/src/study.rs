@@ -7,7 +7,7 @@ use clap::{ArgMatches, Command};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::PathBuf;
-use taut_ground::choice::Omission;
+use taut_measure::choice::Omission;
 use taut_output::check::ExperimentError;
 use taut_output::settings::Setting;
 use taut_output::sheet::Sheet;

@@ -19,8 +19,8 @@ pub use state::{Solved, Start, State};
 
 use crate::study::{Found, Study};
 use serde_json::Value;
-use taut_ground::choice::{Choice, Omission};
 use taut_integrator::StepError;
+use taut_measure::choice::{Choice, Omission};
 use taut_output::settings::Setting;
 use taut_output::table::{self, MARK};
 use taut_solver::SolveError;

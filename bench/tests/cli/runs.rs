@@ -117,7 +117,7 @@ fn a_written_scene_runs_as_the_scene_itself() {
             "particles=4 --set seed=2"
         } else if taut_model::Reeved::named(name).is_some() {
             "falls=3 --set friction=0.2"
-        } else if taut_model::Grounded::named(name).is_some() {
+        } else if taut_model::ContactScene::named(name).is_some() {
             "count=3 --set segments=4"
         } else {
             "segments=8 --set seed=2"

@@ -47,7 +47,7 @@ fn the_main_job_writes_records_with_their_fields() {
             "{record}"
         );
     }
-    let compiled = taut_ground::Choice::all()
+    let compiled = taut_measure::Choice::all()
         .into_iter()
         .filter(|c| c.check().is_ok());
     for choice in compiled {
@@ -90,7 +90,7 @@ fn the_study_linear_writes_records_with_their_fields() {
         assert_eq!(record["segments"], 24, "{record}");
         assert_eq!(record["error"], Value::Null, "{record}");
     }
-    let compiled = taut_ground::Choice::all()
+    let compiled = taut_measure::Choice::all()
         .into_iter()
         .filter(|c| c.check().is_ok());
     for choice in compiled {

@@ -13,11 +13,11 @@
 //! its spring, until a motor comes to its limit of force.
 
 use super::operator::Operator;
-use super::{Contacts, Touch};
+use super::{ContactPoint, Contacts};
 use nalgebra::Vector3;
 use taut_model::{BodyVectors, Scene};
 
-impl Touch {
+impl ContactPoint {
     /// 1/m + (r × n)·I⁻¹ (r × n) of its bodies without joints and other contacts \[1/kg].
     pub(super) fn mobility(&self, scene: &Scene) -> f64 {
         let bodies = &scene.bodies;
@@ -100,7 +100,7 @@ impl Contacts {
         let pressing = self.touches.iter().filter(|touch| touch.impulse[0] > 0.0);
         let against = pressing.filter(|touch| touch.push(body).dot(pull) < 0.0);
         let others = against
-            .flat_map(Touch::carriers)
+            .flat_map(ContactPoint::carriers)
             .map(|carrier| carrier.body);
         others
             .filter(|&other| other != body && scene.bodies.is_dynamic(other))
@@ -108,7 +108,7 @@ impl Contacts {
     }
 
     /// Contacts that press now and did not in the step before.
-    fn landed(&self) -> impl Iterator<Item = &Touch> {
+    fn landed(&self) -> impl Iterator<Item = &ContactPoint> {
         let touches = self.touches.iter();
         touches.filter(|touch| touch.arrives && touch.impulse[0] > 0.0)
     }
@@ -130,7 +130,7 @@ impl Contacts {
 
 impl Operator {
     /// Contacts of the islands in which one is hit become rigid; whether any did.
-    pub(crate) fn harden(&self, scene: &Scene, touches: &mut [Touch]) -> bool {
+    pub(crate) fn harden(&self, scene: &Scene, touches: &mut [ContactPoint]) -> bool {
         if !touches.iter().any(|touch| touch.hit) {
             return false;
         }

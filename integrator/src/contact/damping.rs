@@ -14,7 +14,7 @@
 //! This floor is for contacts that are soft for want of better knowledge. A contact softer than
 //! [`STIFF`] is a spring by intent, with the damping of its surfaces.
 
-use super::Touch;
+use super::ContactPoint;
 use taut_model::Scene;
 
 /// Least damping time over √(m ε): that of critical damping.
@@ -23,7 +23,7 @@ const CRITICAL: f64 = 2.0;
 /// Compliance from which on a contact is a spring by intent \[m/N].
 const STIFF: f64 = 1e-8;
 
-impl Touch {
+impl ContactPoint {
     /// Damping time of the contact where it carries `force` (N) \[s].
     pub(super) fn damping(&self, scene: &Scene, force: f64) -> f64 {
         let surface = &self.found.surface;

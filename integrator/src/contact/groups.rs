@@ -5,7 +5,7 @@
 //! its contacts take the order of their upper bodies, and every [`OWN`] of them begin a group, which the other contacts of
 //! their bodies join up to [`MOST`]: groups overlap, for what one leaves at its rim the next has inside.
 
-use super::Touch;
+use super::ContactPoint;
 use crate::system_data::SystemData;
 use std::ops::Range;
 use taut_model::{Linearized, Scene};
@@ -99,7 +99,7 @@ impl Groups {
     }
 
     /// Sorts the active contacts.
-    pub(crate) fn divide(&mut self, system_data: &SystemData, touches: &[Touch]) {
+    pub(crate) fn divide(&mut self, system_data: &SystemData, touches: &[ContactPoint]) {
         let Self { joined, part, .. } = self;
         joined.clear();
         joined.extend(0..part.len());
@@ -145,7 +145,12 @@ impl Groups {
     }
 
     /// Groups of an island that is too large for one.
-    fn part_island(&mut self, island: Range<usize>, system_data: &SystemData, touches: &[Touch]) {
+    fn part_island(
+        &mut self,
+        island: Range<usize>,
+        system_data: &SystemData,
+        touches: &[ContactPoint],
+    ) {
         self.list(&island, system_data, touches);
         self.number(system_data, touches);
         let rank = &self.rank;
@@ -181,7 +186,7 @@ impl Groups {
     }
 
     /// Lists the places of an island's contacts by bodies.
-    fn list(&mut self, island: &Range<usize>, system_data: &SystemData, touches: &[Touch]) {
+    fn list(&mut self, island: &Range<usize>, system_data: &SystemData, touches: &[ContactPoint]) {
         self.at.clear();
         for place in island.clone() {
             let bodies = movable(system_data, &touches[self.order[place]]);
@@ -192,7 +197,7 @@ impl Groups {
     }
 
     /// Numbers the bodies of the listed contacts from one on the ground on.
-    fn number(&mut self, system_data: &SystemData, touches: &[Touch]) {
+    fn number(&mut self, system_data: &SystemData, touches: &[ContactPoint]) {
         let (rows, unknown) = (&system_data.rows, usize::MAX);
         self.rank.clear();
         self.rank.resize(self.part.len(), unknown);
@@ -225,7 +230,7 @@ impl Groups {
     }
 
     /// The listed bodies, those that touch the ground first.
-    fn seeds(&self, system_data: &SystemData, touches: &[Touch]) -> Vec<usize> {
+    fn seeds(&self, system_data: &SystemData, touches: &[ContactPoint]) -> Vec<usize> {
         let grounded =
             |place: usize| movable(system_data, &touches[self.order[place]]).contains(&None);
         let first = self.at.iter().filter(|(_, place)| grounded(*place));
@@ -235,7 +240,7 @@ impl Groups {
 }
 
 /// The bodies of a contact that move.
-fn movable(system_data: &SystemData, touch: &Touch) -> [Option<usize>; 2] {
+fn movable(system_data: &SystemData, touch: &ContactPoint) -> [Option<usize>; 2] {
     let bodies = touch.found.bodies;
     bodies.map(|i| i.filter(|i| !system_data.inertia.is_immovable(*i)))
 }

@@ -9,7 +9,7 @@
 use super::groups::Groups;
 use super::sweeps::Split;
 use super::through::{Columns, Through};
-use super::{CARRIERS, ContactBody, FLOOR, Touch};
+use super::{CARRIERS, ContactBody, ContactPoint, FLOOR};
 use crate::effort::Effort;
 use crate::response::Factor;
 use crate::system_data::SystemData;
@@ -78,7 +78,7 @@ impl Operator {
     }
 
     /// G and M̃⁻¹ Hᵀ.
-    fn couple(&mut self, system_data: &SystemData, touches: &[Touch]) {
+    fn couple(&mut self, system_data: &SystemData, touches: &[ContactPoint]) {
         let inertia = &system_data.inertia;
         self.columns.clear();
         self.moved.clear();
@@ -105,7 +105,7 @@ impl Operator {
     pub(crate) fn build(
         &mut self,
         system_data: &SystemData,
-        touches: &mut [Touch],
+        touches: &mut [ContactPoint],
         factor: &mut Factor<'_>,
     ) -> Result<SolveReport, SolveError> {
         self.couple(system_data, touches);
@@ -147,7 +147,13 @@ impl Operator {
     }
 
     /// H M̃⁻¹ Hᵀ of a group.
-    fn touch_directly(&self, members: &[usize], order: &[usize], touches: &[Touch], w: &mut [f64]) {
+    fn touch_directly(
+        &self,
+        members: &[usize],
+        order: &[usize],
+        touches: &[ContactPoint],
+        w: &mut [f64],
+    ) {
         let n = 3 * members.len();
         for (a, i) in members.iter().enumerate() {
             let touch = &touches[order[*i]];
@@ -186,7 +192,7 @@ impl Operator {
         &mut self,
         members: &[usize],
         order: &[usize],
-        touches: &mut [Touch],
+        touches: &mut [ContactPoint],
         w: &mut [f64],
     ) {
         let n = 3 * members.len();
@@ -206,13 +212,13 @@ impl Operator {
     }
 
     /// σ of the rows of contact `i`.
-    pub(super) fn sigma(&self, i: usize, touches: &[Touch]) -> [f64; 3] {
+    pub(super) fn sigma(&self, i: usize, touches: &[ContactPoint]) -> [f64; 3] {
         let floor = self.floor[i];
         [floor + touches[i].softness, floor, floor]
     }
 
     /// Adds σ p of each contact, which [`super::Contacts::rates`] leave out.
-    pub(crate) fn add_regularization(&self, touches: &[Touch], rates: &mut [f64]) {
+    pub(crate) fn add_regularization(&self, touches: &[ContactPoint], rates: &mut [f64]) {
         for &i in &self.groups.order {
             for (k, sigma) in self.sigma(i, touches).into_iter().enumerate() {
                 rates[3 * i + k] += sigma * touches[i].impulse[k];
@@ -228,7 +234,7 @@ impl Operator {
     /// p·W p of the contacts' impulses \[J].
     pub(crate) fn energy(
         &mut self,
-        touches: &[Touch],
+        touches: &[ContactPoint],
         factor: &mut Factor<'_>,
     ) -> Result<f64, SolveError> {
         let mut moved = std::mem::take(&mut self.moved_rates);
@@ -255,7 +261,7 @@ impl Operator {
     /// q = u − W p of all contacts for their rates u, in place.
     pub(crate) fn take_away(
         &mut self,
-        touches: &[Touch],
+        touches: &[ContactPoint],
         rates: &mut [f64],
         factor: &mut Factor<'_>,
     ) -> Result<(), SolveError> {
@@ -271,7 +277,12 @@ impl Operator {
     }
 
     /// q = u − W p of a group for its rates u, in place.
-    pub(super) fn take_group_away(&mut self, k: usize, touches: &[Touch], rates: &mut [f64]) {
+    pub(super) fn take_group_away(
+        &mut self,
+        k: usize,
+        touches: &[ContactPoint],
+        rates: &mut [f64],
+    ) {
         self.impulses.clear();
         let of = self.groups.contacts(k);
         self.impulses.extend(of.flat_map(|i| touches[i].impulse));
@@ -289,7 +300,7 @@ impl Operator {
     pub(crate) fn solve(
         &mut self,
         method: ConeMethod,
-        touches: &mut [Touch],
+        touches: &mut [ContactPoint],
         rates: &[f64],
         factor: &mut Factor<'_>,
         mut each: impl FnMut(ConeReport, bool),
@@ -314,7 +325,7 @@ impl Operator {
         &mut self,
         (k, effort): (usize, &mut Effort),
         method: ConeMethod,
-        touches: &mut [Touch],
+        touches: &mut [ContactPoint],
         rates: &[f64],
         each: &mut impl FnMut(ConeReport, bool),
     ) -> Result<bool, SolveError> {
@@ -347,7 +358,7 @@ impl Operator {
     }
 
     /// The contacts of a group have the impulses in its vector.
-    pub(super) fn hand_over(&self, k: usize, touches: &mut [Touch]) {
+    pub(super) fn hand_over(&self, k: usize, touches: &mut [ContactPoint]) {
         for (i, p) in self
             .groups
             .contacts(k)
@@ -362,7 +373,7 @@ impl Operator {
         &mut self,
         k: usize,
         method: ConeMethod,
-        touches: &[Touch],
+        touches: &[ContactPoint],
         rates: &[f64],
         first: bool,
     ) -> Result<ConeReport, SolveError> {

@@ -27,7 +27,7 @@
 //! without restitution, which take energy away, until the gain is none.
 
 use super::operator::Operator;
-use super::{Contacts, Touch};
+use super::{ContactPoint, Contacts};
 use crate::response::Factor;
 use crate::system_data::SystemData;
 use taut_model::Scene;
@@ -48,7 +48,7 @@ pub(crate) fn slowest(scene: &Scene, dt: f64) -> f64 {
     (SLOWEST * scene.gravity.norm() * dt).max(STANDSTILL)
 }
 
-impl Touch {
+impl ContactPoint {
     /// True if the shapes rest on each other: they close no faster than `slowest` (m/s), and this
     /// speed closes their gap within the step `dt` (s).
     pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
@@ -100,7 +100,7 @@ impl Operator {
     /// There is no such change `after_blow`.
     fn take_free(
         &self,
-        touches: &mut [Touch],
+        touches: &mut [ContactPoint],
         solved: &[f64],
         begun: &dyn Fn(usize) -> [f64; 6],
         after_blow: bool,
@@ -220,7 +220,7 @@ impl Contacts {
             touch.impulse = touch.impulse.map(|p| p * part);
         }
         (self.rates, self.wanted) = (rates, wanted);
-        let moved = |touch: &Touch| dot3(&touch.impulse, &touch.shift[1]);
+        let moved = |touch: &ContactPoint| dot3(&touch.impulse, &touch.shift[1]);
         Ok(Budget {
             spent,
             shifted: self.touches.iter().map(moved).sum(),
@@ -276,7 +276,7 @@ impl Contacts {
 }
 
 /// p·u of impulses p at the rates u less their shift of this stage \[J].
-fn along(touches: &[Touch], rates: &[f64], stage: usize) -> f64 {
+fn along(touches: &[ContactPoint], rates: &[f64], stage: usize) -> f64 {
     let impulses = touches.iter().flat_map(|t| t.impulse);
     let shifts = touches.iter().flat_map(|t| t.shift[stage]);
     let instant = rates.iter().zip(shifts).map(|(u, shift)| u - shift);

@@ -10,7 +10,7 @@
 //! A sweep solves each group in turn, forwards and backwards in turn, without those that keep their conditions.
 //! The passes of the step go on where a solution ends; what they leave is reported as undecided.
 
-use super::Touch;
+use super::ContactPoint;
 use super::groups::Island;
 use super::operator::Operator;
 use crate::response::Factor;
@@ -48,7 +48,7 @@ impl Operator {
         &mut self,
         island: &Island,
         method: ConeMethod,
-        touches: &mut [Touch],
+        touches: &mut [ContactPoint],
         q: &[f64],
         factor: &mut Factor<'_>,
         each: &mut impl FnMut(ConeReport, bool),
@@ -95,7 +95,7 @@ impl Operator {
         k: usize,
         island: &Island,
         method: ConeMethod,
-        touches: &mut [Touch],
+        touches: &mut [ContactPoint],
         rates: &mut [f64],
         factor: &mut Factor<'_>,
     ) -> Result<ConeReport, SolveError> {
@@ -124,7 +124,7 @@ impl Operator {
     }
 
     /// The size of the rates.
-    fn size(&self, island: &Island, touches: &[Touch], q: &[f64]) -> f64 {
+    fn size(&self, island: &Island, touches: &[ContactPoint], q: &[f64]) -> f64 {
         let of = self.groups.order[island.contacts.clone()].iter();
         of.fold(0.0, |most: f64, &i| {
             let inert = touches[i].impulse.map(|p| self.weight(i) * p);
@@ -134,7 +134,7 @@ impl Operator {
     }
 
     /// Largest violation of the conditions in a group \[m/s].
-    fn worst_of(&self, k: usize, touches: &[Touch], rates: &[f64]) -> f64 {
+    fn worst_of(&self, k: usize, touches: &[ContactPoint], rates: &[f64]) -> f64 {
         self.groups.contacts(k).fold(0.0, |worst: f64, i| {
             let inert = touches[i].impulse.map(|p| self.weight(i) * p);
             let rate = [0, 1, 2].map(|k| rates[3 * i + k]);
@@ -147,7 +147,7 @@ impl Operator {
         &mut self,
         island: &Island,
         sign: f64,
-        touches: &[Touch],
+        touches: &[ContactPoint],
         rates: &mut [f64],
         factor: &mut Factor<'_>,
     ) -> Result<(), SolveError> {
@@ -164,7 +164,7 @@ impl Operator {
         &mut self,
         island: &Island,
         (places, impulses): (&[usize], &[[f64; 3]]),
-        touches: &[Touch],
+        touches: &[ContactPoint],
         rates: &mut [f64],
         factor: &mut Factor<'_>,
     ) -> Result<(), SolveError> {

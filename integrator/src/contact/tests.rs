@@ -4,8 +4,8 @@ use crate::{Energy, Form, SavedRun, StepError, StepOptions, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::collide::{Collider, Shape, Surface};
 use taut_model::{
-    Body, Cable, CableEnd, Constraint, Frame, Grounded, GroundedParams, HoistParams, MasslessCable,
-    Material, RowLaw, Scene, Sheave,
+    Body, Cable, CableEnd, Constraint, ContactScene, ContactSceneParams, Frame, HoistParams,
+    MasslessCable, Material, RowLaw, Scene, Sheave,
 };
 use taut_solver::Backend;
 
@@ -320,8 +320,8 @@ fn what_the_rope_leaves_of_a_load_the_ground_carries() {
 
 #[test]
 fn a_run_that_is_taken_up_goes_on_with_the_same_bits() {
-    for grounded in Grounded::ALL {
-        let mut scene = GroundedParams::new(grounded).build().unwrap();
+    for grounded in ContactScene::ALL {
+        let mut scene = ContactSceneParams::new(grounded).build().unwrap();
         scene.bodies.velocity[0].y += 0.3;
         let mut stepper = stepper(scene);
         run_any(&mut stepper, 20);

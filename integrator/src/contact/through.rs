@@ -10,7 +10,7 @@
 //! takes six solves a body. It is formed so where that halves the solves at least.
 
 use super::CARRIERS;
-use super::Touch;
+use super::ContactPoint;
 use super::operator::Operator;
 use crate::response::Factor;
 use crate::system_data::SystemData;
@@ -178,7 +178,7 @@ impl Through {
     }
 
     /// Subtracts H (Cᵀ S⁻¹ C) Hᵀ of these contacts from their W.
-    fn subtract<'a>(&mut self, contacts: impl Iterator<Item = &'a Touch>, w: &mut [f64]) {
+    fn subtract<'a>(&mut self, contacts: impl Iterator<Item = &'a ContactPoint>, w: &mut [f64]) {
         let bodies = &self.bodies;
         self.rows.clear();
         for touch in contacts {
@@ -224,7 +224,7 @@ impl Operator {
     pub(super) fn touch_through_joints(
         &mut self,
         (members, order): (&[usize], &[usize]),
-        (system_data, touches): (&SystemData, &[Touch]),
+        (system_data, touches): (&SystemData, &[ContactPoint]),
         factor: &mut Factor<'_>,
         w: &mut [f64],
         slots: &[Vec<usize>],

@@ -20,14 +20,14 @@
 //!
 //! The normal row needs none: its gap is that of each step anew. ω is that of the beginning, and changes it by Δt² at most.
 
-use super::Touch;
+use super::ContactPoint;
 use nalgebra::Vector3;
 use taut_model::Scene;
 
 /// Square of an angular velocity \[rad²/s²] of which b is a rounding error of g Δt: 10⁻¹⁶ m/s and less.
 const STILL: f64 = 1e-14;
 
-impl Touch {
+impl ContactPoint {
     /// Takes b of the rows across the normal for a step `dt`, after it is known whether the contact is hit.
     pub(super) fn follow(&mut self, scene: &Scene, dt: f64) {
         let spins = &scene.bodies.angular_velocity;

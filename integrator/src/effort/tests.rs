@@ -4,17 +4,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
-use taut_model::{Grounded, GroundedParams, Scene};
+use taut_model::{ContactScene, ContactSceneParams, Scene};
 use taut_solver::coulomb::ConeMethod;
 
 /// A pile of cables under this gravity: 10⁹ m/s² crush them into dense problems without a solution.
 fn pile(gravity: f64, mass_ratio: f64) -> Stepper {
-    let params = GroundedParams {
+    let params = ContactSceneParams {
         mass_ratio,
         ei: 1.0,
         damping: 0.5,
         gravity,
-        ..GroundedParams::new(Grounded::Pile)
+        ..ContactSceneParams::new(ContactScene::Pile)
     };
     let scene: Scene = params.build().expect("built");
     Stepper::new(scene, StepOptions::default()).expect("a sound scene")

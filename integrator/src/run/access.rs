@@ -20,7 +20,7 @@ impl Stepper {
         self.check_rows(mu)?;
         self.step.multipliers.mu.copy_from_slice(mu);
         self.step.multipliers.mu_dt = self.step.substep();
-        self.step.record.told.forget();
+        self.step.record.reported.forget();
         self.step.progress.stage.unsolve();
         self.wake();
         Ok(())
@@ -115,8 +115,8 @@ impl Stepper {
         self.step.record.account.close();
         self.step.progress.stage = Stage::Unsolved;
         self.step.progress.started = true;
-        self.step.progress.fresh.clear();
-        self.step.guarded.holding = 0;
+        self.step.progress.newly_added.clear();
+        self.step.guarded.hold_off = 0;
         self.step.activation.forget();
         let rows = &mut self.step.system_data.rows;
         rows.drive(

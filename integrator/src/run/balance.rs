@@ -22,7 +22,7 @@
 //! the work of recovery. It counts over the way that the deepest penetration of the start has to go, no further: what sinks
 //! in later loses by that what it gets back. The compliance of a contact stores ½ ε f² or, where less, ½ φ²/ε.
 
-use crate::contact::Touch;
+use crate::contact::ContactPoint;
 use crate::contact::rebound::slowest;
 use crate::run::Stepper;
 use crate::step::Stage;
@@ -215,7 +215,7 @@ impl Stepper {
     fn has_blow(&self) -> bool {
         let contacts = &self.step.contacts;
         let slowest = slowest(&self.step.scene, contacts.dt());
-        let before = |touch: &Touch| touch.rates(|i| self.step.system_data.v.get(i))[0];
+        let before = |touch: &ContactPoint| touch.rates(|i| self.step.system_data.v.get(i))[0];
         let mut carry = contacts.touches.iter().filter(|t| t.impulse[0] > 0.0);
         carry.any(|touch| before(touch) < -slowest)
     }
@@ -237,7 +237,7 @@ impl Stepper {
 
     /// Elastic energy of the contacts, at most ½ φ²/ε of the penetrations that the sub-step began with \[J].
     fn stored_in_contacts(&self) -> f64 {
-        let of = |touch: &Touch| {
+        let of = |touch: &ContactPoint| {
             let (compliance, force) = (
                 touch.found.surface.compliance,
                 touch.impulse[0] / self.step.contacts.dt(),

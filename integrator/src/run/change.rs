@@ -377,7 +377,7 @@ impl Stepper {
             let moved = Moved::new(self, &edit);
             let mut changed = self.rebuilt(self.run_of(edit.scene).moved(&moved))?;
             changed.begin_past(&moved);
-            changed.step.progress.fresh = moved.fresh(&self.step.progress.fresh);
+            changed.step.progress.newly_added = moved.fresh(&self.step.progress.newly_added);
             changed.ids = edit.ids;
             changed.carry_over(self, &edit.parted, &edit.closed);
             changed.begin_past_of(&edit.reshaped);

@@ -206,7 +206,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
         )
     {
         // Its velocities are half a step old.
-        let fresh = |i: &usize| !of.step.progress.fresh.contains(i);
+        let fresh = |i: &usize| !of.step.progress.newly_added.contains(i);
         for i in (0..scene.bodies.len()).filter(fresh) {
             let [x, y, z, p, q, r] = of.step.system_data.dv.get(i);
             scene.bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;

@@ -127,7 +127,7 @@ impl Stepper {
 
     /// The contacts of the last step: those that carried a force in it, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
-        let told = self.step.record.told.contacts();
+        let told = self.step.record.reported.contacts();
         let last = || self.step.contacts.told(&self.step.system_data);
         let own = told.is_none().then(last).into_iter().flatten();
         let own = own.map(|(_, contact)| contact);

@@ -362,9 +362,9 @@ impl Stepper {
         };
         run.time = self.step.time;
         run.started = self.step.progress.started;
-        run.fresh.clone_from(&self.step.progress.fresh);
+        run.fresh.clone_from(&self.step.progress.newly_added);
         run.advanced = self.step.progress.stage.advanced();
-        run.holding = self.step.guarded.holding;
+        run.holding = self.step.guarded.hold_off;
         run.implicit = match self.step.progress.stage {
             Stage::Advanced { implicit, .. } => implicit,
             // A question about the next step came between.
@@ -372,7 +372,7 @@ impl Stepper {
         };
         refill(&mut run.impulses, self.step.multipliers.mu.iter().copied());
         run.impulse_time = self.step.multipliers.mu_dt;
-        let told = self.step.record.told.forces().into_iter().flatten();
+        let told = self.step.record.reported.forces().into_iter().flatten();
         refill(&mut run.told, told.copied());
         let tension = run.tension.get_or_insert_default();
         refill(tension, self.step.multipliers.tension.iter().copied());
@@ -440,7 +440,7 @@ impl Stepper {
         }
         stepper.step.time = saved.time;
         stepper.step.progress.started = saved.started;
-        stepper.step.progress.fresh = saved.fresh;
+        stepper.step.progress.newly_added = saved.fresh;
         if saved.advanced > 0.0 {
             stepper.step.progress.stage = Stage::Advanced {
                 dt: saved.advanced,
@@ -448,11 +448,11 @@ impl Stepper {
             };
         }
         stepper.step.guarded.division.goes_on = saved.implicit;
-        stepper.step.guarded.holding = saved.holding;
+        stepper.step.guarded.hold_off = saved.holding;
         stepper.step.multipliers.mu = saved.impulses.into();
         stepper.step.multipliers.mu_dt = saved.impulse_time;
         if !saved.told.is_empty() {
-            stepper.step.record.told.put(saved.told);
+            stepper.step.record.reported.put(saved.told);
         }
         stepper.step.multipliers.tension_known = saved.tension.is_some();
         if let Some(tension) = saved.tension {

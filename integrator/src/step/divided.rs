@@ -91,7 +91,7 @@ pub(crate) struct Division {
     pub(crate) goes_on: bool,
     /// True if an elastic rope is caught, whose swing the parts resolve.
     swings: bool,
-    /// True if the velocities of all bodies went half a step back just now, from those of the [`substep_start`](super::guarded::Guarded::substep_start).
+    /// True if the velocities of all bodies went half a step back just now, from those of the [`substep_start`](super::guarded::GuardState::substep_start).
     pub(super) from_start: bool,
     /// Length of the steps over that of the steps whose error these tell.
     pub(crate) coarseness: f64,
@@ -351,7 +351,7 @@ impl Step {
             self.measure_events();
             left -= self.guarded.division.taken;
         }
-        self.record.told.add(&self.guarded.division.sum, 1.0);
+        self.record.reported.add(&self.guarded.division.sum, 1.0);
         if self.is_late() {
             self.bring_forward(false)?;
         }

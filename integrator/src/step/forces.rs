@@ -23,7 +23,7 @@ impl Step {
     /// Forces λ of the rows of a constraint, means over the last step.
     pub(crate) fn row_forces(&self, constraint: usize) -> Option<RowForces> {
         let mut forces = self.last_forces(constraint)?;
-        if let Some(told) = self.record.told.forces() {
+        if let Some(told) = self.record.reported.forces() {
             let range = self.system_data.rows.row_range(constraint);
             forces.rows[..range.len()].copy_from_slice(&told[range]);
         }
@@ -67,12 +67,12 @@ impl Step {
         if self.scene.events.is_empty() {
             return;
         }
-        let mut met = std::mem::take(&mut self.record.told.met);
+        let mut met = std::mem::take(&mut self.record.reported.met);
         met.resize(self.scene.events.len(), f64::NEG_INFINITY);
         for (met, event) in met.iter_mut().zip(&self.scene.events) {
             *met = met.max(self.measured(event));
         }
-        self.record.told.met = met;
+        self.record.reported.met = met;
     }
 
     /// Force \[N] or distance \[m], negative, that an event waits for; −∞ of one that waits for neither.

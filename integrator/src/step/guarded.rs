@@ -60,9 +60,9 @@ pub(crate) enum Pass {
 }
 
 /// State of the guard.
-pub(crate) struct Guarded {
+pub(crate) struct GuardState {
     /// Steps that the guard still takes implicitly.
-    pub(crate) holding: usize,
+    pub(crate) hold_off: usize,
     /// State of a step divided because a rope catches or is thrown slack.
     pub(crate) division: Division,
     /// States at the beginning of the step and of its sub-step.
@@ -83,8 +83,8 @@ impl Step {
             &self.contacts,
         );
         self.begin_division();
-        if self.guarded.holding > 0 {
-            self.guarded.holding -= 1;
+        if self.guarded.hold_off > 0 {
+            self.guarded.hold_off -= 1;
             return self.redo(guard);
         }
         let solved = self.solve_scheme(self.options.stiffness);
@@ -105,7 +105,7 @@ impl Step {
             None => {}
         }
         self.return_to_start();
-        self.guarded.holding = guard.hold;
+        self.guarded.hold_off = guard.hold;
         self.tally.redone = true;
         // More happens than turns: all that is left of the step.
         self.guarded.division.taken = self.guarded.division.left;
@@ -118,7 +118,7 @@ impl Step {
         let result = self.implicit_step(guard);
         if let Err(StepError::Solve { .. }) = result {
             self.return_to_start();
-            self.guarded.holding = 0;
+            self.guarded.hold_off = 0;
             // The past is that of the step that could not be made.
             let dt = self.substep();
             self.system_data
@@ -238,7 +238,7 @@ impl Step {
         self.system_data.rows.drive(&self.scene, self.time, end);
         self.active_set.forget_room();
         self.slip.forget();
-        self.slip.grip(&self.scene);
+        self.slip.update_ratios(&self.scene);
         self.activation.begin(&self.system_data.rows);
         let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {

@@ -16,7 +16,7 @@ impl Step {
         if self.contacts.can_be() {
             self.find_contacts(dt, true)?;
         }
-        self.slip.grip(&self.scene);
+        self.slip.update_ratios(&self.scene);
         let (system_data, history) = (&mut self.system_data, &mut self.history);
         system_data.load_velocities(&self.scene.bodies);
         let jv = &mut self.system.in_rows[0];

@@ -43,7 +43,7 @@ impl Step {
     pub(crate) fn start(&mut self) -> Result<(), StepError> {
         self.guarded.division.from_start = false;
         self.note_stage();
-        if self.progress.started && self.progress.fresh.is_empty() {
+        if self.progress.started && self.progress.newly_added.is_empty() {
             return self.find_tension();
         }
         // Contacts at rest alone: a blow's acceleration does not belong to the motion before it. Between divided steps half kicks
@@ -63,7 +63,7 @@ impl Step {
             self.system_data
                 .update_velocity_change(&self.multipliers.mu);
             if self.progress.started {
-                let fresh = std::mem::take(&mut self.progress.fresh);
+                let fresh = std::mem::take(&mut self.progress.newly_added);
                 self.take_half_back(fresh.into_iter(), 1.0);
                 // Bodies and rows from before go on as if nothing had been solved.
                 let (mu, tension) = (&mut self.multipliers.mu, &mut self.multipliers.tension);
@@ -77,7 +77,7 @@ impl Step {
                 self.guarded.division.from_start = true;
             }
         }
-        self.progress.fresh.clear();
+        self.progress.newly_added.clear();
         self.progress.stage = super::Stage::Unsolved;
         self.progress.started = true;
         Ok(())

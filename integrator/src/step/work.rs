@@ -3,7 +3,7 @@
 
 use super::Step;
 use crate::active_set::RowState;
-use crate::contact::Touch;
+use crate::contact::ContactPoint;
 use taut_model::Mobility;
 use taut_model::linearized::dot;
 
@@ -180,7 +180,7 @@ impl Step {
     /// Work of the contacts' impulses in the last sub-step of `dt` that undo the penetrations of the start \[J].
     fn work_of_recovery(&mut self, dt: f64) -> f64 {
         let (account, touches) = (&mut self.record.account, &self.contacts.touches);
-        let rate = |touch: &Touch| match touch.impulse[0] {
+        let rate = |touch: &ContactPoint| match touch.impulse[0] {
             p if p > 0.0 => (-touch.offset - touch.softness * p).max(0.0),
             _ => 0.0,
         };

@@ -11,8 +11,8 @@ use super::entries::SceneText;
 use super::joint::{JointEntry, Kind};
 use super::points::{MasslessCableEntry, PointEntry};
 use crate::cable::{JointKind, Rest};
+use crate::contact_scenes::ContactScene;
 use crate::error::SceneError;
-use crate::grounded::Grounded;
 use crate::network::Network;
 use crate::scene::Scene;
 use nalgebra::Vector3;
@@ -61,7 +61,7 @@ impl SceneSource {
             (Self::Hoist(params), Part::Bending) => params.bend = Some(false),
             (Self::Gantry(params), Part::Friction) => params.sheave_friction = 0.0,
             (Self::Reeved(params), Part::Friction) => params.friction = 0.0,
-            (Self::Grounded(params), Part::Friction) => params.friction = 0.0,
+            (Self::ContactScene(params), Part::Friction) => params.friction = 0.0,
             (Self::Explicit(text), part) if !matches!(part, Part::Stretch | Part::Segments) => {
                 text.leave_out(part);
             }
@@ -103,7 +103,7 @@ impl SceneSource {
                 p.segment_mass = given.map(|_| mass);
             }
             Self::Gantry(p) => scale(&mut p.segments, &mut p.segment_mass, &mut p.mass_ratio),
-            Self::Grounded(p) if p.grounded == Grounded::Floor => {
+            Self::ContactScene(p) if p.scene == ContactScene::Floor => {
                 scale(&mut p.segments, &mut p.segment_mass, &mut p.mass_ratio);
             }
             Self::Network(p) if !matches!(p.network, Network::Ladder | Network::Net) => {

@@ -14,8 +14,8 @@ use crate::constraint::{
     BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable,
     Motor, Paper, RowLaw, Slider, Spherical, Target, TwistDefinition, Winch,
 };
+use crate::contact_scenes::ContactScene;
 use crate::frame::{Frame, hanging_axes};
-use crate::grounded::Grounded;
 use crate::motion::Motion;
 use crate::named::NAMES;
 use crate::network::Network;
@@ -75,7 +75,7 @@ fn every_named_scene() {
                 &[],
                 &[("friction", "0"), ("falls", "3"), ("counter_mass", "7")],
             ],
-            _ if Grounded::named(name).is_some() => {
+            _ if ContactScene::named(name).is_some() => {
                 &[&[], &[("friction", "0.7"), ("count", "3"), ("ei", "0")]]
             }
             _ => &[

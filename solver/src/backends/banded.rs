@@ -14,7 +14,7 @@ use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::{self, Bordered};
 use crate::chain::leaves::{self, Leaves};
-use crate::chain::patched::Offsets;
+use crate::chain::overlay::Offsets;
 use crate::error::columns;
 use crate::ordering::{expect_affordable, positions};
 use crate::singularity::{SingularityTest, WEAK};

@@ -12,8 +12,8 @@
 //! before it.
 
 use super::layout::{columns_of, get, per_step, u_at, unroll};
-use super::patched::{Offsets, Patched};
-use super::places::{Places, size_of_chain};
+use super::overlay::{Offsets, Overlay};
+use super::schedule::{Schedule, size_of_chain};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled};
 use super::twisted::{add_in_halves, load_rows, pair, store_rows};
 use super::{Chain, with_size};
@@ -78,7 +78,7 @@ impl Bordered {
         let count = rows.len();
         let columns = count.next_multiple_of(2);
         Some(Self {
-            border: Border::new(&border, &rows, offsets, &chain.places),
+            border: Border::new(&border, &rows, offsets, &chain.schedule),
             u: Aligned::new(chain.half.len() * columns),
             s: vec![0.0; count * count],
             inverse: vec![0.0; count],
@@ -101,7 +101,7 @@ impl Bordered {
     /// their rows were made from where these magnitudes are given, one for every row of the matrix. Allocates nothing.
     pub(crate) fn factorize<'a>(
         &mut self,
-        a: impl Into<Patched<'a>>,
+        a: impl Into<Overlay<'a>>,
         magnitudes: Option<&[f64]>,
     ) -> bool {
         let a = a.into();
@@ -110,7 +110,7 @@ impl Bordered {
             return false;
         }
         let (count, columns) = (self.rows.len(), self.part.len());
-        let size = self.chain.places.size;
+        let size = self.chain.schedule.size;
         for &t in &self.border.steps {
             self.u[u_at(size, columns, t, 0)..u_at(size, columns, t + 1, 0)].fill(0.0);
         }
@@ -127,7 +127,7 @@ impl Bordered {
             size,
             self.chain.level,
             Columns {
-                places: &self.chain.places,
+                schedule: &self.chain.schedule,
                 factor: &*self.chain.factor,
                 of_border: &self.border.steps,
                 u: &mut *self.u,
@@ -179,11 +179,11 @@ impl Bordered {
 
 impl Border {
     /// Border of the blocks `border`, with scalar rows `rows` in the matrix, beside a chain.
-    fn new(border: &[usize], rows: &[usize], offsets: Offsets<'_>, places: &Places) -> Self {
-        let (dim, size, count) = (offsets.pattern.dim(), places.size, rows.len());
+    fn new(border: &[usize], rows: &[usize], offsets: Offsets<'_>, schedule: &Schedule) -> Self {
+        let (dim, size, count) = (offsets.pattern.dim(), schedule.size, rows.len());
         // For each chain row, its step and place in it; for each border row, its column.
         let (mut of_chain, mut of_border) = (vec![None; dim], vec![None; dim]);
-        for (t, step) in places.steps.iter().enumerate() {
+        for (t, step) in schedule.steps.iter().enumerate() {
             for (end, place) in step.ends.iter().enumerate() {
                 for i in 0..place.size {
                     of_chain[place.row + i] = Some((t, 2 * i + end));
@@ -213,7 +213,7 @@ impl Border {
 /// U and Uᵀ D U, where U has F in some steps. Columns go the forward pass of the chain in pairs, in four lanes: both ends of
 /// the first, then of the second.
 struct Columns<'a, const B: usize> {
-    places: &'a Places,
+    schedule: &'a Schedule,
     factor: &'a [f64],
     /// The steps with entries of F.
     of_border: &'a [usize],
@@ -242,7 +242,7 @@ impl<const B: usize> Columns<'_, B> {
     /// `P` pairs from column `first` on.
     #[inline(always)]
     fn pass<V: Halves<Half: Halves>, const P: usize>(&mut self, first: usize) {
-        let (columns, count) = (self.columns, self.places.steps());
+        let (columns, count) = (self.columns, self.schedule.steps());
         let mut of_border = self.of_border.iter().peekable();
         let mut rows = [[V::splat(0.0); B]; P];
         for t in 0..=count {

@@ -5,7 +5,7 @@
 //! blocks first the matrix is [L Eᵀ; E C]. The Schur complement C − E L⁻¹ Eᵀ has no more blocks
 //! than C: it is a chain, or one with a border, that the leaves alone had kept from being one.
 
-use super::patched::{Offsets, Patched};
+use super::overlay::{Offsets, Overlay};
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{
     BlockWork, Scalar, Strips, by_size, by_sizes, panel_solve, subtract_product,
@@ -254,7 +254,7 @@ impl Leaves {
     pub(crate) fn factorize<'a>(
         &'a mut self,
         a: &'a SymBlockMatrix,
-    ) -> Option<(Patched<'a>, &'a [f64])> {
+    ) -> Option<(Overlay<'a>, &'a [f64])> {
         let mut patches = &mut self.patches[..];
         for own in &self.own {
             let (to, behind) = patches.split_at_mut(own.len());
@@ -263,7 +263,7 @@ impl Leaves {
         }
         let eliminated = f64::run(Eliminate(self, a.values()));
         let (values, patches) = (a.values(), &self.patches[..]);
-        eliminated.then_some((Patched { values, patches }, &self.scale))
+        eliminated.then_some((Overlay { values, patches }, &self.scale))
     }
 
     #[inline(always)]
@@ -273,7 +273,7 @@ impl Leaves {
         for leaf in &self.leaves {
             let n = leaf.rows.len();
             let factor = &mut self.values[leaf.factor.clone()];
-            let rest = Patched { values, patches };
+            let rest = Overlay { values, patches };
             factor.copy_from_slice(rest.block(leaf.diagonal, n * n));
             let scale = &mut self.scale[leaf.rows.clone()];
             for (scale, d) in scale.iter_mut().zip(factor.iter().step_by(n + 1)) {

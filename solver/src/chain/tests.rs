@@ -284,7 +284,7 @@ fn soundness_is_asked_row_by_row() {
                 pattern: &pattern,
                 patched: &patched,
             },
-            Patched {
+            Overlay {
                 values: &nothing,
                 patches: &patches,
             },

@@ -2,16 +2,16 @@
 
 use super::block::{self, Blocks, ScratchOfTwo};
 use super::layout::{self, columns_of, per_step, unroll};
-use super::patched::Patched;
-use super::places::{Place, Places, Step};
+use super::overlay::Overlay;
+use super::schedule::{Place, Schedule, Step};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled, take_back, upper_solve};
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
 /// Factorises; whether the pivots were accepted. Matrices without patches have code of their own: looking for patches takes
 /// 2 to 3 % of it.
 pub(super) struct Factorize<'a, const B: usize, const PATCHED: bool> {
-    pub(super) places: &'a Places,
-    pub(super) values: Patched<'a>,
+    pub(super) schedule: &'a Schedule,
+    pub(super) values: Overlay<'a>,
     pub(super) factor: &'a mut [f64],
     pub(super) scratch: &'a mut ScratchOfTwo,
     /// Units of roundoff of what a pivot was made from that it has to have.
@@ -21,7 +21,7 @@ pub(super) struct Factorize<'a, const B: usize, const PATCHED: bool> {
 /// D⁻¹ y with y = L⁻¹ b into `z`, in the order of elimination: the rows of a step for both lanes; of the middle block the
 /// second lane is zero. Adds Uᵀ y to `sums`, two lanes a column, where there is a border.
 pub(super) struct Forward<'a, const B: usize, const BORDER: bool> {
-    pub(super) places: &'a Places,
+    pub(super) schedule: &'a Schedule,
     pub(super) factor: &'a [f64],
     pub(super) b: &'a [f64],
     pub(super) z: &'a mut [f64],
@@ -31,7 +31,7 @@ pub(super) struct Forward<'a, const B: usize, const BORDER: bool> {
 
 /// L⁻ᵀ (z − U s) into the rows of the chain, s the border's part of a solution, where there is one.
 pub(super) struct Backward<'a, const B: usize, const BORDER: bool> {
-    pub(super) places: &'a Places,
+    pub(super) schedule: &'a Schedule,
     pub(super) factor: &'a [f64],
     pub(super) z: &'a [f64],
     pub(super) u: &'a [f64],
@@ -41,7 +41,7 @@ pub(super) struct Backward<'a, const B: usize, const BORDER: bool> {
 
 /// Both passes for two right-hand sides, a half of a vector for each.
 pub(super) struct SolveTwo<'a, const B: usize> {
-    pub(super) places: &'a Places,
+    pub(super) schedule: &'a Schedule,
     pub(super) factor: &'a [f64],
     pub(super) b: [&'a [f64]; 2],
     /// D⁻¹ L⁻¹ b of the steps before the middle block, between the passes.
@@ -136,7 +136,7 @@ impl<const B: usize> Padded<B> {
 
     /// The couplings of a step and the diagonal blocks that they lead to; the middle block is the first end's alone, and
     /// the second finds zeros.
-    fn fill(&mut self, values: Patched<'_>, step: &Step, next: &Step, middle: bool) {
+    fn fill(&mut self, values: Overlay<'_>, step: &Step, next: &Step, middle: bool) {
         for (end, place) in step.ends.into_iter().enumerate() {
             self.diagonal(values, end, next.ends[end]);
             self.coupling[end] = [[0.0; B]; B];
@@ -153,7 +153,7 @@ impl<const B: usize> Padded<B> {
         }
     }
 
-    fn diagonal(&mut self, values: Patched<'_>, end: usize, place: Place) {
+    fn diagonal(&mut self, values: Overlay<'_>, end: usize, place: Place) {
         let n = place.size;
         self.diagonal[end] = [[0.0; B]; B];
         copy(values, place.diagonal, [n, n], &mut self.diagonal[end]);
@@ -164,7 +164,7 @@ impl<const B: usize> Padded<B> {
 }
 
 /// A block of the values into the corner of a full one.
-fn copy<const B: usize>(values: Patched<'_>, first: usize, size: [usize; 2], to: &mut Full<B>) {
+fn copy<const B: usize>(values: Overlay<'_>, first: usize, size: [usize; 2], to: &mut Full<B>) {
     let [rows, columns] = size;
     let block = values.block(first, rows * columns);
     for (c, to) in to[..columns].iter_mut().enumerate() {
@@ -181,7 +181,7 @@ fn copy<const B: usize>(values: Patched<'_>, first: usize, size: [usize; 2], to:
 /// A block of full size of each end, where it lies; `None` where there is none.
 #[inline(always)]
 fn in_place<const B: usize, const PATCHED: bool>(
-    matrix: Patched<'_>,
+    matrix: Overlay<'_>,
     first: [Option<usize>; 2],
 ) -> Option<[&Full<B>; 2]> {
     let at = |first: usize| {
@@ -208,13 +208,13 @@ impl<const B: usize, const PATCHED: bool> Factorize<'_, B, PATCHED> {
     #[inline(always)]
     fn factorize<Q: Quad<Half: Halves>>(self) -> Option<()> {
         let Self {
-            places,
+            schedule,
             values,
             factor,
             scratch,
             least,
         } = self;
-        let (steps, count) = (&places.steps[..], places.steps());
+        let (steps, count) = (&schedule.steps[..], schedule.steps());
         // A step's own blocks may be padded, and so may the next ones: of even and of odd steps. Where all are full these
         // are not made, which takes as long as a step.
         let all_full = count > 0 && steps[..count].iter().all(|step| step.full);
@@ -351,14 +351,14 @@ impl<const B: usize, const BORDER: bool> Kernel for Forward<'_, B, BORDER> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         let Self {
-            places,
+            schedule,
             factor,
             b,
             z,
             u,
             sums,
         } = self;
-        let (steps, count) = (&places.steps[..], places.steps());
+        let (steps, count) = (&schedule.steps[..], schedule.steps());
         let mut rows = gather::<I::X2, B>(b, &steps[0]);
         let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
         let each = of_steps.chunks_exact(2 * per_step(B)).zip(&steps[1..]);
@@ -414,14 +414,14 @@ impl<const B: usize, const BORDER: bool> Kernel for Backward<'_, B, BORDER> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         let Self {
-            places,
+            schedule,
             factor,
             z,
             u,
             s,
             x,
         } = self;
-        let (steps, count) = (&places.steps[..], places.steps());
+        let (steps, count) = (&schedule.steps[..], schedule.steps());
         let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
         let mut left = load_rows::<I::X2, B>(&z[2 * B * count..]);
         if BORDER {
@@ -449,13 +449,13 @@ impl<const B: usize> Kernel for SolveTwo<'_, B> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         let Self {
-            places,
+            schedule,
             factor,
             b,
             z,
             x: [x, x_too],
         } = self;
-        let (steps, count) = (&places.steps[..], places.steps());
+        let (steps, count) = (&schedule.steps[..], schedule.steps());
         let mut rows = gather_two::<I::X4, B>(b, &steps[0]);
         let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
         let of_steps = of_steps.chunks_exact(2 * per_step(B));

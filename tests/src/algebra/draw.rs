@@ -2,7 +2,7 @@
 //! with explicit zeros, repeated entries, empty rows and blocks.
 
 use crate::random::Random;
-use taut_ground::matrix::market::Market;
+use taut_measure::matrix::market::Market;
 use taut_solver::DoubleDouble;
 
 /// Structure of a matrix.

@@ -158,7 +158,7 @@ fn dash(shape: Shape, hollow: bool) -> Dash {
 mod tests {
     use super::*;
     use std::collections::HashSet;
-    use taut_ground::choice::Choice;
+    use taut_measure::choice::Choice;
     use taut_solver::Entry;
 
     /// Relative luminance of a colour, as the Web Content Accessibility Guidelines have it.

@@ -1,5 +1,5 @@
 //! Emphasis in tables: best values and verdicts. The styles are ANSI sequences;
-//! [`taut_ground::files::print`] omits them where nobody would see them.
+//! [`taut_measure::files::print`] omits them where nobody would see them.
 
 use comfy_table::{Attribute, Cell, Color};
 

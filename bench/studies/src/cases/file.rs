@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use taut_ground::files::{self, FileError};
+use taut_measure::files::{self, FileError};
 
 const BEGINNING: &[u8] = br#"{"header":"#;
 

@@ -5,9 +5,9 @@
 //! are padded to whole vectors by points that nothing holds and nothing moves.
 
 use nalgebra::Vector3;
-use taut_ground::engine::motion::{FRAME, Motion, Points};
-use taut_ground::engine::{self, Engine, Setting, doubling};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_measure::engine::motion::{FRAME, Motion, Points};
+use taut_measure::engine::{self, Engine, Setting, doubling};
 
 /// Points of a vector.
 const WIDTH: usize = 4;

@@ -1,11 +1,11 @@
 //! Our own step: one a frame and a few, with the cable's full joints and with ball joints, which is all that the rivals
 //! have.
 
-use taut_ground::engine::grounded::{Known, Places};
-use taut_ground::engine::motion::{FRAME, Motion};
-use taut_ground::engine::{Engine, Setting};
-use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::engine::contact_scenes::{Known, Places};
+use taut_measure::engine::motion::{FRAME, Motion};
+use taut_measure::engine::{Engine, Setting};
+use taut_measure::trajectory::load_position;
 use taut_model::{HoistParams, JointKind, Scene};
 
 /// The default, what it costs less with less, and what sub-steps bring.

@@ -2,10 +2,10 @@
 
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
-use taut_ground::engine::motion::FRAME;
-use taut_ground::engine::{Engine, Frame, Setting};
-use taut_ground::trajectory::Timing;
 use taut_integrator::StepError;
+use taut_measure::engine::motion::FRAME;
+use taut_measure::engine::{Engine, Frame, Setting};
+use taut_measure::trajectory::Timing;
 
 /// Two errors of a motion with a setting, none where it failed, and the times of a frame; NaN there \[ns].
 #[derive(Debug)]

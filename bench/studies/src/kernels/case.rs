@@ -2,9 +2,9 @@
 
 use crate::systems::{Start, State};
 use serde::Serialize;
-use taut_ground::choice::Choice;
-use taut_ground::reference::reference_choice;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::reference::reference_choice;
 use taut_model::{HoistParams, JointKind};
 use taut_solver::SymBlockMatrix;
 

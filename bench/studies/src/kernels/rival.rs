@@ -6,11 +6,11 @@ use crate::systems::{Start, failed};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Instant;
-use taut_ground::choice::Choice;
-use taut_ground::errors::worse;
-use taut_ground::matrix::Triangle;
-use taut_ground::matrix::solve::refining;
 use taut_integrator::{Form, StepError};
+use taut_measure::choice::Choice;
+use taut_measure::errors::worse;
+use taut_measure::matrix::Triangle;
+use taut_measure::matrix::solve::refining;
 #[cfg(feature = "lapack")]
 use taut_rivals::lapack::Band;
 use taut_solver::{BackwardError, SolveError, SymBlockMatrix, backward_error, forward_error};

@@ -4,11 +4,11 @@
 use super::trial;
 use super::{Config, SceneNote};
 use nalgebra::Vector3;
-use taut_ground::inputs::Inputs;
-use taut_ground::reference::{self, Motion, Reference, reference_choice};
-use taut_ground::source;
-use taut_ground::trajectory::{Failure, Limits, simulate_driven, steps_in};
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::inputs::Inputs;
+use taut_measure::reference::{self, Motion, Reference, reference_choice};
+use taut_measure::source;
+use taut_measure::trajectory::{Failure, Limits, simulate_driven, steps_in};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::ExperimentError;
 

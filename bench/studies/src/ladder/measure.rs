@@ -6,11 +6,11 @@ use super::{Case, Config, Record, Task, Untimed};
 use crate::statics;
 use crate::systems::failed;
 use crate::systems::turns::{self, Work};
-use taut_ground::claim::{over, over_letter};
-use taut_ground::errors::worse;
-use taut_ground::pace;
-use taut_ground::trajectory::{Trajectory, simulate_driven, steps_in};
 use taut_integrator::{StepError, StepOptions};
+use taut_measure::claim::{over, over_letter};
+use taut_measure::errors::worse;
+use taut_measure::pace;
+use taut_measure::trajectory::{Trajectory, simulate_driven, steps_in};
 use taut_solver::{backward_error, forward_error};
 
 pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untimed> {

@@ -2,7 +2,7 @@
 
 use super::LEVELS;
 use serde::{Deserialize, Serialize};
-use taut_ground::trajectory::Failure;
+use taut_measure::trajectory::Failure;
 use taut_output::notation::number;
 
 /// One row: a solver with its options on one scene.

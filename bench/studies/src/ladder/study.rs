@@ -9,8 +9,8 @@ use crate::study::question::*;
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 use std::path::PathBuf;
-use taut_ground::source;
-use taut_model::{Grounded, HoistParams, Network, SceneSource};
+use taut_measure::source;
+use taut_model::{ContactScene, HoistParams, Network, SceneSource};
 
 pub(crate) const STUDY: Study = Study {
     name: "bench",
@@ -126,13 +126,13 @@ fn own_scenes(
 /// Overrides for a pile: a step of its default size takes up to seconds, too long for hundreds of
 /// rows.
 fn shorter(name: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
-    let is_pile = Grounded::named(name) == Some(Grounded::Pile);
+    let is_pile = ContactScene::named(name) == Some(ContactScene::Pile);
     is_pile.then_some(("segments", "6")).into_iter()
 }
 
 /// True for a scene on the ground, which is measured over mass ratios as the hoist is.
 fn is_swept(name: &str) -> bool {
-    Grounded::named(name).is_some()
+    ContactScene::named(name).is_some()
 }
 
 /// True if networks are asked for. The study of branches and loops runs these: it sets them

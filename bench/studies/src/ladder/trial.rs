@@ -9,11 +9,11 @@
 
 use super::{Case, DENSE_ROWS};
 use nalgebra::Vector3;
-use taut_ground::choice::Choice;
-use taut_ground::errors::worse;
-use taut_ground::pace;
-use taut_ground::reference::reference_choice;
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::errors::worse;
+use taut_measure::pace;
+use taut_measure::reference::reference_choice;
 use taut_solver::coulomb::ConeMethod;
 use taut_solver::{Backend, DenseOptions, Precision};
 

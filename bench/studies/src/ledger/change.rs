@@ -2,8 +2,8 @@
 
 use super::Setup;
 use std::fmt;
-use taut_ground::Choice;
 use taut_integrator::{Form, GeometricStiffness, Scheme, StepOptions};
+use taut_measure::Choice;
 use taut_model::scene_file::Part;
 use taut_model::{SceneError, SceneSource};
 

@@ -13,8 +13,8 @@ use super::Setup;
 use crate::{law, motions};
 use nalgebra::Vector3;
 use serde::Serialize;
-use taut_ground::modes::{Natural, natural};
 use taut_integrator::{GeometricStiffness, Stepper, Weights};
+use taut_measure::modes::{Natural, natural};
 use taut_model::{Bodies, Constraint, Motion, Scene, Side};
 
 /// Most bodies of a scene whose modes are found: the matrices are dense.

@@ -18,7 +18,7 @@
 //! transverse rows, whose Σ is that of a filter, differ by up to 10²⁰; with rows and columns scaled to the same size
 //! what is left is what mass ratio, size and compliance do.
 //!
-//! Beside them stands a [sequence](taut_ground::matrix::sequence): the systems of a gantry that is driven for ten seconds at
+//! Beside them stands a [sequence](taut_measure::matrix::sequence): the systems of a gantry that is driven for ten seconds at
 //! mass ratio 10⁵, in [`SEQUENCE`].
 //!
 //! Small systems come in both forms, and with every state and compliance; large ones in the hardest state alone, so that
@@ -29,17 +29,17 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use taut_ground::files::{Output, make_folder};
-use taut_ground::inputs::Inputs;
-use taut_ground::matrix::Matrix;
-use taut_ground::matrix::dump::{self, Dumped, Label};
-use taut_ground::matrix::exact::condition;
-use taut_ground::matrix::prepared::Problem;
-use taut_ground::matrix::sequence::{Recorder, Wanted};
-use taut_ground::pace;
-use taut_ground::poses::{self, Pose};
-use taut_ground::reference::reference_choice;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_measure::files::{Output, make_folder};
+use taut_measure::inputs::Inputs;
+use taut_measure::matrix::Matrix;
+use taut_measure::matrix::dump::{self, Dumped, Label};
+use taut_measure::matrix::exact::condition;
+use taut_measure::matrix::prepared::Problem;
+use taut_measure::matrix::sequence::{Recorder, Wanted};
+use taut_measure::pace;
+use taut_measure::poses::{self, Pose};
+use taut_measure::reference::reference_choice;
 use taut_model::{GantryParams, HoistParams, Network, NetworkParams, Scene};
 use taut_output::check::ExperimentError;
 use taut_output::row::{self, Row};
@@ -363,7 +363,7 @@ pub fn generate_sequence(
 mod tests {
     use super::*;
     use std::collections::BTreeMap;
-    use taut_ground::matrix::System;
+    use taut_measure::matrix::System;
 
     #[test]
     fn nets_are_as_square_as_may_be() {

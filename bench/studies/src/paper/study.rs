@@ -7,7 +7,7 @@ use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
 use serde_json::json;
 use std::path::PathBuf;
-use taut_ground::files;
+use taut_measure::files;
 use taut_output::check::{self, ExperimentError, Outcome};
 
 pub(crate) const STUDY: Study = Study {

@@ -37,12 +37,12 @@ use law::law;
 use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::{Value, json};
-use taut_ground::inputs::Inputs;
-use taut_ground::modes::{Mode, modes, predicted};
-use taut_ground::trajectory::{Limits, Sample, load_position, simulate_driven, steps_in};
 use taut_integrator::{
     GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
 };
+use taut_measure::inputs::Inputs;
+use taut_measure::modes::{Mode, modes, predicted};
+use taut_measure::trajectory::{Limits, Sample, load_position, simulate_driven, steps_in};
 use taut_model::{End, GantryParams, HoistParams, Scene, SceneError};
 use taut_output::check::{ExperimentError, Outcome};
 
@@ -242,7 +242,7 @@ fn swung(
 }
 
 fn swing(config: &Config, task: &Task, params: &HoistParams) -> Result<Value, StepError> {
-    let limits = Limits::Sweep(taut_ground::reference::most_gap(params)?);
+    let limits = Limits::Sweep(taut_measure::reference::most_gap(params)?);
     let scenes = [config.scene(params, 0.0)?, config.scene(params, task.2)?];
     let is_paper = task.3.scheme == Scheme::LinearlyImplicit;
     let modes = is_paper.then(|| modes(&scenes[1]));

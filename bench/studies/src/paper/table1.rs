@@ -15,9 +15,9 @@ use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use taut_ground::pace;
-use taut_ground::trajectory::steps_in;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_measure::pace;
+use taut_measure::trajectory::steps_in;
 use taut_model::{ChainModel, ParticleChainParams};
 use taut_output::check::{Check, ExperimentError, Outcome};
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
-use taut_ground::errors::worse;
+use taut_measure::errors::worse;
 use taut_output::check::{Check, ExperimentError, Measure, Outcome, Verdict};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::settings::distinct;

@@ -3,10 +3,10 @@
 use super::{BAR, Config, ITERATIVE_RUN_ROWS, RUN_ROWS, Record, SWING, WARM_UP};
 use crate::systems::{Start, State};
 use nalgebra::Vector3;
-use taut_ground::choice::Choice;
-use taut_ground::reference::reference_choice;
-use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{Elimination, StepError, StepOptions, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::reference::reference_choice;
+use taut_measure::trajectory::{load_position, steps_in};
 use taut_model::{Network, NetworkParams, Scene};
 use taut_solver::{SolveReport, Status};
 

@@ -6,8 +6,8 @@ use crate::motions::{self, linearized};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
-use taut_ground::trajectory::{Failure, Timing, gaps, load_position, steps_in};
 use taut_integrator::{StepError, StepOptions, StepReport, Stepper};
+use taut_measure::trajectory::{Failure, Timing, gaps, load_position, steps_in};
 use taut_model::{Bodies, Scene};
 
 /// Distance of the load from the anchor, over the cable's length, at which a run is given up.

@@ -3,7 +3,7 @@
 use crate::motions::linearized;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt;
-use taut_ground::random::Random;
+use taut_measure::random::Random;
 use taut_model::{Bodies, HoistParams, Scene, SceneError};
 
 pub(super) const SEGMENTS: usize = 24;

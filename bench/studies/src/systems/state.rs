@@ -2,8 +2,8 @@
 
 use super::failed;
 use serde::{Deserialize, Serialize};
-use taut_ground::reference::Snapshot;
 use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper};
+use taut_measure::reference::Snapshot;
 use taut_model::Scene;
 use taut_solver::{BackwardError, SolveReport, backward_error, forward_error};
 

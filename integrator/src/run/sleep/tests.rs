@@ -1,7 +1,7 @@
 use super::*;
 use taut_model::collide::Collider;
 use taut_model::{
-    Action, Body, Distance, Event, Frame, GantryParams, Grounded, GroundedParams, Hinge,
+    Action, Body, ContactScene, ContactSceneParams, Distance, Event, Frame, GantryParams, Hinge,
     HoistParams, MasslessCable, Motion, Motor, RowLaw, When, Winch,
 };
 use taut_solver::{Backend, DenseOptions};
@@ -296,9 +296,9 @@ fn stepper_time(steps: usize) -> f64 {
 /// A driven box comes along and pushes a stack over.
 #[test]
 fn a_stack_sleeps_until_it_is_hit() {
-    let params = GroundedParams {
+    let params = ContactSceneParams {
         count: Some(3),
-        ..GroundedParams::new(Grounded::Stack)
+        ..ContactSceneParams::new(ContactScene::Stack)
     };
     let mut scene = params.build().unwrap();
     let size = Vector3::repeat(params.length / 3.0);

@@ -9,10 +9,10 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::fmt::Write;
 use std::time::Instant;
-use taut_ground::inputs::Inputs;
-use taut_ground::pace;
-use taut_ground::trajectory::steps_in;
 use taut_integrator::{StepError, Stepper};
+use taut_measure::inputs::Inputs;
+use taut_measure::pace;
+use taut_measure::trajectory::steps_in;
 use taut_model::{GantryParams, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome};
 

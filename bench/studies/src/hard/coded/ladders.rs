@@ -1,7 +1,7 @@
 //! H54: smaller time steps and more iterations make it better, every time.
 //!
 //! **Time step.** A cable whose anchor moves aside, at Δt = 1/15 s … 1/3840 s, against a motion that is converged in Δt
-//! ([`taut_ground::reference::converged`]): the largest distance of the load at any of the frames that all of them have.
+//! ([`taut_measure::reference::converged`]): the largest distance of the load at any of the frames that all of them have.
 //!
 //! **Iterations.** One solve from zero, with 1 … 1024 iterations: the error's energy norm √(eᵀ S e), over that of the
 //! solution, in which both Gauss–Seidel and conjugate gradient cannot get worse in exact arithmetic. In other norms
@@ -18,11 +18,11 @@ use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use taut_ground::choice::Choice;
-use taut_ground::poses::{self, Pose};
-use taut_ground::reference::{Converged, converged, scene};
-use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{Form, Scheme, StepOptions, Stepper};
+use taut_measure::choice::Choice;
+use taut_measure::poses::{self, Pose};
+use taut_measure::reference::{Converged, converged, scene};
+use taut_measure::trajectory::{load_position, steps_in};
 use taut_model::{HoistParams, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::table::error;

@@ -14,9 +14,9 @@ use crate::hard::file::frequency;
 use crate::hard::worse;
 use crate::law;
 use indicatif::ProgressBar;
-use taut_ground::pace;
-use taut_ground::trajectory::{gaps, load_position};
 use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_measure::pace;
+use taut_measure::trajectory::{gaps, load_position};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::{Check, ExperimentError, Outcome};
 use taut_output::table::{error, of_records};
@@ -78,7 +78,7 @@ fn swinging(move_x: f64) -> Result<Stepper, StepError> {
     let options = StepOptions::default();
     let dt = options.dt;
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
-    for _ in 0..=taut_ground::trajectory::steps_in(params.move_duration, dt) {
+    for _ in 0..=taut_measure::trajectory::steps_in(params.move_duration, dt) {
         pace::step(&mut stepper)?;
     }
     Ok(stepper)

@@ -12,9 +12,9 @@ use crate::hard::{DT, GRAVITY, at, farthest, under_gravity, worse};
 use crate::options::pick;
 use indicatif::ProgressBar;
 use nalgebra::{Vector2, Vector3};
-use taut_ground::pace;
-use taut_ground::trajectory::load_position;
 use taut_integrator::{Resolved, Stepper};
+use taut_measure::pace;
+use taut_measure::trajectory::load_position;
 use taut_model::scene::resolution::Resolution;
 use taut_model::{
     Body, Cable, CableEnd, Collider, CrossSection, Damping, Frame, Material, Mobility, Scene,

@@ -7,8 +7,8 @@
 use crate::hard::{DT, at, farthest, under_gravity, worse};
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_ground::pace;
 use taut_integrator::Stepper;
+use taut_measure::pace;
 use taut_model::scene::resolution::Resolution;
 use taut_model::{
     Body, Cable, CableEnd, Constraint, Frame, Material, Scene, Segments, Slider, Stiffness, Winch,

@@ -4,8 +4,8 @@ use super::drive::{body, numbered};
 use super::text::Names;
 use super::{CaseError, Run};
 use nalgebra::Vector3;
-use taut_ground::random::Random;
 use taut_integrator::Stepper;
+use taut_measure::random::Random;
 use taut_model::{Action, Constraint, Distance, Frame, RowLaw, Scene, Side};
 use taut_output::check::ExperimentError;
 

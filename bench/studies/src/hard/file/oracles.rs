@@ -20,8 +20,8 @@ use crate::hard::special;
 use crate::law;
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
-use taut_ground::random::Random;
 use taut_integrator::Scheme;
+use taut_measure::random::Random;
 
 pub(super) const ORACLES: &[Function] = &[
     // Complete elliptic integral of the first kind of the modulus k.

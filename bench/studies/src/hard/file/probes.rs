@@ -5,8 +5,8 @@ use crate::hard::worse;
 use crate::rest::{Reading, read};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::cell::OnceCell;
-use taut_ground::modes::natural;
 use taut_integrator::{StepReport, Stepper};
+use taut_measure::modes::natural;
 use taut_model::{Constraint, Scene};
 
 /// A body, and where it has to be \[m].

@@ -2,8 +2,8 @@
 
 use super::{Rest, Run};
 use crate::rest::{passes_from_rest, relax, settle};
-use taut_ground::choice::Choice;
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, static_equilibrium};
+use taut_measure::choice::Choice;
 use taut_model::Scene;
 
 /// The scene as its run starts.

@@ -18,13 +18,13 @@ use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::fmt;
-use taut_ground::choice::Choice;
-use taut_ground::modes::natural;
-use taut_ground::pace;
-use taut_ground::trajectory::{Limits, Simulation, steps_in};
 use taut_integrator::{
     GeometricStiffness, StepError, StepOptions, StepReport, Stepper, static_equilibrium,
 };
+use taut_measure::choice::Choice;
+use taut_measure::modes::natural;
+use taut_measure::pace;
+use taut_measure::trajectory::{Limits, Simulation, steps_in};
 use taut_model::scene_file::SceneSource;
 use taut_model::{Constraint, RowLaw, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome};

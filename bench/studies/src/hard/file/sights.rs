@@ -3,10 +3,10 @@
 use super::CaseError;
 use super::drive::numbered;
 use super::probes::{PROBES, Probe, Seen};
-use taut_ground::columns::{ColumnError, Columns};
-use taut_ground::time_table::TimeTable;
-use taut_ground::trajectory::Sample;
 use taut_integrator::Stepper;
+use taut_measure::columns::{ColumnError, Columns};
+use taut_measure::time_table::TimeTable;
+use taut_measure::trajectory::Sample;
 use taut_model::Scene;
 
 /// A quantity that is seen in each step.

@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn noise_is_not_predictable() {
-        let mut random = taut_ground::random::Random::new(5);
+        let mut random = taut_measure::random::Random::new(5);
         let signal: Vec<f64> = (0..1800).map(|_| random.uniform()).collect();
         assert!(predictability(&signal).abs() < 0.02);
         assert!((peak_share(&signal) - 0.1).abs() < 0.03);

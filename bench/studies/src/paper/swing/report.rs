@@ -3,7 +3,7 @@
 use super::{Config, DAMPED, GANTRY, OTHERS, Results, STEPS, samples};
 use crate::paper::words::{chart, filled, number, table, tell, text, with, worst};
 use serde_json::{Value, json};
-use taut_ground::modes::Mode;
+use taut_measure::modes::Mode;
 use taut_output::check::{Check, Verdict};
 use taut_output::plot::Chart;
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_model::collide::{Collider, Shape};
 use taut_model::{
-    Action, Body, Cable, CableEnd, Control, Event, Frame, GantryParams, Grounded, GroundedParams,
-    MasslessCable, Material, RowLaw, Scene, Segments, When, Winch,
+    Action, Body, Cable, CableEnd, ContactScene, ContactSceneParams, Control, Event, Frame,
+    GantryParams, MasslessCable, Material, RowLaw, Scene, Segments, When, Winch,
 };
 
 const DT: f64 = 1.0 / 60.0;
@@ -170,8 +170,8 @@ fn all_options() -> Vec<StepOptions> {
 
 #[test]
 fn a_step_that_is_stopped_anywhere_leaves_the_state_that_it_began_with() {
-    let grounded = |kind: Grounded| {
-        let mut scene = GroundedParams::new(kind).build().expect("built");
+    let grounded = |kind: ContactScene| {
+        let mut scene = ContactSceneParams::new(kind).build().expect("built");
         scene.bodies.velocity[0].y += 0.3;
         scene
     };
@@ -189,8 +189,8 @@ fn a_step_that_is_stopped_anywhere_leaves_the_state_that_it_began_with() {
         (hoist(), 20),
         (caught(300.0), 8),
         (gantry, 6),
-        (grounded(Grounded::Stack), 4),
-        (grounded(Grounded::Floor), 4),
+        (grounded(ContactScene::Stack), 4),
+        (grounded(ContactScene::Floor), 4),
     ];
     for (scene, steps) in scenes {
         for (k, options) in all_options().into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Segments of random lengths, which differ by up to ten times: half of them fill a part of a cable of 1 m, half the rest.
 
-use taut_ground::random::Random;
+use taut_measure::random::Random;
 
 /// Where segment i of `n` begins \[m], by the seed of the lengths; the first half ends at `share`.
 pub(super) fn begin(n: usize, seed: u64, share: f64, i: usize) -> f64 {

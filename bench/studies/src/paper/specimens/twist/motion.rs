@@ -13,8 +13,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
-use taut_ground::pace;
 use taut_integrator::{GeometricStiffness, StepOptions, Stepper};
+use taut_measure::pace;
 use taut_model::SpecimenParams;
 use taut_output::check::ExperimentError;
 

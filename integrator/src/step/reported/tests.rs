@@ -189,7 +189,7 @@ fn a_restored_run_tells_the_same() {
     let restored = Stepper::restore(stepper.save().expect("a run")).expect("a run");
     let force = stepper.row_forces(0).expect("a rope");
     assert!(
-        force[0] < -1e3 && stepper.step.record.told.forces().is_some(),
+        force[0] < -1e3 && stepper.step.record.reported.forces().is_some(),
         "{force:?}"
     );
     assert_eq!(force, restored.row_forces(0).expect("a rope"));

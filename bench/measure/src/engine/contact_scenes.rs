@@ -10,7 +10,7 @@
 use super::motion::FRAME;
 use crate::trajectory::steps_in;
 use nalgebra::Vector3;
-use taut_model::{Constraint, Grounded, GroundedParams, Mobility, Scene, SceneError};
+use taut_model::{Constraint, ContactScene, ContactSceneParams, Mobility, Scene, SceneError};
 
 /// Positions of a scene's bodies \[m].
 pub type Places = Vec<Vector3<f64>>;
@@ -81,15 +81,15 @@ impl Known {
     /// The motion of this kind, the heaviest body over the lightest as the ratio says; there is one box that slides.
     pub fn new(kind: Kind, mass_ratio: f64) -> Result<Self, SceneError> {
         let grounded = match kind {
-            Kind::Floor => Grounded::Floor,
-            _ => Grounded::Stack,
+            Kind::Floor => ContactScene::Floor,
+            _ => ContactScene::Stack,
         };
         let slides = kind == Kind::Slide;
-        let mut params = GroundedParams {
+        let mut params = ContactSceneParams {
             mass_ratio,
             // Ball joints, which is all that the rivals have.
             ei: 0.0,
-            ..GroundedParams::new(grounded)
+            ..ContactSceneParams::new(grounded)
         };
         if slides {
             params.count = Some(1);
@@ -153,7 +153,7 @@ impl Known {
 }
 
 /// Puts the scene of a load, a tug and a cable between them in its steady motion.
-fn drag(scene: &mut Scene, params: &GroundedParams) {
+fn drag(scene: &mut Scene, params: &ContactSceneParams) {
     let speed = params.speed;
     let Scene {
         bodies,

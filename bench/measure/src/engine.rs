@@ -1,9 +1,9 @@
 //! An engine, ours or another's: its settings, and how it is put at the start of a motion.
 //!
 //! Types are those of the hoist unless they are named: `M` is the start, `P` what a frame tells, the load's position
-//! \[m]. On the [ground](grounded) it is that of every body.
+//! \[m]. On the [ground](contact_scenes) it is that of every body.
 
-pub mod grounded;
+pub mod contact_scenes;
 pub mod motion;
 
 use motion::Motion;

@@ -29,7 +29,7 @@ struct Touched {
 
 /// Sums over the sub-steps of a step.
 #[derive(Debug, Clone)]
-pub(crate) struct Told {
+pub(crate) struct Reported {
     /// Σ μ of the sub-steps so far, one a row \[N s, N m s]; λ once the step is done \[N, N m].
     pub(crate) sum: Aligned,
     touched: Vec<Touched>,
@@ -43,7 +43,7 @@ pub(crate) struct Told {
     tells: bool,
 }
 
-impl Told {
+impl Reported {
     /// Those of the last solve are told.
     pub(crate) fn new(rows: usize) -> Self {
         Self {
@@ -125,22 +125,22 @@ impl Told {
 impl Step {
     /// A sub-step of `dt` stands. In a divided step the sums of its parts' rows are those of the division.
     pub(crate) fn tell(&mut self, dt: f64) {
-        if dt >= WHOLE * self.options.dt && !self.record.told.opened {
+        if dt >= WHOLE * self.options.dt && !self.record.reported.opened {
             return;
         }
-        self.record.told.open();
-        self.record.told.time += dt;
+        self.record.reported.open();
+        self.record.reported.time += dt;
         if self.is_divided() {
             self.add_part();
         } else {
-            self.record.told.add(&self.multipliers.mu, 1.0);
+            self.record.reported.add(&self.multipliers.mu, 1.0);
         }
-        let Told { touched, .. } = &mut self.record.told;
+        let Reported { touched, .. } = &mut self.record.reported;
         touched.iter_mut().for_each(|touched| touched.taken = false);
         let known = touched.len();
         for (key, mut contact) in self.contacts.told(&self.system_data) {
             contact.force *= dt;
-            match Told::find(&mut touched[..known], contact.colliders, &key) {
+            match Reported::find(&mut touched[..known], contact.colliders, &key) {
                 Some(same) => {
                     contact.force += same.contact.force;
                     *same = Touched {
@@ -164,21 +164,21 @@ impl Step {
     /// `part` of the joints' impulses `mu` in a blow after the sub-step.
     pub(crate) fn tell_of_blow(&mut self, mu: &[f64], part: f64) {
         if !mu.is_empty() {
-            self.record.told.open();
-            self.record.told.add(mu, part);
+            self.record.reported.open();
+            self.record.reported.add(mu, part);
         }
     }
 
     /// The step is done: means are told from here on.
     pub(crate) fn close_told(&mut self) {
-        self.record.told.close();
-        if !self.record.told.tells {
+        self.record.reported.close();
+        if !self.record.reported.tells {
             return;
         }
-        if !self.record.told.touched.is_empty() {
+        if !self.record.reported.touched.is_empty() {
             let contacts = self
                 .record
-                .told
+                .reported
                 .touched
                 .iter()
                 .map(|touched| &touched.contact);

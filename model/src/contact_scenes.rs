@@ -27,7 +27,7 @@ const DENSITY: f64 = 2500.0;
 
 scenes! {
     /// Kind of scene on the ground.
-    pub enum Grounded {
+    pub enum ContactScene {
         /// Boxes on each other.
         Stack = "stack",
         /// A load dragged by a cable.
@@ -39,7 +39,7 @@ scenes! {
 
 params! {
     /// Parameters of such a scene. SI units.
-    pub struct GroundedParams, "grounded.rs", of grounded: Grounded {
+    pub struct ContactSceneParams, "contact_scenes.rs", of scene: ContactScene {
         /// Boxes of the stack or cables of the pile, 1 to 200. Default: 10 boxes, 4 cables. Not in `floor`.
         pub count: Option<usize> = None, |n| (1.0..=200.0).contains(&n), "1 to 200";
         /// Segments of a cable, 1 to 10 000. Not in `stack`.
@@ -69,9 +69,9 @@ params! {
     }
 }
 
-impl GroundedParams {
+impl ContactSceneParams {
     fn count(&self) -> usize {
-        let default = if self.grounded == Grounded::Pile {
+        let default = if self.scene == ContactScene::Pile {
             4
         } else {
             10
@@ -86,14 +86,14 @@ impl GroundedParams {
     /// Names the parameter that is out of range, and what it has to be.
     pub fn build(&self) -> Result<Scene, SceneError> {
         self.check_each()?;
-        let mut scene = Scene::new(self.grounded.name());
+        let mut scene = Scene::new(self.scene.name());
         scene.gravity = Vector3::z() * -self.gravity;
         let ground = Collider::new("ground", None, Shape::HalfSpace);
         self.add(&mut scene, ground);
-        match self.grounded {
-            Grounded::Stack => self.stack(&mut scene),
-            Grounded::Floor => self.floor(&mut scene)?,
-            Grounded::Pile => self.pile(&mut scene)?,
+        match self.scene {
+            ContactScene::Stack => self.stack(&mut scene),
+            ContactScene::Floor => self.floor(&mut scene)?,
+            ContactScene::Pile => self.pile(&mut scene)?,
         }
         scene.group_by_topology();
         scene.validate()?;
@@ -211,8 +211,8 @@ mod tests {
 
     #[test]
     fn every_scene_stands_clear_of_the_ground() {
-        for grounded in Grounded::ALL {
-            let scene = GroundedParams::new(grounded).build().expect("builds");
+        for grounded in ContactScene::ALL {
+            let scene = ContactSceneParams::new(grounded).build().expect("builds");
             assert_eq!(scene.name, grounded.name());
             assert!(scene.bodies.position.iter().all(|x| x.z > 0.0));
             assert!(scene.load.is_some());
@@ -221,21 +221,21 @@ mod tests {
 
     #[test]
     fn parameters_out_of_range_are_named() {
-        let stack = GroundedParams::default();
+        let stack = ContactSceneParams::default();
         let faults = [
-            GroundedParams {
+            ContactSceneParams {
                 count: Some(0),
                 ..stack.clone()
             },
-            GroundedParams {
+            ContactSceneParams {
                 restitution: 1.5,
                 ..stack.clone()
             },
-            GroundedParams {
+            ContactSceneParams {
                 friction: f64::NAN,
                 ..stack.clone()
             },
-            GroundedParams {
+            ContactSceneParams {
                 mass_ratio: 0.5,
                 ..stack
             },

@@ -1,6 +1,6 @@
 //! Where the blocks of a chain lie in its matrix, and in which step of the two eliminations each has its turn.
 
-use super::patched::Offsets;
+use super::overlay::Offsets;
 use crate::BlockPattern;
 
 /// Where a block lies that is eliminated, and its coupling to the block that comes after it.
@@ -39,8 +39,8 @@ impl Place {
 pub(super) fn size_of_chain(pattern: &BlockPattern, chain: &[usize]) -> Option<usize> {
     let is_chain = chain.iter().enumerate().all(|(i, &block)| {
         let coupled = pattern.column(block).skip(1);
-        let mut places = coupled.filter_map(|k| chain.binary_search(&pattern.row(k)).ok());
-        places.all(|other| other == i + 1)
+        let mut schedule = coupled.filter_map(|k| chain.binary_search(&pattern.row(k)).ok());
+        schedule.all(|other| other == i + 1)
     });
     let largest = chain.iter().map(|&j| pattern.size(j)).max().unwrap_or(0);
     match largest {
@@ -63,7 +63,7 @@ pub(super) struct Step {
 
 /// The two eliminations of a chain.
 #[derive(Debug, Clone)]
-pub(super) struct Places {
+pub(super) struct Schedule {
     /// All blocks are padded to this many rows: 3, 5 or 6.
     pub(super) size: usize,
     /// The steps, then one with the middle block at the first end.
@@ -72,7 +72,7 @@ pub(super) struct Places {
     pub(super) patched: Vec<usize>,
 }
 
-impl Places {
+impl Schedule {
     /// Places of the blocks `chain` (ascending); `None` unless [`size_of_chain`] accepts them.
     pub(super) fn new(offsets: Offsets<'_>, chain: &[usize]) -> Option<Self> {
         let size = size_of_chain(offsets.pattern, chain)?;

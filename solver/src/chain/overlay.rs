@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 /// The values of a matrix and other blocks: numbers beyond those of the values are the patches'.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Patched<'a> {
+pub(crate) struct Overlay<'a> {
     pub(crate) values: &'a [f64],
     pub(crate) patches: &'a [f64],
 }
 
-impl<'a> Patched<'a> {
+impl<'a> Overlay<'a> {
     /// So many values from number `first` on; `None` beyond the last, or from the matrix into the patches.
     #[inline(always)]
     pub(super) fn get(self, first: usize, count: usize) -> Option<&'a [f64]> {
@@ -34,7 +34,7 @@ impl<'a> Patched<'a> {
     }
 }
 
-impl<'a> From<&'a SymBlockMatrix> for Patched<'a> {
+impl<'a> From<&'a SymBlockMatrix> for Overlay<'a> {
     fn from(a: &'a SymBlockMatrix) -> Self {
         Self {
             values: a.values(),

@@ -1,6 +1,6 @@
 //! Shared ground of the experiments on hoisting cables: solvers by name, recorded motions, references, matrices, files:
 //! ```
-//! use taut_ground::Choice;
+//! use taut_measure::Choice;
 //! use taut_integrator::Stepper;
 //! use taut_model::HoistParams;
 //!
