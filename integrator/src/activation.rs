@@ -312,14 +312,11 @@ impl Activation {
                 dt * (dt + damping) * response > least * least * compliance
             };
             let own = response(system_data, k);
-            let (is_rigid, omega) = (is_stiff(own, STIFF), dt * (own / compliance).sqrt());
-            let found = if is_rigid { 0.0 } else { omega };
-            if is_stiff(thrown(k), SOFT) {
-                return Some(found);
-            }
-            if side == 0.0 || !passes && opens || !is_stiff(own, SOFT) {
+            let is_thrown = is_stiff(thrown(k), SOFT);
+            if !is_thrown && (side == 0.0 || !passes && opens || !is_stiff(own, SOFT)) {
                 return None;
             }
+            let (is_rigid, omega) = (is_stiff(own, STIFF), dt * (own / compliance).sqrt());
             let (after, before) = ((end - begin) / dt, before[r]);
             let rate = match passes {
                 true => after.abs().max(before.abs()),
@@ -333,7 +330,7 @@ impl Activation {
             let swings = drive <= least && (is_caught || lands || goes_on);
             let bar = if swings { SOFT } else { STIFF };
             let divides = (is_hit || drive > least) && is_stiff(loaded(k), bar);
-            divides.then_some(found)
+            (is_thrown || divides).then_some(if is_rigid { 0.0 } else { omega })
         };
         let all = bounded.places().enumerate().filter_map(struck);
         all.reduce(f64::max)

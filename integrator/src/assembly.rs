@@ -1,7 +1,8 @@
 //! The joints' part of S = J M̃⁻¹ Jᵀ + Σ, a block in each lane.
 //!
-//! J is that of (26), `model/src/constraint/gap.rs`, of which this writes out the product of a pair. With Q = [ [r]×; gᵀ ] for a side's lever arm and gradients, a joint's block on a body is ∓[I 0; 0 0] beside ±Q, and
-//! with w = 1/m and A the inverse of the angular part of M̃
+//! J is that of (26), `model/src/constraint/gap.rs`, of which this writes out the product of a pair. With Q = [ [r]×; gᵀ ]
+//! for a side's lever arm and gradients, a joint's block on a body is ∓[I 0; 0 0] beside ±Q, and with w = 1/m and A the
+//! inverse of the angular part of M̃
 //!
 //! ```text
 //! S_kk = Σ_sides (w I₃ ⊕ 0) + Q A Qᵀ + Σ_k,      S_kl = ±((w I₃ ⊕ 0) + Q_k A Q_lᵀ) for joints k, l at one body,

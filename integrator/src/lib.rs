@@ -99,6 +99,7 @@
 //! | `equilibrium`, `equilibrium_residual` | static equilibrium by solves; residual forces and law violations of a state at rest |
 //! | `active_set` | rows with bounds: cables that cannot push, motors of limited force |
 //! | `activation` | how such rows close and open without energy from nowhere |
+//! | `response` | unknowns beside the linear system, condensed onto its factor: slip and contacts |
 //! | `slip` | cables that slip over sheaves with friction |
 //! | `contact`, `contact/operator` | contacts with friction: rows, dense operator |
 //! | `effort` | the work that a step may spend on contacts, and the flag that ends it |

@@ -133,13 +133,10 @@ impl Slip {
         self.sheaves.iter().any(|s| s.bounds.contains(&k))
     }
 
-    /// Returns true if bounded row `k` is a part of a cable beside a sheave that it slips over.
-    pub(crate) fn gives(&self, k: usize) -> bool {
+    /// Numbers of the bounded rows that are parts of a cable beside a sheave that it slips over.
+    pub(crate) fn giving(&self) -> impl Iterator<Item = usize> + '_ {
         let slips = |s: &&Sheave| s.motion != Motion::Sticks;
-        self.sheaves
-            .iter()
-            .filter(slips)
-            .any(|s| s.bounds.contains(&k))
+        self.sheaves.iter().filter(slips).flat_map(|s| s.bounds)
     }
 
     /// Number of sheaves over which a cable slips.

@@ -90,6 +90,7 @@
 //! | `motion` | [`Motion`]: prescribed motion of points of the world |
 //! | `seed` | small random velocities, from a number |
 //! | `error` | [`SceneError`]: what is wrong with a scene, and where |
+//! | `params` | what states each parameter of a named scene once: meaning, type, default, range |
 //! | `names` | [`nearest`] name, and which names an error of an unknown one tells |
 //!
 //! # Where this differs from the paper

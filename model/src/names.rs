@@ -4,9 +4,11 @@
 /// where all take more than half of their letters.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let found = known.min_by_key(|other| changes(name, other))?;
-    let letters = name.chars().count().max(found.chars().count());
-    (2 * changes(name, found) <= letters).then_some(found)
+    let near = |other: &&str| {
+        let letters = name.chars().count().max(other.chars().count());
+        changes(name, other).is_some_and(|changes| 2 * changes <= letters)
+    };
+    known.filter(near).min_by_key(|other| changes(name, other))
 }
 
 /// At most eight names, and how many more there are.
@@ -22,13 +24,19 @@ pub(crate) fn first_names(names: &[String]) -> Vec<String> {
 pub(crate) fn near_names(name: &str, names: &[String]) -> Vec<String> {
     let mut names = names.to_vec();
     if names.len() > 8 {
-        names.sort_by_cached_key(|other| changes(name, other));
+        names.sort_by_cached_key(|other| changes(name, other).unwrap_or(usize::MAX));
     }
     first_names(&names)
 }
 
-/// Letters to change, to add or to drop (Levenshtein).
-fn changes(name: &str, other: &str) -> usize {
+/// Longest name that is compared with others.
+const LONGEST: usize = 200;
+
+/// Letters to change, to add or to drop (Levenshtein). None of names beyond [`LONGEST`] bytes.
+fn changes(name: &str, other: &str) -> Option<usize> {
+    if name.len().max(other.len()) > LONGEST {
+        return None;
+    }
     let other: Vec<char> = other.chars().collect();
     let mut row: Vec<usize> = (0..=other.len()).collect();
     for (i, a) in name.chars().enumerate() {
@@ -40,7 +48,7 @@ fn changes(name: &str, other: &str) -> usize {
             row[j + 1] = here;
         }
     }
-    row[other.len()]
+    Some(row[other.len()])
 }
 
 #[cfg(test)]
@@ -53,7 +61,8 @@ mod tests {
         assert_eq!(nearest("laod", known()), Some("load"));
         assert_eq!(nearest("ladl", known()), Some("ladle"));
         assert_eq!(nearest("x", std::iter::empty()), None);
-        assert_eq!(changes("kitten", "sitting"), 3);
+        assert_eq!(changes("kitten", "sitting"), Some(3));
+        assert_eq!(nearest(&"x".repeat(1000), known()), None);
     }
 
     #[test]
@@ -61,6 +70,7 @@ mod tests {
         assert_eq!(nearest("lo", ["load"].into_iter()), Some("load"));
         assert_eq!(nearest("lo", ["loads"].into_iter()), None);
         assert_eq!(nearest("k", ["j"].into_iter()), None);
+        assert_eq!(nearest("ldz", ["dt", "load_z"].into_iter()), Some("load_z"));
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! Functions that take arbitrary input: from the fuzzer (`tests/fuzz`), from random mutations of
-//! good inputs and from the inputs that once did harm (both in the test binary `bad_input`).
+//! good inputs and from the inputs that once did harm (both in the test module `refuses`).
 //!
 //! Each function takes bytes and returns whether they came as far as something to be solved. It panics where the program
 //! would have, where an error says nothing, where a result that claims to be good is not finite, and where an iteration, or the

@@ -118,10 +118,18 @@ impl Contacts {
         self.landed().next().is_some()
     }
 
-    /// Fastest speed, at the velocities `v`, at which `body` lands on what pushes it along a `pull` on it \[m/s].
-    pub(crate) fn landing(&self, body: usize, v: &BodyVectors, pull: &Vector3<f64>) -> f64 {
+    /// Fastest speed, at the velocities `v`, at which `body` lands on what pushes it along a `pull` on it, and throws it back
+    /// if `thrown` \[m/s].
+    pub(crate) fn landing(
+        &self,
+        body: usize,
+        v: &BodyVectors,
+        pull: &Vector3<f64>,
+        thrown: bool,
+    ) -> f64 {
         let along = self
             .landed()
+            .filter(|touch| !thrown || touch.rebound.is_some())
             .filter(|touch| touch.push(body).dot(pull) > 0.0);
         let speeds = along.map(|touch| -touch.normal_rate(|i| v.get(i)));
         speeds.fold(0.0, f64::max)

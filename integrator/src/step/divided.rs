@@ -7,7 +7,7 @@
 //! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
 //! in a step. Cables that slip over sheaves with friction are caught in whole steps: their parts share one length.
 //!
-//! What slips brakes up to the blow in which its load is thrown back, and is slack after it. A whole step has one force of a
+//! A row that slips brakes up to the blow in which its load is thrown back, and is slack after it. A whole step has one force of a
 //! row: none, so that the load would arrive too fast by F Δt/m and keep that. Where a drum or a rope over a sheave slipped in the
 //! step before and its load is thrown back in this one, the step is divided too, with the Ω of a row that is caught.
 //!
@@ -44,7 +44,7 @@ use crate::system_data::SystemData;
 use crate::{Guard, StepError};
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
-use taut_model::Constraint;
+use taut_model::{Constraint, RowBounds};
 
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
@@ -85,7 +85,8 @@ pub(crate) struct Division {
     /// Places of the bounded rows at the beginning of the step, and ∂φ/∂t of the step before.
     places: Vec<RowState>,
     phi_t: Vec<f64>,
-    /// Bounded rows that gave way at their limit of force, or to friction on a sheave, in the step before.
+    /// Bounded rows that gave way at their limit of force, or to friction on a sheave, in the step before; none where nothing
+    /// can touch.
     gave: Vec<bool>,
     /// True if the step before was divided or implicit.
     pub(crate) goes_on: bool,
@@ -137,19 +138,18 @@ impl Step {
         division.phi_t.clear();
         let phi_t = bounds.iter().map(|b| self.history.phi_t[b.row]);
         division.phi_t.extend(phi_t);
-        let gives = |(k, place): (usize, RowState)| {
-            let side = bounds[k].side();
-            let at_limit = match place {
-                RowState::Inside => false,
-                RowState::Lower => side > 0.0,
-                RowState::Upper => side < 0.0,
-            };
-            at_limit || self.slip.gives(k)
-        };
         division.gave.clear();
-        division
-            .gave
-            .extend(self.active_set.places().enumerate().map(gives));
+        if !self.contacts.can_be() {
+            return;
+        }
+        let at_limit = |(bound, place): (&RowBounds, RowState)| match place {
+            RowState::Inside => false,
+            RowState::Lower => bound.side() > 0.0,
+            RowState::Upper => bound.side() < 0.0,
+        };
+        let gave = bounds.iter().zip(self.active_set.places()).map(at_limit);
+        division.gave.extend(gave);
+        self.slip.giving().for_each(|k| division.gave[k] = true);
     }
 
     /// Parts that the step just taken needs for this disagreement of its gaps with their prediction: 1 if it stands, `None` if it
@@ -220,7 +220,7 @@ impl Step {
         let dt = self.substep();
         let driven = [&*self.guarded.division.phi_t, &*self.history.phi_t];
         let lands = self.contacts.lands();
-        let landing = |k| if lands { self.landing(k) } else { 0.0 };
+        let landing = |k| if lands { self.landing(k, false) } else { 0.0 };
         let loaded = |k| match self.slip.holds(k) || self.is_beside_made(k) {
             true => 0.0,
             false => self.loaded_response(k),
@@ -229,7 +229,7 @@ impl Step {
         let rebounds = lands && self.contacts.rebound_is_due();
         let thrown = |k: usize| {
             let gave = rebounds && self.guarded.division.gave[k] && !self.is_beside_made(k);
-            match gave && self.landing(k) > least {
+            match gave && self.landing(k, true) > least {
                 true => self.loaded_response(k),
                 false => 0.0,
             }
@@ -263,10 +263,10 @@ impl Step {
     }
 
     /// Fastest speed at which a body of bounded row `k` lands in the step on what takes its load \[m/s].
-    fn landing(&self, k: usize) -> f64 {
+    fn landing(&self, k: usize, thrown: bool) -> f64 {
         let v = &self.system_data.v;
         let speeds = jacobian(&self.system_data, k)
-            .map(|(body, j)| self.contacts.landing(body, v, &self.pull(k, &j)));
+            .map(|(body, j)| self.contacts.landing(body, v, &self.pull(k, &j), thrown));
         speeds.fold(0.0, f64::max)
     }
 

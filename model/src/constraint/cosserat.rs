@@ -303,10 +303,6 @@ impl Facts for Cosserat {
         rows.bend_twist(&a, &b, &self.law, self.twist_reference);
     }
 
-    fn acts_at_points(&self) -> bool {
-        self.law.stretch.is_some()
-    }
-
     of_cable!();
 
     fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {

@@ -120,6 +120,10 @@ impl Facts for Distance {
         ([distance - self.length, 0.0, 0.0], 1)
     }
 
+    fn acts_at_points(&self) -> bool {
+        true
+    }
+
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
         let [a, b] = &self.frames;
         let change = moved(a, times) - moved(b, times);

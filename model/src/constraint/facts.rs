@@ -28,9 +28,10 @@ pub(crate) trait Facts: Sides {
     /// Writes φ, the Jacobian blocks and the lever arms.
     fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>);
 
-    /// True if a force acts at the attachment points.
+    /// True if a force acts at the attachment points: by default that of a gap, in the first three rows.
     fn acts_at_points(&self) -> bool {
-        true
+        let (kind, _, law) = self.parts()[0];
+        kind == RowKind::Stretch && law.is_some()
     }
 
     /// True if it only pulls at its points, so that at the centre of a point mass it turns nothing.

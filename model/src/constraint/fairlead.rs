@@ -122,6 +122,10 @@ impl Facts for Fairlead {
         }
     }
 
+    fn acts_at_points(&self) -> bool {
+        true
+    }
+
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
         let [before, after] = times.map(|t| self.length_at(t));
         if any_moves(&self.frames, times) || before != after {

@@ -145,6 +145,10 @@ impl Facts for LinkBend {
         true
     }
 
+    fn acts_at_points(&self) -> bool {
+        true
+    }
+
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
         if any_moves(&self.frames, times) {
             difference(self, bodies, times, phi_t);

@@ -327,6 +327,10 @@ impl Facts for MasslessCable {
         ([excess, 0.0, 0.0], 1)
     }
 
+    fn acts_at_points(&self) -> bool {
+        true
+    }
+
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
         let [before, after] = times.map(|t| self.compliance_factor(t, 0.0));
         if any_moves(&self.frames, times) || before != after {

@@ -124,10 +124,6 @@ impl Facts for Paper {
         }
     }
 
-    fn acts_at_points(&self) -> bool {
-        self.law.stretch.is_some()
-    }
-
     of_cable!();
 
     fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {

@@ -74,6 +74,10 @@ impl Facts for Slider {
         }
     }
 
+    fn acts_at_points(&self) -> bool {
+        true
+    }
+
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
         if any_moves(&self.frames, times) {
             // The row of a speed has no φ that would tell.

@@ -72,7 +72,9 @@ impl Scene {
         let kept_bodies = Kept::without(self.bodies.len(), bodies);
         let kept = Kept::without(self.constraints.len(), constraints);
         self.check_removal(&kept_bodies, &kept)?;
-        self.bodies.retain(|i| kept_bodies.0[i].is_some());
+        // Surplus entries stay, for `validate` to name.
+        self.bodies
+            .retain(|i| kept_bodies.0.get(i).is_none_or(Option::is_some));
         kept_bodies.filter(&mut self.body_names);
         kept.filter(&mut self.constraints);
         kept.filter(&mut self.constraint_names);
@@ -189,4 +191,77 @@ fn follow(event: &mut Event, bodies: &Kept, constraints: &Kept, controls: &Kept)
         Action::Set { control, .. } => controls.follow(control),
     });
     watched && !event.then.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::GantryParams;
+
+    #[test]
+    fn what_stays_keeps_its_order_and_its_sides() {
+        let mut scene = GantryParams::default().build().expect("builds");
+        let before = scene.clone();
+        let named = |scene: &crate::Scene, name: &str| {
+            let names = scene.constraint_names.iter();
+            names.zip(0..).find(|(n, _)| *n == name).expect("there").1
+        };
+        let (rope, joint) = (named(&scene, "rope-1"), named(&scene, "joint-2"));
+        scene.remove(&[], &[rope, joint]).expect("goes");
+        assert_eq!(scene.validate(), Ok(()));
+        assert_eq!(scene.controls[1].drives.len(), 1);
+        let driven = scene.controls[1].drives[0].constraint;
+        assert_eq!(scene.constraint_names[driven], "rope-2");
+        assert_eq!(scene.cables[0].bodies, before.cables[0].bodies);
+        assert_eq!(
+            scene.cables[0].joints.len() + 1,
+            before.cables[0].joints.len()
+        );
+        let all = scene.cables[0].joints.clone();
+        let segments = scene.cables[0].bodies.clone();
+        scene.remove(&segments, &all).expect("goes");
+        assert!(scene.cables.is_empty());
+        assert_eq!(scene.body_names, ["crane", "trolley", "hook", "load"]);
+        assert_eq!(scene.load, Some(3));
+        assert_eq!(scene.validate(), Ok(()));
+        let hook = scene.constraints[1].frames()[1].body_index();
+        assert_eq!(hook, Some(2));
+        let rest = [0, 1];
+        scene.remove(&[], &rest).expect("goes");
+        assert!(scene.controls.is_empty());
+    }
+
+    #[test]
+    fn shapes_stay_with_their_bodies() {
+        use crate::collide::{Collider, Shape};
+        use crate::{Body, Scene};
+        let mut scene = Scene::new("three");
+        let ball = Shape::Sphere { radius: 1.0 };
+        for name in ["a", "b", "c"] {
+            let body = scene.add_body(name, Body::sphere(1.0, 1.0));
+            scene.add_collider(Collider::new(name, Some(body), ball));
+        }
+        scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+        scene.remove(&[1], &[]).expect("goes");
+        assert_eq!(scene.validate(), Ok(()));
+        let of = scene.colliders.iter().map(|c| (c.name.as_str(), c.body));
+        let of: Vec<_> = of.collect();
+        assert_eq!(of, [("a", Some(0)), ("c", Some(1)), ("ground", None)]);
+    }
+
+    #[test]
+    fn what_is_held_stays() {
+        let mut scene = GantryParams::default().build().expect("builds");
+        let before = scene.clone();
+        for (bodies, words) in [
+            ([2], "body `hook` cannot be removed while `rope-1` holds it"),
+            ([before.load.expect("a load")], "body `load`: is the load"),
+            ([99], "removal names the body `number 99`"),
+        ] {
+            let fault = scene.remove(&bodies, &[]).expect_err("a fault").to_string();
+            assert!(fault.starts_with(words), "{fault}");
+            assert_eq!(scene, before);
+        }
+        let fault = scene.remove(&[], &[99]).expect_err("a fault").to_string();
+        assert!(fault.starts_with("removal names `number 99`"), "{fault}");
+    }
 }

@@ -143,7 +143,7 @@ fn root_power(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// What a probe leaves is rounding where the factors solve, and of the size of the noise where they do not.
+    /// The residual of a probe is rounding where the factors solve, and of the size of the noise where they do not.
     #[test]
     fn a_probe_sees_what_the_factors_do_not_solve() {
         let diagonal = [3.0, -0.2, 5e4];

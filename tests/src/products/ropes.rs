@@ -196,7 +196,7 @@ fn between(case: &Case, n: usize) -> f64 {
     if case.choices.steps.substeps == 1 {
         return 0.0;
     }
-    // What has come to rest at the end of the step moved in its first sub-step.
+    // A body at rest at the end of the step moved in its first sub-step.
     let ends = [case.before(n), &m.bodies];
     let speeds = ends.iter().flat_map(|bodies| &bodies.velocity);
     let fastest = speeds.map(Vector3::norm).fold(0.0, f64::max);
@@ -230,6 +230,10 @@ pub(super) fn cone_of_sheaves(case: &Case) -> Fault {
 pub(super) fn work_of_sheaves(case: &Case) -> Fault {
     let weight = case.choices.weight();
     first(case, |_, m| {
+        // Forces of a divided step are means over its parts, and the slip is that of the last one: no power follows from both.
+        if m.report.divided > 0 {
+            return None;
+        }
         at_sheaves(m).find_map(|(before, after, slip, _)| {
             let power = (before - after) * slip;
             (power > 1e-9 * weight * slip.abs().max(1e-6) && slip.abs() > 1e-9)

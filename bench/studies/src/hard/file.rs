@@ -97,7 +97,7 @@ struct Run {
     #[serde(default)]
     drive: BTreeMap<String, Value>,
     file: Option<String>,
-    /// Of that file.
+    /// Contents of that file.
     #[serde(skip)]
     table: Option<TimeTable>,
     solvers: Option<Solvers>,

@@ -145,7 +145,7 @@ pub(super) fn known() -> impl Iterator<Item = &'static str> {
     let plain = FUNCTIONS.iter().chain(ORACLES).map(|(name, ..)| *name);
     let reducers = REDUCERS.iter().map(|(name, _)| *name);
     let series = OF_SERIES.iter().map(|(name, _)| *name);
-    let words = |name: &&str| name.chars().all(char::is_alphabetic) || name.contains('_');
+    let words = |name: &&str| name.starts_with(char::is_alphabetic);
     plain.chain(reducers).chain(series).filter(words)
 }
 

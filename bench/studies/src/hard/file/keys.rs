@@ -8,11 +8,18 @@ use super::probes::PROBES;
 /// Heads of tables in brackets, and below each its keys, indented by two, with their meanings.
 pub(super) const KEYS: &str = include_str!("keys.txt");
 
-/// The keys, and the names that formulas know.
+/// Operators, and functions of series with their arguments.
+const FUNCTIONS: &str = include_str!("functions.txt");
+
+/// The keys, and the names that formulas know, probes with their units.
 pub(in crate::hard) fn help() -> String {
-    let mut text = KEYS.to_owned();
-    let functions: Vec<_> = known().collect();
-    let probes: Vec<_> = PROBES.iter().map(|(name, ..)| *name).collect();
+    let mut text = format!("{KEYS}\n{FUNCTIONS}");
+    let functions: Vec<_> = known().map(str::to_owned).collect();
+    let probe = |(name, unit, _): &(&str, &str, _)| match *unit {
+        "" => (*name).to_owned(),
+        unit => format!("{name}[{unit}]"),
+    };
+    let probes: Vec<_> = PROBES.iter().map(probe).collect();
     for (title, names) in [("Functions", functions), ("Probes", probes)] {
         text += "\n";
         text += title;
@@ -25,7 +32,7 @@ pub(in crate::hard) fn help() -> String {
                 width = name.len() + 1;
             }
             text += " ";
-            text += name;
+            text += &name;
         }
         text += "\n";
     }

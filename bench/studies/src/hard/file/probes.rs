@@ -155,7 +155,7 @@ pub(super) const PROBES: &[Probe] = &[
             .places
             .iter()
             .map(|(body, place)| (bodies[*body] - place).norm());
-        off.fold(0.0, worse)
+        off.reduce(worse).unwrap_or(f64::NAN)
     }),
     ("lowest", "m", |s| {
         let frames = s.scene().constraints.iter().flat_map(Constraint::frames);

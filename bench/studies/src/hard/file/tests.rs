@@ -348,7 +348,7 @@ number = 0 | number = 99 | line 9: `number` is 99: it has to be from 0 to 4"#,
     );
 }
 
-/// What a table beside the case has at the times of the steps is a value as any other.
+/// A table beside the case is a value as any other, at the times of the steps.
 #[test]
 fn a_table_beside_the_case_is_its_reference() {
     let see = r#""pull = last(file.pull)", "early = first(file.pull)""#;
