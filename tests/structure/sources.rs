@@ -481,11 +481,15 @@ fn public_enums_can_grow() {
                     continue;
                 };
                 let name = rest.split([' ', '<']).next().unwrap_or_default();
+                // Of a macro: its uses name it.
+                if name.starts_with('$') {
+                    continue;
+                }
                 let attributes = lines[..n].iter().rev();
                 let own = attributes.take_while(|l| !l.is_empty() && !l.ends_with('}'));
                 // The macro of named scenes adds the attribute.
                 let grows = |l: &&str| l.contains("non_exhaustive") || *l == "scenes! {";
-                let can_grow = own.into_iter().any(|l| grows(l));
+                let can_grow = own.into_iter().any(grows);
                 assert!(can_grow != closed.contains(&name), "{path}: {name}");
                 open += usize::from(can_grow);
             }

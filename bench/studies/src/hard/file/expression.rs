@@ -570,10 +570,7 @@ mod tests {
             fault("larges(z)"),
             "`larges(z)`: no function is called `larges`: perhaps `largest`"
         );
-        assert_eq!(
-            fault("2 * y"),
-            "`2 * y`: no value is called `y`: perhaps `x`"
-        );
+        assert_eq!(fault("2 * y"), "`2 * y`: no value is called `y`");
         assert_eq!(fault("(2"), "`(2`: `)` is missing before ``");
         assert_eq!(
             fault("hypot(1)"),
