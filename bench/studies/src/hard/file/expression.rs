@@ -89,31 +89,21 @@ const REDUCERS: &[Reducer] = &[
     }),
 ];
 
-/// Functions of whole series: name and count of arguments.
+/// Functions of whole series: name and count of arguments; `functions.txt` has their meanings.
 const OF_SERIES: &[(&str, usize)] = &[
-    // The value at the beginning of the run, and that at the beginning of each step.
     ("start", 1),
     ("before", 1),
-    // From the first step on at which it holds.
     ("since", 1),
-    // Sum of all steps so far.
     ("cumulated", 1),
-    // Numbers that are the same in `n` steps and more: the mean of the last n.
     ("running", 2),
-    // Time between two passages of 0 upwards, from the step \[s].
     ("period", 2),
-    // Time between two passages of 0 in any direction.
     ("half_period", 2),
-    // Angular frequency of an oscillation of about the one expected \[rad/s]; those of two, the faster one expected.
     ("frequency", 3),
     ("slower_frequency", 3),
     ("faster_frequency", 3),
-    // A pendulum's amplitude in an oscillation, by the interval of its samples, from when on it is fitted, and the frequency
-    // expected; and the root mean square of what else moves.
     ("amplitude", 4),
     ("other_motion", 4),
-    // How far modulus (relative) and phase (rad) of the largest root of what fits an oscillation are from those of a step's
-    // law, by its weights, Ω and θ.
+    // By the weights, Ω and θ of a step's law: how far modulus (relative) and phase (rad) of the largest root are from it.
     ("law_error", 6),
 ];
 
