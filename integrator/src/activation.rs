@@ -72,7 +72,7 @@ const HALF: f64 = 3.0;
 /// Least Ω, with its damper's part, of a row that divides its step where it is caught. Undivided, lifts by a pulley are 3 % short
 /// from here on, 16 % from Ω = 0.5 on, half from Ω = 2 on. A swing faster than ten times gravity's speed in a step goes slack again
 /// where Ω > 0.1, and so do the divisions end.
-const SOFT: f64 = 0.1;
+pub(crate) const SOFT: f64 = 0.1;
 
 /// Least Ω of a row that counts as rigid: its parts do not resolve a swing. It alone divides a step where its drive jumps; a softer
 /// one would be kicked by a winch that starts.

@@ -172,10 +172,13 @@ impl ContactPoint {
         }
     }
 
-    /// Takes σ, and b of a penetration, for the impulse of the last step.
-    fn recover(&mut self, scene: &Scene, dt: f64) {
+    /// Takes σ, and b of a penetration, for the impulse of the last step, or a force of `presumed` (N) where there was none.
+    fn recover(&mut self, scene: &Scene, dt: f64, presumed: f64) {
         let compliance = self.found.surface.compliance;
-        let force = self.impulse[0] / dt;
+        let force = match self.impulse[0] {
+            0.0 => presumed,
+            impulse => impulse / dt,
+        };
         let rate = 1.0 / (dt + self.damping(scene, force));
         self.softness = compliance * rate / dt;
         if self.found.gap >= 0.0 {
@@ -400,8 +403,15 @@ impl Contacts {
         self.touches.is_empty()
     }
 
-    /// Finds the contacts of a step of `dt` from the present state; those that the last solve had start from its impulses.
-    pub(crate) fn find(&mut self, scene: &Scene, dt: f64) -> Result<(), SceneError> {
+    /// Finds the contacts of a step of `dt` from the present state; those that the last solve had start from its impulses. At the
+    /// `start` of a run the springs of those that begin inside each other may carry up to the scene's weight: what is laid down at
+    /// its resting depth rests, and what is deeper is pushed out.
+    pub(crate) fn find(&mut self, scene: &Scene, dt: f64, start: bool) -> Result<(), SceneError> {
+        let presumed = if start {
+            scene.mass() * scene.gravity.norm()
+        } else {
+            0.0
+        };
         let found = self.collisions.find(scene, dt)?;
         self.touches.clear();
         let touches = found
@@ -431,7 +441,7 @@ impl Contacts {
                 touch.jolted = known.struck;
                 self.taken[i] = true;
             }
-            touch.recover(scene, dt);
+            touch.recover(scene, dt, presumed);
             touch.meet(scene, slowest);
             touch.follow(scene, dt);
         }

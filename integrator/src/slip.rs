@@ -88,10 +88,12 @@ pub(crate) struct Slip {
     /// Sheaves that slip, by their numbers.
     slipping: Vec<usize>,
     /// Set where a sheave begins or ceases to slip, or turns its sense, until W is built for it.
-    /// Dense system of their rates, row-major; each row ends with its right-hand side.
     pub(crate) has_changed: bool,
-    /// B of the sheave whose response is sought, one a row.
+    /// Set where the last solve found no pattern of slip.
+    pub(crate) undecided: bool,
+    /// Dense system of their rates, row-major; each row ends with its right-hand side.
     dense: Vec<f64>,
+    /// B of the sheave whose response is sought, one a row.
     pub(crate) column: Vec<f64>,
 }
 
@@ -118,6 +120,7 @@ impl Slip {
             may_change: scene.has_rough_sheaves(),
             slipping: Vec::with_capacity(count),
             has_changed: false,
+            undecided: false,
             dense: vec![0.0; count * (count + 1)],
             column: vec![0.0; if count > 0 { rows.rows() } else { 0 }],
             sheaves,

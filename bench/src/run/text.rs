@@ -69,8 +69,13 @@ fn asleep(s: &Summary) -> Option<(&'static str, String)> {
 
 /// Line on energy from nowhere and on the sources of the rest.
 fn energy_excess(s: &Summary) -> String {
-    let (Some(balance), Some(excess)) = (&s.balance, s.max_energy_excess) else {
+    let Some(excess) = s.max_energy_excess else {
         return "not asked for".to_owned();
+    };
+    let Some(balance) = &s.balance else {
+        return format!(
+            "at most {excess:.1e} of the motion's own; the scene changed in the last step"
+        );
     };
     let recovery = if balance.recovery > 1e-6 * balance.scale {
         format!(

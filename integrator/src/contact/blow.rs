@@ -58,7 +58,7 @@ impl ContactPoint {
     }
 
     /// Direction in which it pushes `body`; zero where that is not in contact.
-    fn push(&self, body: usize) -> Vector3<f64> {
+    pub(crate) fn push(&self, body: usize) -> Vector3<f64> {
         let own = self
             .carriers()
             .iter()
@@ -105,6 +105,11 @@ impl Contacts {
         others
             .filter(|&other| other != body && scene.bodies.is_dynamic(other))
             .fold(0.0, |most, other| scene.bodies.mass[other].max(most))
+    }
+
+    /// Contacts whose shapes are thrown back in the step.
+    pub(crate) fn thrown_back(&self) -> impl Iterator<Item = &ContactPoint> {
+        self.touches.iter().filter(|touch| touch.rebound.is_some())
     }
 
     /// Contacts that press now and did not in the step before.

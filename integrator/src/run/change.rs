@@ -13,7 +13,7 @@ use crate::contact::rebound::slowest;
 use crate::run::Stepper;
 use crate::run::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::step::Stage;
-use crate::{SavedRun, StepError};
+use crate::{ContactForce, SavedRun, StepError};
 use nalgebra::Vector3;
 use segments::{Closed, Parted};
 use std::collections::HashMap;
@@ -376,6 +376,8 @@ impl Stepper {
         if edit.touched {
             let moved = Moved::new(self, &edit);
             let mut changed = self.rebuilt(self.run_of(edit.scene).moved(&moved))?;
+            let contacts = moved.contact_forces(self.contacts());
+            changed.step.record.reported.put_contacts(contacts);
             changed.begin_past(&moved);
             changed.step.progress.newly_added = moved.fresh(&self.step.progress.newly_added);
             changed.ids = edit.ids;
@@ -573,6 +575,27 @@ impl Moved {
             })
         };
         old.iter().filter_map(of).collect()
+    }
+
+    /// The forces of contacts whose shapes and bodies are still there.
+    fn contact_forces(&self, old: impl Iterator<Item = ContactForce>) -> Vec<ContactForce> {
+        let shape_now = |shape: usize| self.shapes.get(shape).copied().flatten();
+        let body_now = |body: Option<usize>| match body {
+            None => Some(None),
+            Some(_) => self.bodies.iter().position(|b| *b == body).map(Some),
+        };
+        let of = |contact: ContactForce| {
+            let [a, b] = contact.colliders.map(shape_now);
+            let [first, second] = contact.bodies.map(body_now);
+            let [partner, other] = contact.partners.map(body_now);
+            Some(ContactForce {
+                colliders: [a?, b?],
+                bodies: [first?, second?],
+                partners: [partner?, other?],
+                ..contact
+            })
+        };
+        old.filter_map(of).collect()
     }
 
     /// The values of the bodies, in their new order; those of new bodies are zero.

@@ -21,7 +21,7 @@ impl Step {
     /// Finds the contacts of a step of `dt` from the present state.
     pub(crate) fn find_contacts(&mut self, dt: f64, of_scheme: bool) -> Result<(), StepError> {
         self.contacts.of_scheme = of_scheme;
-        self.contacts.find(&self.scene, dt)?;
+        self.contacts.find(&self.scene, dt, self.time == 0.0)?;
         Ok(())
     }
 
@@ -264,10 +264,11 @@ impl Step {
         done.map_err(|e| self.culprit(e))
     }
 
-    /// The velocities change as far as the blow has the energy for.
+    /// The velocities change as far as the blow has the energy for, and the work of what is driven: the law of impact is the same for
+    /// shapes that move together.
     fn strike(&mut self, budget: Budget, change: &BodyVectors, mu: &[f64]) {
         let (linear, square) = works(&self.scene.bodies, change);
-        let part = budget.part(linear, square);
+        let part = budget.part(linear - self.work_of_blow(mu), square);
         if part < 1.0 {
             self.contacts.lessen(part);
         }

@@ -11,6 +11,9 @@
 //! row: none, so that the load would arrive too fast by F Δt/m and keep that. Where a drum or a rope over a sheave slipped in the
 //! step before and its load is thrown back in this one, the step is divided too, with the Ω of a row that is caught.
 //!
+//! Shapes that are thrown back on an elastic row turn its swing back within the step: as an acceleration of the whole step takes it,
+//! each bounce may gain Ω²/3 of the energy. Such a step is divided from Ω = [`SOFT`] to [`RESOLVED`].
+//!
 //! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
 //! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row swings
 //! fast, until it is slack ([`crate::activation`]). At the ends of a division half a kick is taken back or added; there
@@ -37,14 +40,15 @@
 //! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Step};
-use crate::activation::Activation;
+use crate::activation::{Activation, SOFT};
 use crate::active_set::{RowState, jacobian, response_of};
+use crate::contact::ContactPoint;
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
 use crate::{Guard, StepError};
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
-use taut_model::{Constraint, RowBounds};
+use taut_model::{Constraint, RowBounds, Slot};
 
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
@@ -52,6 +56,9 @@ const PARTS: u32 = 32;
 
 /// Least number of parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, then takes four of them or more.
 const SWING: f64 = 1.5;
+
+/// Largest Ω that a division resolves well.
+const RESOLVED: f64 = 4.0;
 
 /// Least rate that divides a step, over the largest one without restitution: |g| Δt.
 pub(super) const LEAST: f64 = 10.0;
@@ -214,10 +221,15 @@ impl Step {
 
     /// The largest Ω of the rows with bounds that were hit so fast in the step just taken that it has to be divided.
     fn caught(&self) -> Option<f64> {
-        if self.active_set.is_empty() || self.guarded.division.parts > 1 {
+        if self.guarded.division.parts > 1 {
             return None;
         }
         let dt = self.substep();
+        let least = LEAST * slowest(&self.scene, dt);
+        let thrown_on_springs = self.thrown_on_springs(least);
+        if self.active_set.is_empty() {
+            return thrown_on_springs;
+        }
         let driven = [&*self.guarded.division.phi_t, &*self.history.phi_t];
         let lands = self.contacts.lands();
         let landing = |k| if lands { self.landing(k, false) } else { 0.0 };
@@ -225,7 +237,6 @@ impl Step {
             true => 0.0,
             false => self.loaded_response(k),
         };
-        let least = LEAST * slowest(&self.scene, dt);
         let rebounds = lands && self.contacts.rebound_is_due();
         let thrown = |k: usize| {
             let gave = rebounds && self.guarded.division.gave[k] && !self.is_beside_made(k);
@@ -234,14 +245,59 @@ impl Step {
                 false => 0.0,
             }
         };
-        self.activation.struck(
+        let struck = self.activation.struck(
             (&self.system_data, &self.active_set),
             (&self.history.rate, driven),
             (dt, least, self.guarded.division.goes_on),
             landing,
             loaded,
             thrown,
-        )
+        );
+        let both = [struck, thrown_on_springs].into_iter().flatten();
+        both.reduce(f64::max)
+    }
+
+    /// The largest Ω of shapes that are thrown back in the step just taken, faster than `least` (m/s), on elastic rows that pull them:
+    /// none below [`SOFT`], or where a division does not resolve it.
+    fn thrown_on_springs(&self, least: f64) -> Option<f64> {
+        let v = &self.system_data.v;
+        let omega = |touch: &ContactPoint| {
+            let carriers = touch.carriers().iter().map(|carrier| carrier.body);
+            let bodies = carriers.filter(|body| self.scene.bodies.is_dynamic(*body));
+            let (stiffness, mass) = bodies.fold((0.0_f64, 0.0), |(most, mass), body| {
+                let stiffness = self.stiffness_along(body, &touch.push(body));
+                (most.max(stiffness), mass + self.scene.bodies.mass[body])
+            });
+            self.substep() * (stiffness / mass).sqrt()
+        };
+        let thrown = self.contacts.thrown_back();
+        let fast = thrown.filter(|touch| -touch.normal_rate(|i| v.get(i)) > least);
+        fast.map(omega)
+            .filter(|omega| (SOFT..RESOLVED).contains(omega))
+            .reduce(f64::max)
+    }
+
+    /// Σ (t·n)² tᵀ k t of the joints at `body`, with the stiffness k of their rows and the direction t of their pull on it \[N/m]: what
+    /// a cable's joint does not pull with, the turn of its segment takes up.
+    fn stiffness_along(&self, body: usize, n: &Vector3<f64>) -> f64 {
+        let rows = &self.system_data.rows;
+        let slots = rows.slots.iter().enumerate();
+        let own = slots.filter(|(_, slot)| slot.body == body);
+        let of = |(s, slot): (usize, &Slot)| -> f64 {
+            let (range, block) = (rows.row_range(slot.constraint), rows.block(s));
+            let along = |(r, j): (usize, &[f64; 6])| (r, Vector3::new(j[0], j[1], j[2]));
+            let lines = || range.clone().zip(block.rows()).map(along);
+            let pull: Vector3<f64> = lines().map(|(r, j)| j * self.multipliers.mu[r]).sum();
+            let Some(t) = pull.try_normalize(0.0) else {
+                return 0.0;
+            };
+            let elastic = lines().filter(|(r, _)| rows.compliance[*r] > 0.0);
+            let stiffness: f64 = elastic
+                .map(|(r, j)| t.dot(&j).powi(2) / rows.compliance[r])
+                .sum();
+            t.dot(n).powi(2) * stiffness
+        };
+        own.map(of).sum()
     }
 
     /// Direction in which bounded row `k` pulls a body with this J.

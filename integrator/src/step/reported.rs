@@ -41,6 +41,8 @@ pub(crate) struct Reported {
     opened: bool,
     /// True where these are told, and not the forces of the last solve.
     tells: bool,
+    /// Contacts of the step before the scene was changed.
+    of_before: Option<Vec<ContactForce>>,
 }
 
 impl Reported {
@@ -53,6 +55,7 @@ impl Reported {
             met: Vec::new(),
             opened: false,
             tells: false,
+            of_before: None,
         }
     }
 
@@ -63,8 +66,17 @@ impl Reported {
 
     /// Contacts, where they are not those of the last sub-step.
     pub(crate) fn contacts(&self) -> Option<impl Iterator<Item = ContactForce> + '_> {
-        let told = self.touched.iter().map(|touched| touched.contact);
-        self.tells.then_some(told)
+        if !self.tells && self.of_before.is_none() {
+            return None;
+        }
+        let of_sum = self.touched.iter().map(|touched| touched.contact);
+        Some(of_sum.chain(self.of_before.iter().flatten().copied()))
+    }
+
+    /// Takes the contacts that the step had before the scene was changed.
+    pub(crate) fn put_contacts(&mut self, of_before: Vec<ContactForce>) {
+        self.touched.clear();
+        self.of_before = Some(of_before);
     }
 
     /// Takes forces that another run told.
@@ -76,6 +88,7 @@ impl Reported {
     /// Those of the last solve are told again.
     pub(crate) fn forget(&mut self) {
         (self.time, self.opened, self.tells) = (0.0, false, false);
+        self.of_before = None;
     }
 
     /// The sums become means over their time, which are told. Those of one solve alone stay as they are.

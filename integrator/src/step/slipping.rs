@@ -12,7 +12,7 @@ impl Step {
         stuck.copy_from_slice(&self.multipliers.mu);
         let settled = self.settle_slip(&stuck);
         self.system.in_rows[0] = stuck;
-        self.tally.undecided += usize::from(!settled?);
+        self.slip.undecided = !settled?;
         if !self.slip.slips() {
             return Ok(());
         }
@@ -45,8 +45,10 @@ impl Step {
         Ok(())
     }
 
-    /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system.
+    /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system. Solves that
+    /// other rows or contacts made obsolete may have stayed undecided.
     pub(crate) fn end_slip(&mut self) {
+        self.tally.undecided += usize::from(self.slip.undecided);
         let mut w = std::mem::take(&mut self.system.in_rows[0]);
         self.active_set
             .residuals(&self.system_data, &self.multipliers.mu, &mut w);

@@ -54,7 +54,9 @@ impl Step {
     pub(crate) fn solve_linearized(&mut self, dt: f64) -> Result<(), StepError> {
         self.active_set.begin();
         self.begin_condensed(false);
+        let undecided = self.tally.undecided;
         loop {
+            self.tally.undecided = undecided;
             self.active_set.hold(&mut self.system_data, dt);
             self.begin_condensed(true);
             let solved = self.solve_once(dt);

@@ -160,6 +160,15 @@ impl Step {
         }
     }
 
+    /// Work of driven bodies and drives in a blow, by the contacts' impulses and by those of the rows in `mu` \[J].
+    pub(super) fn work_of_blow(&mut self, mu: &[f64]) -> f64 {
+        let mut rates = std::mem::take(&mut self.system.in_rows[0]);
+        self.drives(1.0, &mut rates);
+        let by_rows: f64 = rates.iter().zip(mu).map(|(rate, mu)| rate * mu).sum();
+        self.system.in_rows[0] = rates;
+        self.work_by_contacts() - by_rows
+    }
+
     /// Work of driven bodies by the contacts' impulses \[J].
     fn work_by_contacts(&self) -> f64 {
         let bodies = &self.scene.bodies;

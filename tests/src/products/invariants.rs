@@ -205,6 +205,8 @@ fn shocked(case: &Case, n: usize) -> bool {
 /// Documented accuracy of the balance in shocks, and elsewhere.
 const SHOCK: f64 = 4e-2;
 const SMOOTH: f64 = 1e-3;
+/// Ω from which the guard divides steps in which a shape is thrown back under a rope.
+const SWINGS: f64 = 0.1;
 /// Most that a tumbling body may gain in a bounce, as the limits say: the band that its free
 /// rotation keeps its energy in.
 const TUMBLING: f64 = 1e-3;
@@ -293,8 +295,8 @@ fn handed_over(case: &Case, n: usize) -> f64 {
     over.map(|pair| of(&pair[0])).fold(0.0, f64::max)
 }
 
-/// The first step after which a body of a scene without the guard turns by more than 0.1 rad in a sub-step: what the
-/// guard is for.
+/// The first step of a scene without the guard after which a body turns by more than 0.1 rad in a sub-step, or in which a shape is
+/// thrown back under a rope that swings noticeably within a step: what the guard is for.
 fn resolved(case: &Case) -> usize {
     let (steps, c) = (&case.run.steps, &case.choices);
     let most = 0.1 * RATE * c.steps.substeps as f64;
@@ -303,10 +305,15 @@ fn resolved(case: &Case) -> usize {
         spins.any(|spin| spin > most)
     };
     let segments = c.rope.as_ref().is_some_and(|r| r.segments.is_some());
-    if c.steps.guard || !segments {
+    let swings = c.restitution > 0.0 && (segments || ringing(case) > SWINGS * SWINGS);
+    if c.steps.guard || !segments && !swings {
         return steps.len();
     }
-    steps.iter().position(fast).unwrap_or(steps.len())
+    let presses = |m: &Moment| m.contacts.iter().any(|c| c.force.norm() > 0.0);
+    let first = steps
+        .iter()
+        .position(|m| segments && fast(m) || swings && presses(m));
+    first.unwrap_or(steps.len())
 }
 
 /// Energy of the strained rope that drums wind up, which the balance leaves out: half the strain times their work \[J].
@@ -413,7 +420,7 @@ fn passive_energy(case: &Case) -> Fault {
     let (start, mut scale, mut shock) = (energy(case, 0), 0.0_f64, false);
     let rings = rings(case);
     let weight = case.scene.mass() * G;
-    for n in 1..case.run.steps.len() {
+    for n in 1..resolved(case) {
         let m = &case.run.steps[n];
         shock |= m.report.redone || m.report.events > 0;
         let blows = c.restitution > 0.0 && touches(case, n);

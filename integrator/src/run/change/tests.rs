@@ -363,3 +363,32 @@ fn a_load_changes_its_mass() {
     let mean = sum / 600.0;
     assert!((mean / (mass * WEIGHT) - 1.0).abs() < 0.01, "{mean}");
 }
+
+#[test]
+fn contacts_of_the_step_are_told_after_a_change() {
+    use taut_model::Shape;
+    let mut scene = Scene::new("rest");
+    scene.gravity = Vector3::z() * -WEIGHT;
+    let size = Vector3::new(1.0, 1.0, 1.0);
+    for k in 0..2 {
+        let at = Vector3::new(3.0 * f64::from(k), 0.0, 0.5);
+        let name = ["first", "second"][k as usize];
+        let body = scene.add_body(name, Body::cuboid(size, 10.0).at(at));
+        scene.add_collider(Collider::new(name, Some(body), Shape::Cuboid { size }));
+    }
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let mut stepper = Stepper::new(scene, options()).unwrap();
+    steps(&mut stepper, 5);
+    let on = |stepper: &Stepper, name: &str| {
+        let body = stepper.scene().body(name).unwrap();
+        let forces = stepper.contacts().map(|contact| contact.on(body).z);
+        forces.sum::<f64>()
+    };
+    let first = stepper.body("first").unwrap();
+    stepper.change(|edit| edit.remove_body(first)).unwrap();
+    let force = on(&stepper, "second");
+    assert!((force / (10.0 * WEIGHT) - 1.0).abs() < 1e-6, "{force} N");
+    steps(&mut stepper, 1);
+    let force = on(&stepper, "second");
+    assert!((force / (10.0 * WEIGHT) - 1.0).abs() < 1e-6, "{force} N");
+}
