@@ -232,7 +232,10 @@ fn a_load_that_bounces_under_an_elastic_cable_gains_nothing() {
                 _ => {}
             }
         }
-        assert!(later < settled + 0.3, "{mass} kg: {settled} J, then {later} J");
+        assert!(
+            later < settled + 0.3,
+            "{mass} kg: {settled} J, then {later} J"
+        );
     }
 }
 

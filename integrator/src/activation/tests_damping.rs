@@ -464,3 +464,96 @@ fn a_load_that_flies_on_from_a_stopped_winch_rises_by_its_energy() {
         );
     }
 }
+
+/// A winch under which an elastic rope stretches, set from one speed to another at once: in the winch's frame the load swings about
+/// its rest with the difference, dips by its amplitude, and where the rope goes slack it is thrown by the rest of its energy.
+#[test]
+fn a_load_on_an_elastic_rope_swings_where_its_winch_jumps() {
+    for (mass, compliance) in [
+        (5000.0, 1e-7),
+        (1000.0, 1e-7),
+        (20_000.0, 1e-7),
+        (500.0, 1.5e-8),
+    ] {
+        let omega = 1.0 / f64::sqrt(mass * compliance);
+        let sag = 9.81 / (omega * omega);
+        for jump in [0.4, 0.5, 1.0] {
+            let mut scene = scene("jump");
+            let load = ball(&mut scene, mass, Vector3::z() * (-10.0 - sag));
+            let frames = vec![Frame::world(Vector3::zeros()), load];
+            let cable = MasslessCable {
+                winch: Some(Winch::new()),
+                ..MasslessCable::new(frames, 10.0, RowLaw::new(compliance, 0.0))
+            };
+            scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+            let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();
+            stepper.step().unwrap();
+            let winch = Winch {
+                speed: -jump,
+                ..Winch::new()
+            };
+            stepper.set_winch(0, winch).unwrap();
+            let (mut lowest, mut highest) = (0.0_f64, 0.0_f64);
+            for step in 1..30 {
+                stepper.step().unwrap();
+                let risen = jump * DT * f64::from(step);
+                let place = stepper.scene().bodies.position[0].z + 10.0 + sag - risen;
+                (lowest, highest) = (lowest.min(place), highest.max(place));
+            }
+            let swing = jump / omega;
+            let rise = match swing > sag {
+                true => sag + (jump * jump - (omega * sag).powi(2)) / (2.0 * 9.81),
+                false => swing,
+            };
+            // Steps sample the dip: Ω² of it at worst is missed in one of them, an eighth between two.
+            let seen = (1.0 - (0.5 * omega * DT).min(1.0).powi(2)) * swing;
+            assert!(
+                lowest > -1.02 * swing && lowest < -0.98 * seen,
+                "{mass} kg, {compliance} m/N, {jump} m/s: dips to {lowest} m of {swing} m"
+            );
+            let missed = 9.81 * DT * DT / 8.0;
+            assert!(
+                highest < 1.02 * rise && highest > 0.97 * rise - missed,
+                "{mass} kg, {compliance} m/N, {jump} m/s: rises to {highest} m of {rise} m"
+            );
+        }
+    }
+}
+
+/// A load that flies on where its winch stops by itself, at its shortest rope, or where the motor of its drum is stopped.
+#[test]
+fn a_load_flies_on_from_a_winch_at_its_end_and_from_a_stopped_drum() {
+    for compliance in [0.0, 1e-7] {
+        for speed in [0.8, 1.5] {
+            let mut scene = scene("end");
+            let load = ball(
+                &mut scene,
+                40.0,
+                Vector3::z() * (-3.0 - 40.0 * 9.81 * compliance),
+            );
+            scene.bodies.velocity[0].z = speed;
+            let frames = vec![Frame::world(Vector3::zeros()), load];
+            let cable = MasslessCable {
+                winch: Some(Winch {
+                    speed: -speed,
+                    shortest: 2.4,
+                    ..Winch::new()
+                }),
+                ..MasslessCable::new(frames, 3.0, RowLaw::new(compliance, 0.05))
+            };
+            scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+            let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();
+            let mut highest = f64::NEG_INFINITY;
+            for _ in 0..80 {
+                stepper.step().unwrap();
+                highest = highest.max(stepper.scene().bodies.position[0].z + 2.4);
+            }
+            let rise = speed * speed / (2.0 * 9.81);
+            let missed = 9.81 * DT * DT / 8.0;
+            assert!(
+                (highest - rise).abs() < 0.02 * rise + missed,
+                "{compliance} m/N, {speed} m/s: {highest} m of {rise} m"
+            );
+        }
+    }
+}

@@ -219,7 +219,7 @@ impl Step {
         turn
     }
 
-    /// The largest Ω of the rows with bounds that were hit so fast in the step just taken that it has to be divided.
+    /// The largest Ω of what was struck in the step just taken so fast that it has to be divided.
     fn caught(&self) -> Option<f64> {
         if self.guarded.division.parts > 1 {
             return None;
@@ -479,7 +479,8 @@ impl Step {
     }
 
     /// Before a motor or a winch becomes `faster` by a jump (m/s, rad/s). Where that is more than gravity's speed in a step, what
-    /// rides on it leaves with the velocity of now; so does what hangs on a massless rope that is paid out.
+    /// rides on it leaves with the velocity of now; so does what hangs on a massless rope that is paid out, or on one whose drum is
+    /// turned.
     ///
     /// # Errors
     /// Those of a solve.
@@ -491,16 +492,34 @@ impl Step {
         let least = self.scene.gravity.norm() * self.substep();
         // Contacts as a restored run knows them.
         let rides = !self.contacts.known().0.is_empty();
-        let hangs = matches!(
-            self.scene.constraints[constraint],
-            Constraint::MasslessCable(_)
-        );
-        let jumps = rides && faster.abs() > least || hangs && least > 0.0 && faster > least;
+        let jumps = rides && faster.abs() > least
+            || least > 0.0
+                && (faster > least && self.pays_out(constraint)
+                    || faster.abs() > least && self.turns_a_drum(constraint));
         // Slip goes on from the step before.
         if jumps && self.slip.is_empty() {
             self.catch_up()?;
         }
         Ok(())
+    }
+
+    fn pays_out(&self, constraint: usize) -> bool {
+        matches!(
+            self.scene.constraints[constraint],
+            Constraint::MasslessCable(_)
+        )
+    }
+
+    /// True for a hinge on a body that a massless rope is laid on.
+    fn turns_a_drum(&self, constraint: usize) -> bool {
+        let Constraint::Hinge(hinge) = &self.scene.constraints[constraint] else {
+            return false;
+        };
+        let turned = |body: usize| hinge.frames.iter().any(|f| f.body_index() == Some(body));
+        let ropes = self.system_data.rows.others().iter();
+        let ropes = ropes.filter(|c| self.pays_out(**c));
+        let mut laid = ropes.flat_map(|c| self.scene.constraints[*c].frames());
+        laid.any(|frame| frame.body_index().is_some_and(turned))
     }
 
     /// Brings velocities that lag half a step behind up to the present state. No row opens or
