@@ -191,6 +191,7 @@ fn faults_name_the_parameter() {
 #[test]
 fn networks_by_name_and_text() {
     use crate::SceneSource;
+    use crate::scene_file::testing::{reads_back, round_trip};
     for network in Network::ALL {
         let name = network.name();
         let overrides = [
@@ -201,22 +202,11 @@ fn networks_by_name_and_text() {
             ("ea", "1.2345678901234567e7"),
         ];
         let source = SceneSource::load(name, &overrides).expect("loads");
-        let scene = source.build().expect("builds");
-        assert_eq!(scene.name, name);
-        let text = source.to_toml().expect("writes");
-        assert!(text.starts_with(&format!("[{name}]")), "{text}");
-        assert_eq!(SceneSource::parse(&text, &[]), Ok(source.clone()));
-        assert_eq!(
-            SceneSource::parse(&text, &[]).and_then(|s| s.build()),
-            Ok(scene)
-        );
+        assert_eq!(source.build().expect("builds").name, name);
+        reads_back(&source);
     }
     // Every body and constraint as text of its own, too.
     for params in all() {
-        let scene = build(&params);
-        let text = crate::scene_file::SceneText::from_scene(&scene).expect("a text");
-        assert_eq!(text.build(), Ok(scene), "{params:?}");
+        round_trip(&build(&params));
     }
-    let text = SceneSource::parse("[ring]\n[net]\n", &[]).expect_err("two scenes");
-    assert!(text.to_string().contains("stands beside [net]"), "{text}");
 }

@@ -8,6 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::keys::{self, Described};
+use super::testing::{reads_back, round_trip, says};
 use super::{SceneSource, SceneText};
 use crate::body::{Body, Mobility};
 use crate::constraint::{
@@ -21,18 +22,6 @@ use crate::named::NAMES;
 use crate::network::Network;
 use crate::reeved::Reeved;
 use crate::scene::{Control, Drive, Scene};
-
-/// Asserts that the scene's text reads back to the scene, with comments and without.
-fn round_trip(scene: &Scene) {
-    let text = SceneText::from_scene(scene).expect("a text");
-    let source = SceneSource::Explicit(Box::new(text));
-    for toml in [source.to_toml(), source.to_commented_toml()] {
-        let toml = toml.expect("writes");
-        let again = SceneSource::parse(&toml, &[]).unwrap_or_else(|e| panic!("{e}\n{toml}"));
-        let built = again.build().unwrap_or_else(|e| panic!("{e}\n{toml}"));
-        assert_eq!(format!("{built:?}"), format!("{scene:?}"), "\n{toml}");
-    }
-}
 
 #[test]
 fn every_named_scene() {
@@ -90,12 +79,7 @@ fn every_named_scene() {
         for overrides in sets {
             let source = SceneSource::load(name, overrides).expect("loads");
             round_trip(&source.build().expect("builds"));
-            let commented = source.to_commented_toml().expect("writes");
-            assert_eq!(
-                SceneSource::parse(&commented, &[]),
-                Ok(source),
-                "{commented}"
-            );
+            reads_back(&source);
         }
     }
 }
@@ -401,24 +385,23 @@ fn what_a_text_cannot_hold_is_named() {
         scene.add_constraint("link", Constraint::Distance(link), 0);
         scene
     };
-    let says = |change: fn(&mut Scene), words: &str| {
+    let refused = |change: fn(&mut Scene), words: &str| {
         let mut scene = scene();
         round_trip(&scene);
         change(&mut scene);
         let error = SceneText::from_scene(&scene).expect_err("a fault");
-        let text = error.to_string();
-        assert!(text.contains(words) && !text.contains('\n'), "{text}");
+        says(&error.to_string(), words);
     };
-    says(
+    refused(
         |s| s.body_names[0] = "world".into(),
-        "a body called `world`",
+        "… a body called `world`",
     );
-    says(|s| s.bodies.mass[0] = f64::NAN, "body `a`: mass is NaN");
-    says(
+    refused(|s| s.bodies.mass[0] = f64::NAN, "… body `a`: mass is NaN");
+    refused(
         |s| s.constraints[0].frames_mut()[1].point = Vector3::zeros(),
-        "joint `link`: point_b: is in one place with point_a",
+        "… joint `link`: point_b: is in one place with point_a",
     );
-    says(|s| s.bodies = crate::Bodies::new(), "no bodies");
+    refused(|s| s.bodies = crate::Bodies::new(), "… no bodies");
 }
 
 /// The keys that a reader of the table `table` takes, from its own message.
