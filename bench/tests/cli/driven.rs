@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused};
+use crate::{folder, good, json, refused, refuses};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -93,28 +93,22 @@ fn faulty_inputs_are_refused_with_their_line() {
         refused(&at, "run gantry --controls bad.csv --time 0.1", &all);
     }
     fs::write(at.join("bad.csv"), [0xff, 0xfe, 0x00]).expect("writable");
-    refused(&at, "run gantry --controls bad.csv", &["bad.csv", "UTF-8"]);
-    refused(
-        &at,
-        "run gantry --controls none.csv",
-        &["none.csv", "cannot read"],
-    );
-    refused(&at, "run gantry --controls", &["--controls", "--help"]);
+    let rows = r"
+        run gantry --controls bad.csv → bad.csv … UTF-8
+        run gantry --controls none.csv → none.csv … cannot read
+        run gantry --controls → --controls … --help
+    ";
+    refuses(&at, rows);
     // A scene without controls has none of that name.
     fs::write(at.join("bad.csv"), "time,hoist_speed\n0,0\n").expect("writable");
-    refused(&at, "run hoist --controls bad.csv", &["hoist_speed"]);
-    refused(
-        &at,
-        "run gantry --set winch_force=-1",
-        &["winch_force is -1", "≥ 0 N"],
-    );
-    refused(&at, "run gantry --set parts=1", &["parts is 1", "2 to 12"]);
-    refused(&at, "scene gantry --set drop=nan", &["drop is NaN"]);
-    refused(
-        &at,
-        "scene gantry --set pulleys=3",
-        &["pulleys", "sheaves", "parts"],
-    );
+    let rows = r"
+        run hoist --controls bad.csv → hoist_speed
+        run gantry --set winch_force=-1 → winch_force is -1 … ≥ 0 N
+        run gantry --set parts=1 → parts is 1 … 2 to 12
+        scene gantry --set drop=nan → drop is NaN
+        scene gantry --set pulleys=3 → pulleys … sheaves … parts
+    ";
+    refuses(&at, rows);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused, text};
+use crate::{folder, good, json, refused, refuses, text};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -216,16 +216,11 @@ fn the_benchmark_of_a_matrix_sorts_and_compares() {
     let table = good(&at, "study matrix hoist_1.mtx --quick --iterations 5");
     assert!(table.contains("ns/block"), "{table}");
     assert!(at.join("target/taut/matrix.json").exists());
-    refused(
-        &at,
-        "study matrix hoist_1.mtx --ratios 1",
-        &["--ratios", "unexpected argument"],
-    );
-    refused(
-        &at,
-        "study matrix hoist_1.mtx --iterations 0",
-        &["--iterations", "at least 1"],
-    );
+    let rows = r"
+        study matrix hoist_1.mtx --ratios 1 → --ratios … unexpected argument
+        study matrix hoist_1.mtx --iterations 0 → --iterations … at least 1
+    ";
+    refuses(&at, rows);
 }
 
 #[test]
@@ -322,26 +317,17 @@ fn files_that_hold_no_system_are_refused_with_their_line() {
     let entries: String = (1..=2000).map(|i| format!("{i} {i} 1\n")).collect();
     let head = "%%MatrixMarket matrix coordinate real symmetric\n% blocks 2000\n2000 2000 2000\n";
     write(&at, "block.mtx", &format!("{head}{entries}"));
-    refused(
-        &at,
-        "solve block.mtx",
-        &["block.mtx: ", "`% blocks`", "4000000"],
-    );
-    refused(&at, "solve a.mtx --backend superlu", &["superlu", "banded"]);
-    refused(&at, "solve a.mtx --backend dense/kkt", &["/kkt", "drop"]);
-    refused(&at, "dump hoist --step 1", &["--out"]);
-    refused(&at, "dump hoist --out x", &["--step"]);
-    refused(
-        &at,
-        "dump hoist --step 1 --out x --name a/b",
-        &["--name", "a/b"],
-    );
-    refused(
-        &at,
-        "dump hoist --step 1 --out x --dt 0",
-        &["--dt", "positive"],
-    );
-    refused(&at, "dump crane --step 1 --out x", &["crane", "hoist"]);
+    let rows = r"
+        solve block.mtx → block.mtx:  … `% blocks` … 4000000
+        solve a.mtx --backend superlu → superlu … banded
+        solve a.mtx --backend dense/kkt → /kkt … drop
+        dump hoist --step 1 → --out
+        dump hoist --out x → --step
+        dump hoist --step 1 --out x --name a/b → --name … a/b
+        dump hoist --step 1 --out x --dt 0 → --dt … positive
+        dump crane --step 1 --out x → crane … hoist
+    ";
+    refuses(&at, rows);
     fs::write(at.join("file"), "in the way").expect("writable");
     let output = crate::taut(&at, "dump hoist --set segments=2 --step 0 --out file/x");
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
@@ -443,12 +429,11 @@ fn what_is_no_sequence_is_refused() {
     ] {
         refused(&at, &format!("{dump} {steps}"), words);
     }
-    refused(
-        &at,
-        "study sequence s",
-        &["`s`", "no sequence", "taut dump"],
-    );
-    refused(&at, "study sequence", &["DIR"]);
+    let rows = r"
+        study sequence s → `s` … no sequence … taut dump
+        study sequence → DIR
+    ";
+    refuses(&at, rows);
     good(&at, &format!("{dump} --steps 0..4"));
     let index = fs::read_to_string(at.join("s/sequence.csv")).expect("written");
     let gap: String = index

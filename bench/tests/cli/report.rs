@@ -1,4 +1,4 @@
-use crate::{folder, good, refused, taut};
+use crate::{folder, good, refused, refuses, taut};
 use serde_json::Value;
 use std::fs;
 use taut_output::plot::{self, Axis, Chart, Mark, Series};
@@ -152,12 +152,11 @@ fn the_main_job_writes_a_page_that_holds_data() {
         ]
     );
     fs::write(at.join("other.json"), "{\"rows\": 3}").expect("writable");
-    refused(
-        &at,
-        "report other.json",
-        &["other.json", "neither a report"],
-    );
-    refused(&at, "report absent.json", &["absent.json"]);
+    let rows = r"
+        report other.json → other.json … neither a report
+        report absent.json → absent.json
+    ";
+    refuses(&at, rows);
 }
 
 /// A page of each other benchmark, and what it shows: the sections of plots and tables.

@@ -1,4 +1,4 @@
-use crate::{folder, good, json, program, refused, taut, text};
+use crate::{folder, good, json, program, refused, refuses, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::process::Stdio;
@@ -431,16 +431,11 @@ fn chains_and_specimens_run_by_name() {
         assert_eq!(run["scene"], name);
         assert_eq!(run["steps"], 30, "{run}");
     }
-    refused(
-        &at,
-        "run particles-e --set added_compliance=-1",
-        &["added_compliance"],
-    );
-    refused(
-        &at,
-        "run twist --set joint=spherical",
-        &["joint", "cosserat"],
-    );
+    let rows = r"
+        run particles-e --set added_compliance=-1 → added_compliance
+        run twist --set joint=spherical → joint … cosserat
+    ";
+    refuses(&at, rows);
 }
 
 #[test]
@@ -608,10 +603,9 @@ fn a_run_sleeps_on_request() {
     assert_eq!(resumed["steps_asleep"].as_u64(), Some(60));
     let told = good(&at, "run gantry --sleep=5 --time 5");
     assert!(told.contains("asleep") && !good(&at, "run gantry --time 5").contains("asleep"));
-    refused(&at, "run gantry --sleep=-1", &["sleep.distance", "> 0"]);
-    refused(
-        &at,
-        "run --resume half.json --sleep",
-        &["--sleep", "--resume"],
-    );
+    let rows = r"
+        run gantry --sleep=-1 → sleep.distance … > 0
+        run --resume half.json --sleep → --sleep … --resume
+    ";
+    refuses(&at, rows);
 }

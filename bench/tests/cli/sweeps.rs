@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused};
+use crate::{folder, good, json, refused, refuses};
 use serde_json::Value;
 use std::fs;
 
@@ -273,16 +273,11 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
         };
         refused(&at, &format!("bench --scene ring {other}"), &words);
     }
-    refused(
-        &at,
-        "study scenes --time 3",
-        &["--time", "unexpected argument"],
-    );
-    refused(
-        &at,
-        "study scenes --scene ring --segments 3",
-        &["segments", "at least 8"],
-    );
+    let rows = r"
+        study scenes --time 3 → --time … unexpected argument
+        study scenes --scene ring --segments 3 → segments … at least 8
+    ";
+    refuses(&at, rows);
 }
 
 /// A double pendulum, released level; none of its bodies is called the load.
