@@ -86,29 +86,6 @@ fn experiments_on_bad_parameters_name_the_parameter() {
 }
 
 #[test]
-fn scenes_with_bad_bodies_name_the_body() {
-    let refused = |change: fn(&mut Scene), words: &str| {
-        let mut scene = small();
-        change(&mut scene);
-        let e = refusal(scene);
-        assert!(matches!(e, StepError::Scene(_)), "{e:?}");
-        one_line(&e, words);
-    };
-    refused(|s| s.bodies.mass[1] = -1.0, "`segment-2`: mass is -1");
-    refused(|s| s.bodies.mass[1] = 0.0, "`segment-2`: mass is 0");
-    refused(|s| s.bodies.mass[3] = f64::NAN, "`load`: mass is NaN");
-    refused(
-        |s| s.bodies.position[0].x = f64::NAN,
-        "`segment-1`: position is NaN",
-    );
-    refused(
-        |s| s.bodies.velocity[0].x = f64::INFINITY,
-        "`segment-1`: velocity is inf",
-    );
-    refused(|s| s.gravity.z = f64::NAN, "gravity is NaN");
-}
-
-#[test]
 fn an_empty_scene_is_refused() {
     let e = refusal(Scene::new("empty"));
     assert_eq!(e, StepError::Scene(SceneError::Empty));
@@ -185,36 +162,6 @@ fn the_kkt_form_needs_a_backend_for_indefinite_matrices() {
                 .contains("positive definite")
         );
     }
-}
-
-#[test]
-fn a_backend_that_is_not_compiled_in_is_named_with_its_feature() {
-    let missing: Vec<_> = Backend::all()
-        .into_iter()
-        .filter(|b| !b.is_compiled())
-        .collect();
-    for backend in &missing {
-        let e = Stepper::new(small(), options(backend.clone()))
-            .map(|_| ())
-            .expect_err("a fault");
-        let name = backend.name();
-        let source = SolveError::NotCompiled {
-            backend: name,
-            feature: name,
-        };
-        assert!(
-            matches!(&e, StepError::Solve { source: s, .. } if *s == source),
-            "{e:?}"
-        );
-        one_line(&e, &format!("--features {name}"));
-    }
-    assert_eq!(missing.len() + compiled_names(), Backend::all().len());
-}
-
-fn compiled_names() -> usize {
-    let mut names: Vec<_> = compiled().iter().map(Backend::name).collect();
-    names.dedup();
-    names.len()
 }
 
 /// A change that spoils a state.

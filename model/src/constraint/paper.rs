@@ -172,42 +172,6 @@ mod tests {
     }
 
     #[test]
-    fn jacobian_near_straight() {
-        for k in 1..=6 {
-            let theta = 10_f64.powi(-k);
-            // Twists away from the place where the angle's sign changes.
-            let relative = |p: &mut Poses| bent(theta, &p.across(), 1.4 * p.number());
-            assert_rows(&format!("paper θ = 1e-{k}"), relative, ordinary);
-            let relative = |p: &mut Poses| bent(theta, &p.across(), 1.5 + 1.2 * p.number());
-            assert_rows(
-                &format!("paper alternative θ = 1e-{k}"),
-                relative,
-                alternative,
-            );
-        }
-    }
-
-    #[test]
-    fn jacobian_near_the_fold() {
-        for k in 1..=5 {
-            let theta = PI - 10_f64.powi(-k);
-            let relative = |p: &mut Poses| bent(theta, &p.across(), 3.0 * p.number());
-            assert_rows(&format!("paper θ = π − 1e-{k}"), relative, ordinary);
-        }
-    }
-
-    #[test]
-    fn jacobian_where_the_twist_angle_vanishes() {
-        for k in 1..=5 {
-            let near = 10_f64.powi(-k);
-            let law = JointLaw { bend: None, ..ALL };
-            let ordinary = |frames| Constraint::Paper(Paper::new(frames, law));
-            let relative = |_: &mut Poses| bent(0.0, &Vector3::y(), -FRAC_PI_2 + near);
-            assert_rows(&format!("paper twist −π/2 + 1e-{k}"), relative, ordinary);
-        }
-    }
-
-    #[test]
     fn straight_joint_is_finite_and_has_no_bend_row() {
         let mut poses = Poses::new(5);
         let scene = poses.pair(&bent(0.0, &Vector3::y(), 0.3), ordinary);
