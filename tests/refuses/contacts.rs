@@ -83,39 +83,18 @@ fn dimensions_of_shapes_that_mean_nothing_are_refused_by_name() {
 
 #[test]
 fn surfaces_out_of_range_are_refused_by_name() {
-    let good = Surface::default();
-    let bad = [f64::NAN, -1.0, f64::INFINITY];
-    let faults = bad.into_iter().flat_map(|x| {
-        [
-            (
-                "friction",
-                Surface {
-                    friction: x,
-                    ..good
-                },
-            ),
-            (
-                "restitution",
-                Surface {
-                    restitution: x,
-                    ..good
-                },
-            ),
-            (
-                "compliance",
-                Surface {
-                    compliance: x,
-                    ..good
-                },
-            ),
-            ("damping", Surface { damping: x, ..good }),
-        ]
-    });
-    let bouncy = Surface {
-        restitution: 1.0 + 1e-9,
-        ..good
-    };
-    for (quantity, surface) in faults.chain([("restitution", bouncy)]) {
+    type Set = fn(&mut Surface, f64);
+    let quantities: [(&str, Set); 4] = [
+        ("friction", |s, x| s.friction = x),
+        ("restitution", |s, x| s.restitution = x),
+        ("compliance", |s, x| s.compliance = x),
+        ("damping", |s, x| s.damping = x),
+    ];
+    let bad = [f64::NAN, -1.0, f64::INFINITY].map(|x| quantities.map(|q| (q, x)));
+    let bouncy = (quantities[1], 1.0 + 1e-9);
+    for ((quantity, set), x) in bad.into_iter().flatten().chain([bouncy]) {
+        let mut surface = Surface::default();
+        set(&mut surface, x);
         let text = refusal({
             let mut scene = ground(surface);
             let size = Vector3::repeat(1.0);

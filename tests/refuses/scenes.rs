@@ -56,33 +56,13 @@ fn parameters_out_of_range_name_the_parameter() {
 /// The experiments pass the same error on, not one about what they worked out from the bad parameter.
 #[test]
 fn experiments_on_bad_parameters_name_the_parameter() {
-    for (params, words) in [
-        (
-            HoistParams {
-                segment_mass: Some(-1.0),
-                ..HoistParams::default()
-            },
-            "segment_mass is -1",
-        ),
-        (
-            HoistParams {
-                length: 0.0,
-                ..HoistParams::default()
-            },
-            "length is 0",
-        ),
-        (
-            HoistParams {
-                mass_ratio: f64::NAN,
-                ..HoistParams::default()
-            },
-            "mass_ratio is NaN",
-        ),
-    ] {
-        let e = taut_studies::statics::hold(&params, &StepOptions::default()).expect_err("a fault");
-        assert!(matches!(e, StepError::Scene(_)), "{e:?}");
-        one_line(&e, words);
-    }
+    let params = HoistParams {
+        length: 0.0,
+        ..HoistParams::default()
+    };
+    let e = taut_studies::statics::hold(&params, &StepOptions::default()).expect_err("a fault");
+    assert!(matches!(e, StepError::Scene(_)), "{e:?}");
+    one_line(&e, "length is 0");
 }
 
 #[test]

@@ -90,34 +90,6 @@ fn a_topology_that_changes_in_every_step_is_stepped() {
     }
 }
 
-/// Bodies that nothing moves, and nothing else: they stay where they are.
-#[test]
-fn scenes_of_static_bodies_alone_stay_as_they_are() {
-    for backend in compiled() {
-        let mut scene = Scene::new("foundations");
-        scene.gravity = Vector3::new(0.0, 0.0, -10.0);
-        for i in 0..3 {
-            scene.add_body(
-                format!("block-{i}"),
-                Body::fixed().at(Vector3::x() * f64::from(i)),
-            );
-        }
-        assert!(scene.bodies.mobility.iter().all(|m| *m == Mobility::Static));
-        let options = StepOptions {
-            backend,
-            ..StepOptions::default()
-        };
-        let before = scene.bodies.clone();
-        let mut stepper = Stepper::new(scene, options).expect("sound");
-        for _ in 0..3 {
-            stepper
-                .step()
-                .unwrap_or_else(|e| panic!("{}: {e}", stepper.options().backend));
-        }
-        assert_eq!(stepper.scene().bodies, before);
-    }
-}
-
 /// Headers that announce more than any machine holds: refused, or the end of the file is found before memory is made.
 #[test]
 fn announced_sizes_cost_nothing() {

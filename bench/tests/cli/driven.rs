@@ -111,22 +111,6 @@ fn faulty_inputs_are_refused_with_their_line() {
     refuses(&at, rows);
 }
 
-#[test]
-fn the_driven_gantry_is_a_hard_case_by_name() {
-    let at = folder("hard_gantry");
-    let checks = json(&at, "hard H30 --quick --json -");
-    let checks = checks.as_array().expect("a list");
-    assert!(!checks.is_empty());
-    for check in checks {
-        assert_ne!(check["verdict"], "FAIL", "{check}");
-        for field in ["case", "reference", "ours", "criterion", "note"] {
-            assert!(check[field].is_string(), "{field}: {check}");
-        }
-    }
-    refused(&at, "hard H31415", &["H31415", "H30", "H58"]);
-    refused(&at, "hard H30 H", &["`H`", "H30"]);
-}
-
 /// A winch that hauls in and pays out segments: their number changes between steps without an event.
 #[test]
 fn segments_leave_and_enter_at_a_winch() {

@@ -13,7 +13,7 @@ fn unknown_names_list_the_known_ones() {
         run hoist --backend cg/kkt → cg … /kkt
         run hoist --backend banded/lu → lu … schur, kkt
         run crane → crane … hoist
-        run hoist --scheme euler → euler … linearly-implicit
+        run hoist --scheme euler → euler … linearly-implicit … third-difference
         crane → crane … --help
         run hoist --fast → --fast … --help
     ";
@@ -64,6 +64,9 @@ fn parameters_out_of_range_are_named_with_their_range() {
         run hoist --set segments=1.5 → segments … 1.5
         run hoist --set joint=glue → joint … glue … cosserat
         run hoist --set material=wood → wood … steel, nylon, rubber
+        run net --set columns=1 → columns … at least 2
+        run particles-e --set added_compliance=-1 → added_compliance
+        run twist --set joint=spherical → joint … cosserat
         run hoist --set foo → --set foo … KEY=VALUE
         run hoist --set weight=3 → weight … segment_mass
         bench --set weight=3 → weight … segment_mass
