@@ -53,59 +53,6 @@ fn live(scene: Scene, dt: f64) -> Result<f64, StepError> {
 }
 
 #[test]
-fn dimensions_of_shapes_that_mean_nothing_are_refused_by_name() {
-    let shapes = |x: f64| {
-        [
-            Shape::Sphere { radius: x },
-            Shape::Cuboid {
-                size: Vector3::new(1.0, x, 1.0),
-            },
-            Shape::Capsule {
-                length: 1.0,
-                radius: x,
-            },
-            Shape::Cylinder {
-                length: x,
-                radius: 1.0,
-            },
-        ]
-    };
-    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        for shape in shapes(bad) {
-            let mut scene = ground(Surface::default());
-            let body = scene.add_body("load", Body::sphere(1.0, 1.0));
-            scene.add_collider(Collider::new("hull", Some(body), shape));
-            let text = refusal(scene);
-            assert!(text.contains("collider `hull` of body `load`"), "{text}");
-        }
-    }
-}
-
-#[test]
-fn surfaces_out_of_range_are_refused_by_name() {
-    type Set = fn(&mut Surface, f64);
-    let quantities: [(&str, Set); 4] = [
-        ("friction", |s, x| s.friction = x),
-        ("restitution", |s, x| s.restitution = x),
-        ("compliance", |s, x| s.compliance = x),
-        ("damping", |s, x| s.damping = x),
-    ];
-    let bad = [f64::NAN, -1.0, f64::INFINITY].map(|x| quantities.map(|q| (q, x)));
-    let bouncy = (quantities[1], 1.0 + 1e-9);
-    for ((quantity, set), x) in bad.into_iter().flatten().chain([bouncy]) {
-        let mut surface = Surface::default();
-        set(&mut surface, x);
-        let text = refusal({
-            let mut scene = ground(surface);
-            let size = Vector3::repeat(1.0);
-            add_box(&mut scene, "load", size, 1.0, Vector3::z());
-            scene
-        });
-        assert!(text.contains("ground") && text.contains(quantity), "{text}");
-    }
-}
-
-#[test]
 fn what_overlaps_at_the_start_comes_apart_slowly() {
     let unit = Vector3::repeat(1.0);
     let pairs = [
