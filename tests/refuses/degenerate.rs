@@ -2,8 +2,8 @@ use nalgebra::{Matrix3, Vector3};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_measure::Choice;
 use taut_model::{
-    Bodies, Body, Constraint, Cosserat, Distance, Frame, HoistParams, JointKind, RowLaw, Scene,
-    SceneError, Spherical,
+    Bodies, Body, Constraint, Distance, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError,
+    Spherical,
 };
 use taut_output::check;
 use taut_solver::{Backend, DenseOptions, SolveError};
@@ -138,12 +138,12 @@ fn strange() -> [(&'static str, Scene); 7] {
         ("denormal gravity", under(1e-310)),
         ("one joint", hung(2.0)),
         ("no mass to speak of", light().expect("sound parameters")),
-        ("parts", beside()),
+        ("parts", in_parts()),
     ]
 }
 
 /// A hoist, a stone that hangs beside it and a loose one.
-fn beside() -> Scene {
+fn in_parts() -> Scene {
     let mut scene = small();
     let stone = scene.add_body("stone", hung(2.0).bodies.get(0));
     let lever = Vector3::new(0.3, 0.0, 0.0);

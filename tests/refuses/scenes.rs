@@ -30,29 +30,6 @@ fn one_line(e: &StepError, words: &str) {
     assert!(text.contains(words) && !text.contains('\n'), "{text}");
 }
 
-#[test]
-fn parameters_out_of_range_name_the_parameter() {
-    let refused = |change: fn(&mut HoistParams), words: &str| {
-        let mut params = HoistParams::default();
-        change(&mut params);
-        let e = params.build().expect_err("a fault");
-        assert!(e.to_string().contains(words), "{e}");
-    };
-    refused(|p| p.segment_mass = Some(-1.0), "segment_mass is -1");
-    refused(|p| p.segment_mass = Some(0.0), "segment_mass is 0");
-    refused(|p| p.segment_mass = Some(f64::NAN), "segment_mass is NaN");
-    refused(|p| p.mass_ratio = 0.0, "mass_ratio is 0");
-    refused(|p| p.mass_ratio = f64::INFINITY, "mass_ratio is inf");
-    refused(|p| p.length = 0.0, "length is 0");
-    refused(|p| p.length = f64::NAN, "length is NaN");
-    refused(|p| p.segments = 0, "segments is 0");
-    refused(
-        |p| p.segments = usize::MAX,
-        "segments is 18446744073709551615",
-    );
-    refused(|p| p.ea = Some(-2e7), "ea is -20000000");
-}
-
 /// The experiments pass the same error on, not one about what they worked out from the bad parameter.
 #[test]
 fn experiments_on_bad_parameters_name_the_parameter() {

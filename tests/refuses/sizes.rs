@@ -4,9 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use taut_integrator::{StepOptions, Stepper};
 use taut_measure::matrix::{market, matrix_of};
-use taut_model::{
-    Body, Constraint, Frame, HoistParams, Mobility, RowLaw, Scene, SceneSource, Spherical,
-};
+use taut_model::{Body, Constraint, Frame, HoistParams, RowLaw, Scene, SceneSource, Spherical};
 use taut_solver::{GeneralMatrix, SolveError};
 
 /// Nothing here takes longer, on a machine that does other things too: each takes a second at most, and what goes through

@@ -99,16 +99,9 @@ fn answers_that_are_no_times_are_named() {
 
 /// Runs git in a folder.
 fn git(at: &Path, arguments: &[&str]) {
-    let identity = [
-        "-c",
-        "user.name=a",
-        "-c",
-        "user.email=a@b",
-        "-c",
-        "init.defaultBranch=main",
-    ];
+    let identity = "-c user.name=a -c user.email=a@b -c init.defaultBranch=main";
     let done = Command::new("git")
-        .args(identity)
+        .args(identity.split(' '))
         .args(arguments)
         .current_dir(at)
         .output()

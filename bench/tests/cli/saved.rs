@@ -27,15 +27,7 @@ fn a_resumed_run_is_the_run_itself() {
             &at,
             &format!("run --resume half.json {controls} --time 0.5 --json -"),
         );
-        for same in [
-            "scene",
-            "backend",
-            "scheme",
-            "guard",
-            "dt",
-            "final_state",
-            "planar",
-        ] {
+        for same in "scene backend scheme guard dt final_state planar".split(' ') {
             assert_eq!(whole[same], rest[same], "{scene}: {same}");
             assert!(!whole[same].is_null(), "{scene}: {same}");
         }

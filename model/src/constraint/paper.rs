@@ -144,7 +144,7 @@ mod tests {
     use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
     use crate::linearized::update_windings;
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::TAU;
 
     const ALL: JointLaw = JointLaw {
         stretch: Some(LAW),

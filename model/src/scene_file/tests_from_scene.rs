@@ -27,57 +27,23 @@ use crate::scene::{Control, Drive, Scene};
 fn every_named_scene() {
     for name in NAMES {
         let specimen = ["pull", "twist", "bend"].contains(&name);
-        let sets: &[&[(&str, &str)]] = match name {
-            "hoist" => &[
-                &[],
-                &[("joint", "paper"), ("seed", "3"), ("initial_angle", "0.3")],
-                &[
-                    ("move_x", "0.5"),
-                    ("equilibrium", "true"),
-                    ("damping", "0.01"),
-                ],
-                &[
-                    ("circle_radius", "2"),
-                    ("anchor", "clamped"),
-                    ("twist", "false"),
-                ],
-            ],
-            _ if specimen => &[
-                &[],
-                &[("joint", "paper"), ("bearing", "true"), ("seed", "1")],
-            ],
-            "gantry" => &[
-                &[],
-                &[("joint", "paper"), ("parts", "2"), ("seed", "3")],
-                &[("trolley_force", "2e4"), ("winch_force", "1e5")],
-            ],
-            _ if Network::named(name).is_some() => &[
-                &[],
-                &[
-                    ("joint", "spherical"),
-                    ("seed", "7"),
-                    ("held", "corners"),
-                    ("damping", "0.01"),
-                ],
-            ],
-            _ if Reeved::named(name).is_some() => &[
-                &[],
-                &[("friction", "0"), ("falls", "3"), ("counter_mass", "7")],
-            ],
-            _ if ContactScene::named(name).is_some() => {
-                &[&[], &[("friction", "0.7"), ("count", "3"), ("ei", "0")]]
+        let sets = match name {
+            "hoist" => {
+                "joint=paper seed=3 initial_angle=0.3|move_x=0.5 equilibrium=true damping=0.01|\
+                 circle_radius=2 anchor=clamped twist=false"
             }
-            _ => &[
-                &[],
-                &[
-                    ("transverse", "true"),
-                    ("seed", "7"),
-                    ("horizontal", "false"),
-                ],
-            ],
+            "gantry" => "joint=paper parts=2 seed=3|trolley_force=2e4 winch_force=1e5",
+            _ if specimen => "joint=paper bearing=true seed=1",
+            _ if Network::named(name).is_some() => {
+                "joint=spherical seed=7 held=corners damping=0.01"
+            }
+            _ if Reeved::named(name).is_some() => "friction=0 falls=3 counter_mass=7",
+            _ if ContactScene::named(name).is_some() => "friction=0.7 count=3 ei=0",
+            _ => "transverse=true seed=7 horizontal=false",
         };
-        for overrides in sets {
-            let source = SceneSource::load(name, overrides).expect("loads");
+        for set in [""].into_iter().chain(sets.split('|')) {
+            let overrides: Vec<_> = set.split(' ').filter_map(|s| s.split_once('=')).collect();
+            let source = SceneSource::load(name, &overrides).expect("loads");
             round_trip(&source.build().expect("builds"));
             reads_back(&source);
         }

@@ -6,7 +6,7 @@ use crate::{BlockPattern, LinearSolver, SolveError, SymBlockMatrix, backward_err
 use std::sync::Arc;
 
 /// Pseudo-random numbers in −1 … 1.
-fn noise(seed: u32) -> impl FnMut() -> f64 {
+pub(crate) fn noise(seed: u32) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

@@ -300,7 +300,8 @@ fn ends_that_are_clamped_bend() {
 /// Rules that no text can hold, too; of others [`crate::scene_file`] tells the line.
 #[test]
 fn rules_that_cannot_be_are_refused() {
-    let faults: [(&str, fn(&mut Resolution)); 5] = [
+    type Change = fn(&mut Resolution);
+    let faults: [(&str, Change); 5] = [
         ("bend", |r| r.bend = 3.2),
         ("longest", |r| r.longest = 0.2),
         ("hysteresis", |r| r.hysteresis = 0.9),
