@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refused, taut, text};
+use crate::{folder, good, has, program, refused, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -231,10 +231,7 @@ fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
     let compare =
         format!("{CASE} --against {program} --json a.json --bencher b.json --history h.jsonl");
     let table = good(&at, &compare);
-    assert!(
-        table.contains("hoist-24-1e3/banded") && table.contains("time-min"),
-        "{table}"
-    );
+    has(&table, "hoist-24-1e3/banded … time-min");
     assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
     let json = |name: &str| -> Value {
         serde_json::from_str(&fs::read_to_string(at.join(name)).expect("a file")).expect("JSON")

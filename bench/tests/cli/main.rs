@@ -96,6 +96,14 @@ fn refuses(folder: &PathBuf, table: &str) {
     }
 }
 
+/// Asserts that all words, with `…` between them, are in a text.
+fn has(text: &str, words: &str) {
+    assert!(
+        words.split(" … ").all(|word| text.contains(word)),
+        "{words}: {text}"
+    );
+}
+
 /// A good run: code 0 and nothing on standard error.
 fn good(folder: &PathBuf, arguments: &str) -> String {
     let output = taut(folder, arguments);

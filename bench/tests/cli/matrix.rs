@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused, refuses, text};
+use crate::{folder, good, has, json, refused, refuses, text};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -71,10 +71,7 @@ fn a_dumped_step_is_solved_to_its_exact_solution() {
         assert!(told.contains(words), "{words}: {told}");
     }
     let kkt = fs::read_to_string(at.join("plain/first_kkt.mtx")).expect("written");
-    assert!(
-        kkt.contains("form kkt") && kkt.contains("% signs + -"),
-        "{kkt}"
-    );
+    has(&kkt, "form kkt … % signs + -");
 }
 
 #[test]

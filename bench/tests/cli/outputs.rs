@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refused, refuses, taut, text};
+use crate::{folder, good, has, program, refused, refuses, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -263,10 +263,7 @@ fn a_file_that_grows_too_long_is_a_failed_write() {
     let output = shell(&at, line);
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(
-        stderr.contains("cannot write `r.tape`: File too large"),
-        "{stderr}"
-    );
+    has(stderr, "cannot write `r.tape`: File too large");
     // What was written before is a recording.
     let replay = taut(&at, "replay r.tape");
     assert_eq!(replay.status.code(), Some(0), "{replay:?}");

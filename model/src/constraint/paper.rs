@@ -144,7 +144,7 @@ mod tests {
     use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
     use crate::linearized::update_windings;
-    use std::f64::consts::TAU;
+    use std::f64::consts::{PI, TAU};
 
     const ALL: JointLaw = JointLaw {
         stretch: Some(LAW),
@@ -169,6 +169,42 @@ mod tests {
         let relative = |p: &mut Poses| bent(1.5 + 1.4 * p.number(), &p.across(), 3.0 * p.number());
         assert_rows("paper random", relative, ordinary);
         assert_rows("paper alternative random", relative, alternative);
+    }
+
+    #[test]
+    fn jacobian_near_straight() {
+        for k in 1..=6 {
+            let theta = 10_f64.powi(-k);
+            // Twists away from the place where the angle's sign changes.
+            let relative = |p: &mut Poses| bent(theta, &p.across(), 1.4 * p.number());
+            assert_rows(&format!("paper θ = 1e-{k}"), relative, ordinary);
+            let relative = |p: &mut Poses| bent(theta, &p.across(), 1.5 + 1.2 * p.number());
+            assert_rows(
+                &format!("paper alternative θ = 1e-{k}"),
+                relative,
+                alternative,
+            );
+        }
+    }
+
+    #[test]
+    fn jacobian_near_the_fold() {
+        for k in 1..=5 {
+            let theta = PI - 10_f64.powi(-k);
+            let relative = |p: &mut Poses| bent(theta, &p.across(), 3.0 * p.number());
+            assert_rows(&format!("paper θ = π − 1e-{k}"), relative, ordinary);
+        }
+    }
+
+    #[test]
+    fn jacobian_where_the_twist_angle_vanishes() {
+        for k in 1..=5 {
+            let near = 10_f64.powi(-k);
+            let law = JointLaw { bend: None, ..ALL };
+            let ordinary = |frames| Constraint::Paper(Paper::new(frames, law));
+            let relative = |_: &mut Poses| bent(0.0, &Vector3::y(), -FRAC_PI_2 + near);
+            assert_rows(&format!("paper twist −π/2 + 1e-{k}"), relative, ordinary);
+        }
     }
 
     #[test]
