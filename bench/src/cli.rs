@@ -238,7 +238,7 @@ impl<E: std::error::Error> From<E> for Failure {
 /// ```
 pub fn command_line(solvers: &[Foreign]) -> ExitCode {
     if let Err(e) = taut_solver::register(solvers) {
-        return told(&Failure::from(e));
+        return report_failure(&Failure::from(e));
     }
     let cli = match parse::parse(std::env::args_os()) {
         Ok(cli) => cli,
@@ -248,18 +248,21 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
             let paragraph = text.lines().map(str::trim).take_while(|l| !l.is_empty());
             let line = paragraph.collect::<Vec<_>>().join(" ");
             let line = line.trim_start_matches("error: ");
-            return told(&Failure::Input(format!(
+            return report_failure(&Failure::Input(format!(
                 "{line} (see `{} --help`)",
                 parse::asked_for()
             )));
         }
         Err(help) => {
             let shown = files::print(&help.render().ansi().to_string());
-            return shown.map_or_else(|e| told(&Failure::from(e)), |()| ExitCode::SUCCESS);
+            return shown.map_or_else(
+                |e| report_failure(&Failure::from(e)),
+                |()| ExitCode::SUCCESS,
+            );
         }
     };
     if let Err(e) = taut_lanes::Level::wanted() {
-        return told(&Failure::Input(format!("TAUT_SIMD: {e}")));
+        return report_failure(&Failure::Input(format!("TAUT_SIMD: {e}")));
     }
     signals::survive_long_files();
     let console = Console { quiet: cli.quiet };
@@ -281,11 +284,11 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
         ) => study::run(&cli, console),
         Some(Command::Backends) => files::print(&table::backends()).map_err(Failure::from),
     };
-    done.map_or_else(|failure| told(&failure), |()| ExitCode::SUCCESS)
+    done.map_or_else(|failure| report_failure(&failure), |()| ExitCode::SUCCESS)
 }
 
 /// Says what ended the program.
-fn told(failure: &Failure) -> ExitCode {
+fn report_failure(failure: &Failure) -> ExitCode {
     failure.tell();
     ExitCode::from(failure.code())
 }

@@ -275,7 +275,11 @@ mod tests {
         says(|p| p.mass_ratio = -1.0, "mass_ratio is -1");
         says(|p| p.segment_mass = Some(0.0), "segment_mass is 0");
         says(|p| p.top_mass = Some(0.0), "top_mass is 0");
+        says(|p| p.segment_mass = Some(-1.0), "segment_mass is -1");
+        says(|p| p.mass_ratio = f64::INFINITY, "mass_ratio is inf");
+        says(|p| p.length = f64::NAN, "length is NaN");
         says(|p| p.ea = Some(f64::NAN), "ea is NaN");
+        says(|p| p.ea = Some(-2e7), "ea is -20000000");
         says(|p| p.initial_angle = f64::INFINITY, "initial_angle is inf");
         says(
             |p| p.material = Some("wood".into()),

@@ -345,6 +345,8 @@ mod overrides;
 mod places;
 mod points;
 #[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod tests_cable;

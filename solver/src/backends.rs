@@ -21,16 +21,7 @@ mod iteration;
 pub(crate) mod minres;
 #[cfg(feature = "nalgebra-sparse")]
 pub(crate) mod nalgebra_sparse;
-#[cfg(all(
-    test,
-    any(
-        feature = "banded",
-        feature = "faer",
-        feature = "minres",
-        feature = "nalgebra-sparse",
-        feature = "umfpack"
-    )
-))]
+#[cfg(test)]
 pub(crate) mod testing;
 #[cfg(feature = "umfpack")]
 pub(crate) mod umfpack;

@@ -408,28 +408,12 @@ impl BlockLdlt<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::backends::testing::positive_definite;
     use std::sync::Arc;
 
-    /// A positive definite matrix with pseudo-random blocks: strong diagonal, couplings in −1 … 1.
     fn random(sizes: &[usize], couplings: &[(usize, usize)]) -> SymBlockMatrix {
-        let mut a = SymBlockMatrix::zeros(Arc::new(BlockPattern::new(sizes, couplings).unwrap()));
-        let mut state = 1_u32;
-        for v in a.values_mut() {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            *v = f64::from(state) / f64::from(u32::MAX) * 2.0 - 1.0;
-        }
-        let pattern = a.pattern().clone();
-        for j in 0..pattern.blocks() {
-            let n = pattern.size(j);
-            let block = a.block_mut(pattern.column(j).start);
-            for r in 0..n {
-                for c in 0..r {
-                    block[c + n * r] = block[r + n * c];
-                }
-                block[r * (n + 1)] = 40.0;
-            }
-        }
-        a
+        let pattern = BlockPattern::new(sizes, couplings).unwrap();
+        positive_definite(&Arc::new(pattern), 1)
     }
 
     fn solve(a: &SymBlockMatrix, b: &[f64]) -> Vec<f64> {

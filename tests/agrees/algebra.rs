@@ -30,7 +30,7 @@ fn what_was_told_wrongly_once_is_not_again() {
 }
 
 /// The first 20 of each kind of fault.
-fn told(verdicts: &BTreeMap<u64, Verdict>) -> String {
+fn list(verdicts: &BTreeMap<u64, Verdict>) -> String {
     let mut kinds: BTreeMap<&str, Vec<(u64, &str)>> = BTreeMap::new();
     for (seed, verdict) in verdicts {
         for fault in &verdict.faults {
@@ -91,7 +91,7 @@ fn nothing_false_is_told_of_any_system() {
     assert!(
         faults == 0,
         "{faults} faults in {systems} systems{}",
-        told(&verdicts)
+        list(&verdicts)
     );
     assert!(
         off as f64 <= OFF * ratios.len() as f64,

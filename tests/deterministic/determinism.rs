@@ -148,100 +148,65 @@ fn resettable(seed: u64) -> Scene {
     scene
 }
 
-/// A direct step of the paper depends on the state alone: not on what the stepper did before.
+/// A direct step of the paper depends on the state alone, and one of the default on the state and the tension, where both are
+/// set: not on what the stepper did before, nor on whether the guard was at work.
 #[test]
-fn a_direct_step_from_a_state_does_not_depend_on_the_past() {
-    let step_from = |choice: &Choice, scene: &Scene, warmed_up: bool| {
-        let mut stepper = Stepper::new(scene.clone(), paper(choice, DT)).expect("sound");
+fn a_direct_step_does_not_depend_on_the_past() {
+    let step_from = |scene: &Scene, options: &StepOptions, sets_tension: bool, warmed_up: bool| {
+        let mut stepper = Stepper::new(scene.clone(), options.clone()).expect("sound");
         if warmed_up {
             for _ in 0..7 {
                 stepper.step().expect("solvable");
             }
+        }
+        if warmed_up || sets_tension {
             stepper.set_state(&scene.bodies, 0.0).expect("same scene");
+        }
+        if sets_tension {
+            let rows = stepper.multipliers().len();
+            let tension: Vec<f64> = (0..rows).map(|r| (r as f64).sin() * 300.0).collect();
+            stepper.set_tension(&tension).expect("as many rows");
+            stepper.step().expect("solvable");
         }
         stepper.step().expect("solvable");
         bits(&stepper)
     };
     for (choice, scene) in direct_on_each() {
-        assert_eq!(
-            step_from(&choice, &scene, false),
-            step_from(&choice, &scene, true),
-            "{choice}, {}",
-            scene.name
-        );
+        for (options, sets_tension) in [(paper(&choice, DT), false), (choice.options(DT), true)] {
+            let [cold, warm] = [false, true].map(|w| step_from(&scene, &options, sets_tension, w));
+            assert_eq!(cold, warm, "{choice}, {}", scene.name);
+        }
     }
 }
 
-/// One of the default depends on the state and the tension, where both are set: not on earlier velocities, nor on
-/// whether the guard was at work.
-#[test]
-fn a_direct_default_step_depends_on_the_state_and_the_tension() {
-    let step_from = |choice: &Choice, scene: &Scene, warmed_up: bool| {
-        let mut stepper = Stepper::new(scene.clone(), choice.options(DT)).expect("sound");
-        if warmed_up {
-            for _ in 0..7 {
-                stepper.step().expect("solvable");
-            }
-        }
-        let rows = stepper.multipliers().len();
-        let tension: Vec<f64> = (0..rows).map(|r| (r as f64).sin() * 300.0).collect();
-        stepper.set_state(&scene.bodies, 0.0).expect("same scene");
-        stepper.set_tension(&tension).expect("as many rows");
-        for _ in 0..2 {
-            stepper.step().expect("solvable");
-        }
-        bits(&stepper)
-    };
-    for (choice, scene) in direct_on_each() {
-        assert_eq!(
-            step_from(&choice, &scene, false),
-            step_from(&choice, &scene, true),
-            "{choice}, {}",
-            scene.name
-        );
-    }
-}
-
-/// `begin` once, `solve` and then `advance` is `step`, from the first one on.
+/// `begin` once, `solve` and then `advance` is `step`, from the first one on, and after a state is set: `step` then finds the
+/// tension that it needs, as `solve` does.
 #[test]
 fn the_two_halves_of_a_step_are_the_step() {
     for choice in compiled() {
-        let ways = [paper(&choice, DT), unguarded(&choice, DT)];
-        let scenes = [random_scene(5), random_machine(5)];
-        let pairs = scenes
-            .iter()
-            .flat_map(|scene| ways.clone().map(|way| (scene, way)));
-        for (scene, options) in pairs {
-            let whole = run(scene.clone(), options.clone(), 5);
-            let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
-            for _ in 0..5 {
-                stepper.begin().expect("solvable");
-                stepper.solve().expect("solvable");
-                stepper.advance().expect("finite");
+        for scene in [random_scene(5), random_machine(5)] {
+            for options in [paper(&choice, DT), unguarded(&choice, DT)] {
+                for set in [false, true] {
+                    let steppers = [(); 2].map(|()| {
+                        let made = Stepper::new(scene.clone(), options.clone());
+                        let mut stepper = made.expect("sound");
+                        if set {
+                            stepper.set_state(&scene.bodies, 0.0).expect("same scene");
+                        }
+                        stepper
+                    });
+                    let [mut whole, mut halves] = steppers;
+                    for n in 0..5 {
+                        whole.step().expect("solvable");
+                        if n > 0 || !set {
+                            halves.begin().expect("solvable");
+                        }
+                        halves.solve().expect("solvable");
+                        halves.advance().expect("finite");
+                    }
+                    assert_eq!(bits(&whole), bits(&halves), "{choice}, set: {set}");
+                }
             }
-            assert_eq!(whole, bits(&stepper), "{choice}");
         }
-    }
-}
-
-/// After a state is set, `step` finds the tension that it needs, as `solve` does.
-#[test]
-fn the_two_halves_of_a_step_from_a_set_state_are_the_step() {
-    let scenes = [random_scene(5), random_machine(5)];
-    for (choice, scene) in compiled()
-        .into_iter()
-        .flat_map(|c| scenes.clone().map(|s| (c.clone(), s)))
-    {
-        let steppers = [(); 2].map(|()| {
-            let made = Stepper::new(scene.clone(), unguarded(&choice, DT));
-            let mut stepper = made.expect("sound");
-            stepper.set_state(&scene.bodies, 0.0).expect("same scene");
-            stepper
-        });
-        let [mut whole, mut halves] = steppers;
-        whole.step().expect("solvable");
-        halves.solve().expect("solvable");
-        halves.advance().expect("finite");
-        assert_eq!(bits(&whole), bits(&halves), "{choice}");
     }
 }

@@ -10,7 +10,7 @@ const DT: f64 = 1.0 / 60.0;
 
 /// Observable state of a stepper as bits: time, energies, impulses, gaps and drives; and its scene
 /// as text.
-fn told(stepper: &Stepper) -> (Vec<u64>, String) {
+fn observed(stepper: &Stepper) -> (Vec<u64>, String) {
     let energy = stepper.energy();
     let rows = stepper.linearized();
     let mut bits = vec![stepper.time().to_bits()];
@@ -66,7 +66,7 @@ fn goes_on(scene: &Scene, options: &StepOptions, first: usize, then: usize, plac
     }
     let saved = stepper.save().expect("a sound state");
     let mut again = Stepper::restore(by_way_of_texts(&saved)).expect("a sound run");
-    assert_eq!(told(&again), told(&stepper), "{place}, restored");
+    assert_eq!(observed(&again), observed(&stepper), "{place}, restored");
     assert_eq!(again.save().expect("a sound state"), saved, "{place}");
     for n in first..first + then {
         let reports = [&mut stepper, &mut again].map(|stepper| {
@@ -75,7 +75,7 @@ fn goes_on(scene: &Scene, options: &StepOptions, first: usize, then: usize, plac
         });
         let [ours, theirs] = reports.map(|r| done(&r));
         assert_eq!(ours, theirs, "{place}, step {n}");
-        assert_eq!(told(&stepper), told(&again), "{place}, step {n}");
+        assert_eq!(observed(&stepper), observed(&again), "{place}, step {n}");
         redone += usize::from(ours.2);
     }
     redone
@@ -181,11 +181,9 @@ fn every_solver_goes_on_with_the_same_bits() {
                 &format!("{}, {choice}", scene.name),
             );
         }
-        for few in [
-            "cg:jacobi:iterations=7",
-            "gauss-seidel:groups:trial:iterations=3",
-            "cg:group:tolerance=1e-4",
-        ] {
+        let words = "cg:jacobi:iterations=7 gauss-seidel:groups:trial:iterations=3 \
+            cg:group:tolerance=1e-4";
+        for few in words.split(' ') {
             let backend: taut_solver::Backend = few.parse().expect("a backend");
             if !backend.is_compiled() {
                 continue;
@@ -230,7 +228,7 @@ fn what_was_set_by_hand_is_saved() {
         stepper.step().expect("a stable run");
         again.step().expect("a stable run");
     }
-    assert_eq!(told(&stepper), told(&again));
+    assert_eq!(observed(&stepper), observed(&again));
 }
 
 /// Between a solve and its advance there is nothing to save: what was solved for is not the state alone.
@@ -341,7 +339,7 @@ fn a_drum_that_runs_empty_goes_on_with_the_same_bits() {
             for stepper in [&mut stepper, &mut again] {
                 stepper.step().expect("a stable run");
             }
-            assert_eq!(told(&stepper), told(&again), "{substeps} {n}");
+            assert_eq!(observed(&stepper), observed(&again), "{substeps} {n}");
             stood +=
                 usize::from(format!("{:?}", stepper.scene().constraints).contains("stalled: true"));
         }

@@ -18,7 +18,8 @@ const BETWEEN: &str = " | ";
 impl Rows {
     /// Table of an array of objects, or of the first array of an object, with these columns and
     /// rows named by `key`. Rows whose name contains one of `named` keep only the name.
-    pub(crate) fn of(value: &Value, columns: &[&str], key: &[&str], named: &[&str]) -> Self {
+    pub(crate) fn of(value: &Value, columns: &str, key: &str, named: &[&str]) -> Self {
+        let [columns, key] = [columns, key].map(|names| names.split(' ').collect::<Vec<_>>());
         let mut table = Self {
             columns: columns.iter().map(|c| (*c).to_owned()).collect(),
             rows: BTreeMap::new(),

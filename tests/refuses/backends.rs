@@ -57,7 +57,11 @@ fn what_is_not_compiled_in_says_how_to_get_it() {
     for (name, on) in features {
         let backend: Backend = name.parse().expect("all names are always known");
         assert_eq!(backend.is_compiled(), on, "{name}");
-        if let Err(e) = backend.create() {
+        let made = backend.create();
+        if let Ok(solver) = &made {
+            assert_eq!(solver.name(), name);
+        }
+        if let Err(e) = made {
             let feature = backend.feature().expect("dense is always there");
             assert_eq!(
                 e,
@@ -84,13 +88,9 @@ fn unknown_backends_and_options_list_the_known_ones() {
         );
         assert!(!e.contains('\n'), "{e}");
     }
-    for text in [
-        "cg:superlu",
-        "gauss-seidel:iterations=-1",
-        "cg:tolerance=",
-        "umfpack:refinement=x",
-        "dense:triple",
-    ] {
+    let words = "cg:superlu gauss-seidel:iterations=-1 cg:tolerance= umfpack:refinement=x \
+        dense:triple banded:fast cg:group=1 cg:matrix-free faer:qr auto:fast";
+    for text in words.split(' ') {
         let e = text.parse::<Backend>().expect_err(text).to_string();
         let name = text.split(':').next().expect("a name");
         assert!(e.contains(name) && !e.contains('\n'), "{text}: {e}");

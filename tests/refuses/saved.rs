@@ -69,15 +69,7 @@ fn a_damaged_run_says_what_does_not_fit() {
         list.pop();
         Value::Array(list)
     };
-    for at in [
-        "impulses",
-        "tension",
-        "drive",
-        "places",
-        "ages",
-        "velocity",
-        "velocity_change",
-    ] {
+    for at in "impulses tension drive places ages velocity velocity_change".split(' ') {
         let text = refusal(&format!("/{at}"), short(&format!("/{at}")));
         assert!(text.contains(&format!("`{at}` has")), "{text}");
     }
@@ -162,16 +154,7 @@ fn numbers_that_are_not_finite_are_refused() {
         let run: SavedRun = ciborium::from_reader(bytes.as_slice()).expect("reads");
         Stepper::restore(run).map(|_| ())
     };
-    for name in [
-        "time",
-        "advanced",
-        "impulse_time",
-        "impulses",
-        "tension",
-        "velocity",
-        "drive",
-        "account",
-    ] {
+    for name in "time advanced impulse_time impulses tension velocity drive account".split(' ') {
         match with_nan(name) {
             Err(StepError::Saved { what, reason }) => {
                 assert!(what == name && reason.contains("NaN"), "{what} {reason}");

@@ -45,7 +45,7 @@ fn count(seed: u64, tally: &Mutex<Tally>) {
 }
 
 /// The first scene of each violated invariant, as small as it gets.
-fn told(violated: &BTreeMap<u64, Violation>) -> String {
+fn list(violated: &BTreeMap<u64, Violation>) -> String {
     let mut kinds: BTreeMap<&str, Vec<(u64, &Violation)>> = BTreeMap::new();
     for (seed, violation) in violated {
         let kind = kinds.entry(violation.invariant).or_default();
@@ -103,7 +103,7 @@ fn products_of_features_keep_all_invariants() {
     assert!(
         violated == 0,
         "{violated} of {scenes} scenes violate an invariant\n{}",
-        told(&tally.violated)
+        list(&tally.violated)
     );
     let refused = tally.refused.len() as f64;
     assert!(refused <= REFUSED * scenes as f64, "{refused} are refused");

@@ -168,7 +168,7 @@ impl Output {
             Place::Stdout => (Box::new(io::stdout()), None),
             Place::Device(file) => (Box::new(file.try_clone().map_err(failed)?), None),
             Place::File(path) => {
-                let part = Part::beside(path).map_err(failed)?;
+                let part = Part::create(path).map_err(failed)?;
                 (Box::new(part.file.try_clone().map_err(failed)?), Some(part))
             }
         };
@@ -211,7 +211,7 @@ impl Place {
 
     /// A file that a new one can be laid beside.
     fn file(path: PathBuf) -> io::Result<Self> {
-        Part::beside(&path)?;
+        Part::create(&path)?;
         Ok(Self::File(path))
     }
 }

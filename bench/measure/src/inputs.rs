@@ -102,48 +102,21 @@ mod tests {
 
     #[test]
     fn faults_say_where_and_what_to_do() {
-        let says = |text: &str, words: &str| {
-            let error = Inputs::parse(text, &gantry())
-                .expect_err("a fault")
-                .to_string();
-            assert_eq!(error, words);
-        };
-        says(
-            "time,hoist\n0,1\n",
-            "line 1: no control is called `hoist`: choose one of trolley_speed, hoist_speed",
-        );
-        says(
-            "hoist_speed\n1\n",
-            "line 1: the heading has no `time`: name the column of times (s) so",
-        );
-        says(
-            "time;hoist_speed\n0;1\n",
-            "line 1: the columns have to be separated by commas",
-        );
-        says(
-            "time,hoist_speed,hoist_speed\n0,1,1\n",
-            "line 1: two columns have the same name: drop one",
-        );
-        says(
-            "time,hoist_speed\n0,1\n1,fast\n",
-            "line 3: `hoist_speed` is `fast`: give a finite number",
-        );
-        says(
-            "time,hoist_speed\n0,1\n1,inf\n",
-            "line 3: `hoist_speed` is `inf`: give a finite number",
-        );
-        says(
-            "time,hoist_speed\n1,1\n1,2\n",
-            "line 3: `time` is 1: times have to ascend",
-        );
-        says(
-            "time,hoist_speed\n0\n",
-            "line 2: has 1 values, the heading has 2",
-        );
-        says(
-            "time,hoist_speed\n",
-            "the table has no rows: give at least one",
-        );
+        let faults = "\
+time,hoist⏎0,1⏎ → line 1: no control is called `hoist`: choose one of trolley_speed, hoist_speed
+hoist_speed⏎1⏎ → line 1: the heading has no `time`: name the column of times (s) so
+time;hoist_speed⏎0;1⏎ → line 1: the columns have to be separated by commas
+time,hoist_speed,hoist_speed⏎0,1,1⏎ → line 1: two columns have the same name: drop one
+time,hoist_speed⏎0,1⏎1,fast⏎ → line 3: `hoist_speed` is `fast`: give a finite number
+time,hoist_speed⏎0,1⏎1,inf⏎ → line 3: `hoist_speed` is `inf`: give a finite number
+time,hoist_speed⏎1,1⏎1,2⏎ → line 3: `time` is 1: times have to ascend
+time,hoist_speed⏎0⏎ → line 2: has 1 values, the heading has 2
+time,hoist_speed⏎ → the table has no rows: give at least one";
+        for row in faults.lines() {
+            let (text, words) = row.split_once(" → ").expect("two cells");
+            let fault = Inputs::parse(&text.replace('⏎', "\n"), &gantry());
+            assert_eq!(fault.expect_err(text).to_string(), words);
+        }
         let none = Inputs::parse("time,x\n0,1\n", &Scene::new("none")).expect_err("a fault");
         assert!(none.to_string().ends_with("the scene has none"), "{none}");
     }

@@ -137,8 +137,8 @@ impl System {
     /// x only together with b; without them b is A·1.
     pub fn read(path: &Path, b: Option<&Path>, x: Option<&Path>) -> Result<Self, MarketError> {
         let (matrix, dropped) = matrix_of(&market::read(path)?, path)?;
-        let beside_b = b.is_none().then(|| beside(path, "b")).flatten();
-        let beside_x = beside_b.is_some().then(|| beside(path, "x")).flatten();
+        let beside_b = b.is_none().then(|| sibling(path, "b")).flatten();
+        let beside_x = beside_b.is_some().then(|| sibling(path, "x")).flatten();
         let read = |path: PathBuf| {
             let v = vector_of(&market::read(&path)?, &path, matrix.dim())?;
             Ok((v, path))
@@ -197,7 +197,7 @@ fn stem(path: &Path) -> String {
 }
 
 /// `A_b.mtx` or `A_b.mtx.gz` beside `A.mtx`, if there is one.
-fn beside(path: &Path, what: &str) -> Option<PathBuf> {
+fn sibling(path: &Path, what: &str) -> Option<PathBuf> {
     let stem = stem(path);
     let names = ["mtx", "mtx.gz"].map(|end| path.with_file_name(format!("{stem}_{what}.{end}")));
     names.into_iter().find(|p| p.is_file())

@@ -88,7 +88,7 @@ fn mm(x: f64) -> String {
 }
 
 /// The row of the summary, where an estimate is asked for.
-pub(super) fn told(s: &Summary) -> Option<(&'static str, String)> {
+pub(super) fn summary(s: &Summary) -> Option<(&'static str, String)> {
     let error = s.error?;
     let text = if error.lost {
         "unknown: the companion run of longer steps was lost".to_owned()

@@ -231,7 +231,7 @@ pub fn text(s: &Summary) -> String {
     });
     let of_some = [
         chosen(s),
-        load_error::told(s),
+        load_error::summary(s),
         asleep(s),
         resolved(s),
         contacts(s),

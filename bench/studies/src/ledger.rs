@@ -152,12 +152,12 @@ impl Run {
         let lost = self.failure.is_some() || other.failure.is_some();
         let distance =
             |((x, q), (y, r)): (&Pose, &Pose)| (x - y).norm() + self.lever * q.angle_to(r);
-        let pairs = self.poses.iter().zip(self.beside(&other.poses));
+        let pairs = self.poses.iter().zip(self.at_own_steps(&other.poses));
         (!lost).then(|| pairs.map(distance).fold(0.0, worse))
     }
 
     /// Values of another run, given at each step of the whole scene, at the steps of this one.
-    fn beside<'a, T>(&self, other: &'a [T]) -> impl Iterator<Item = &'a T> {
+    fn at_own_steps<'a, T>(&self, other: &'a [T]) -> impl Iterator<Item = &'a T> {
         other.iter().skip(self.stride - 1).step_by(self.stride)
     }
 
@@ -168,7 +168,7 @@ impl Run {
             .tension
             .iter()
             .fold(other.weight, |m, t| m.max(t.abs()));
-        let squares = self.tension.iter().zip(self.beside(&other.tension));
+        let squares = self.tension.iter().zip(self.at_own_steps(&other.tension));
         let sum: f64 = squares.map(|(a, b)| (a - b).powi(2)).sum();
         let known = count > 0 && largest > 0.0 && self.failure.is_none();
         known.then(|| (sum / count as f64).sqrt() / largest)

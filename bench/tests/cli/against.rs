@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refused, taut, text};
+use crate::{folder, good, has, program, refused, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -99,16 +99,9 @@ fn answers_that_are_no_times_are_named() {
 
 /// Runs git in a folder.
 fn git(at: &Path, arguments: &[&str]) {
-    let identity = [
-        "-c",
-        "user.name=a",
-        "-c",
-        "user.email=a@b",
-        "-c",
-        "init.defaultBranch=main",
-    ];
+    let identity = "-c user.name=a -c user.email=a@b -c init.defaultBranch=main";
     let done = Command::new("git")
-        .args(identity)
+        .args(identity.split(' '))
         .args(arguments)
         .current_dir(at)
         .output()
@@ -238,10 +231,7 @@ fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
     let compare =
         format!("{CASE} --against {program} --json a.json --bencher b.json --history h.jsonl");
     let table = good(&at, &compare);
-    assert!(
-        table.contains("hoist-24-1e3/banded") && table.contains("time-min"),
-        "{table}"
-    );
+    has(&table, "hoist-24-1e3/banded … time-min");
     assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
     let json = |name: &str| -> Value {
         serde_json::from_str(&fs::read_to_string(at.join(name)).expect("a file")).expect("JSON")

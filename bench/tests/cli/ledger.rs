@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused, taut, text};
+use crate::{folder, good, has, json, refused, taut, text};
 use serde_json::Value;
 use std::fs;
 
@@ -55,8 +55,5 @@ fn what_has_no_ledger_is_told() {
         &at,
         "ledger twist --set segments=4 --time 0.1 --tolerance 5",
     );
-    assert!(
-        shown.contains("keeps") && shown.contains("finest"),
-        "{shown}"
-    );
+    has(&shown, "keeps … finest");
 }

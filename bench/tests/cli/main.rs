@@ -88,6 +88,22 @@ fn refused(folder: &PathBuf, arguments: &str, words: &[&str]) {
     }
 }
 
+/// Each row `arguments → word … word` of a table is bad input.
+fn refuses(folder: &PathBuf, table: &str) {
+    for row in table.lines().map(str::trim).filter(|row| !row.is_empty()) {
+        let (arguments, words) = row.split_once(" → ").expect("two cells");
+        refused(folder, arguments, &words.split(" … ").collect::<Vec<_>>());
+    }
+}
+
+/// Asserts that all words, with `…` between them, are in a text.
+fn has(text: &str, words: &str) {
+    assert!(
+        words.split(" … ").all(|word| text.contains(word)),
+        "{words}: {text}"
+    );
+}
+
 /// A good run: code 0 and nothing on standard error.
 fn good(folder: &PathBuf, arguments: &str) -> String {
     let output = taut(folder, arguments);

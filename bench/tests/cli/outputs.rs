@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refused, taut, text};
+use crate::{folder, good, has, program, refused, refuses, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -86,13 +86,12 @@ fn outputs_are_tried_before_the_run() {
             &["cannot write `folder`"],
         );
     }
-    refused(&at, "paper --out file", &["cannot write `file`"]);
-    refused(&at, "matrices --out file/m", &["cannot write `file/m`"]);
-    refused(
-        &at,
-        "dump hoist --step 9999999 --out file",
-        &["cannot write `file`"],
-    );
+    let rows = r"
+        paper --out file → cannot write `file`
+        matrices --out file/m → cannot write `file/m`
+        dump hoist --step 9999999 --out file → cannot write `file`
+    ";
+    refuses(&at, rows);
 }
 
 #[cfg(unix)]
@@ -129,12 +128,11 @@ fn a_place_is_written_once_and_not_over_what_is_read() {
     let scene = good(&at, "scene hoist --set segments=2");
     fs::write(at.join("s.toml"), &scene).expect("writable");
     fs::write(at.join("c.csv"), "time,hoist_speed\n0,0\n").expect("writable");
-    refused(&at, "run s.toml --json ./s.toml", &["it is read", "--json"]);
-    refused(
-        &at,
-        "run gantry --controls c.csv --out c.csv",
-        &["it is read", "--out"],
-    );
+    let rows = r"
+        run s.toml --json ./s.toml → it is read … --json
+        run gantry --controls c.csv --out c.csv → it is read … --out
+    ";
+    refuses(&at, rows);
     assert_eq!(read(&at, "s.toml"), scene);
     // A run goes on in its place, and through a link the file is written that it names.
     good(&at, &format!("{run} --save link"));
@@ -265,10 +263,7 @@ fn a_file_that_grows_too_long_is_a_failed_write() {
     let output = shell(&at, line);
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(
-        stderr.contains("cannot write `r.tape`: File too large"),
-        "{stderr}"
-    );
+    has(stderr, "cannot write `r.tape`: File too large");
     // What was written before is a recording.
     let replay = taut(&at, "replay r.tape");
     assert_eq!(replay.status.code(), Some(0), "{replay:?}");

@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refused, taut, text};
+use crate::{folder, good, program, refuses, taut, text};
 use std::fs;
 use std::path::PathBuf;
 
@@ -85,37 +85,20 @@ fn bad_recordings_are_refused_and_cut_ones_read() {
     newer[15] = 9;
     fs::write(at.join("newer.tape"), newer).expect("writable");
     fs::write(at.join("other.tape"), "time,x\n").expect("writable");
-    refused(&at, "replay none.tape", &["`none.tape`", "No such file"]);
-    refused(
-        &at,
-        "replay other.tape",
-        &["`other.tape`", "no recording", "--record"],
-    );
-    refused(
-        &at,
-        "replay newer.tape --html x.html",
-        &["version 9", "newer"],
-    );
-    refused(&at, "replay empty.tape", &["before anything was recorded"]);
-    refused(
-        &at,
-        "replay good.tape --csv time,load.vx",
-        &["`load.vx`", "load.x", "taut run --columns"],
-    );
-    refused(
-        &at,
-        "replay good.tape --csv nothing",
-        &["`nothing`", "load_x"],
-    );
-    refused(&at, "replay good.tape --csv time,time", &["twice"]);
-    refused(&at, "replay good.tape --html good.tape", &["it is read"]);
-    refused(&at, "replay good.tape --out x.csv", &["--csv"]);
-    refused(&at, "replay good.tape --against cut.tape", &["--html"]);
-    refused(
-        &at,
-        "run hoist --record a.json --json a.json",
-        &["cannot share a file"],
-    );
+    let rows = r"
+        replay none.tape → `none.tape` … No such file
+        replay other.tape → `other.tape` … no recording … --record
+        replay newer.tape --html x.html → version 9 … newer
+        replay empty.tape → before anything was recorded
+        replay good.tape --csv time,load.vx → `load.vx` … load.x … taut run --columns
+        replay good.tape --csv nothing → `nothing` … load_x
+        replay good.tape --csv time,time → twice
+        replay good.tape --html good.tape → it is read
+        replay good.tape --out x.csv → --csv
+        replay good.tape --against cut.tape → --html
+        run hoist --record a.json --json a.json → cannot share a file
+    ";
+    refuses(&at, rows);
     let output = taut(&at, "replay cut.tape --csv time");
     let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
     assert!(

@@ -1,4 +1,4 @@
-use crate::{folder, good, refused, taut};
+use crate::{folder, good, refused, refuses, taut};
 use serde_json::Value;
 use std::fs;
 use taut_output::plot::{self, Axis, Chart, Mark, Series};
@@ -139,31 +139,23 @@ fn the_main_job_writes_a_page_that_holds_data() {
     assert!(fs::read_to_string(at.join("again.html")).expect("a page") == page);
     good(&at, "report target/taut/bench.json --out rows.html");
     let rows = fs::read_to_string(at.join("rows.html")).expect("a page");
-    assert_eq!(
-        names(&rows),
-        [
-            "answer",
-            "work-precision",
-            "profiles",
-            "means",
-            "claims",
-            "rows",
-            "limits"
-        ]
-    );
+    let sections = "answer work-precision profiles means claims rows limits";
+    assert_eq!(names(&rows).join(" "), sections);
     fs::write(at.join("other.json"), "{\"rows\": 3}").expect("writable");
-    refused(
-        &at,
-        "report other.json",
-        &["other.json", "neither a report"],
-    );
-    refused(&at, "report absent.json", &["absent.json"]);
+    let rows = r"
+        report other.json → other.json … neither a report
+        report absent.json → absent.json
+    ";
+    refuses(&at, rows);
 }
 
 /// A page of each other benchmark, and what it shows: the sections of plots and tables.
 #[test]
 fn every_benchmark_writes_a_page() {
-    for (name, arguments, expected) in OTHERS {
+    for row in OTHERS.lines() {
+        let [name, arguments, expected] =
+            [0, 1, 2].map(|k| row.split(" | ").nth(k).expect("three"));
+        let expected: Vec<&str> = expected.split(' ').collect();
         let at = folder(&format!("page-{name}"));
         if name == "matrix" {
             good(
@@ -174,7 +166,7 @@ fn every_benchmark_writes_a_page() {
         let stdout = good(&at, arguments);
         assert!(!stdout.contains("written to"), "{name}: {stdout}");
         let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
-        let mut sections = expected.to_vec();
+        let mut sections = expected.clone();
         sections.extend(["printed", "limits"]);
         assert_eq!(names(&page), sections, "{name}");
         for part in [
@@ -216,70 +208,17 @@ fn every_benchmark_writes_a_page() {
 }
 
 /// Benchmarks beside the main job, in their smallest forms: name, arguments, sections before the last ones.
-const OTHERS: [(&str, &str, &[&str]); 10] = [
-    (
-        "linear",
-        "study linear --segments 4 --ratios 1,1e3 --backends banded,cg:jacobi",
-        &["mass-ratios", "table-records"],
-    ),
-    (
-        "kernels",
-        "study kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
-        &["work-precision", "sizes", "table-records"],
-    ),
-    (
-        "iterative",
-        "study iterative --quick --segments 4 --ratios 10 --backends cg:jacobi,cg:group",
-        &["work-precision", "table-records"],
-    ),
-    (
-        "accuracy",
-        "study accuracy --quick --segments 4 --ratios 10,1e4 --backends banded,cg:group --time 0.5",
-        &["work-precision", "orders", "solvers", "table-records"],
-    ),
-    (
-        "scenes",
-        "study scenes --scene ring --quick --segments 8,12 --backends banded,cg:group --iterations 5,50",
-        &["work-precision", "sizes", "table-records"],
-    ),
-    (
-        "matrix",
-        "study matrix small.mtx,small_kkt.mtx --quick",
-        &[
-            "work-precision",
-            "table-matrix",
-            "table-records",
-            "table-omissions",
-        ],
-    ),
-    (
-        "engines",
-        "study engines --quick --segments 4 --ratios 10 --time 0.5",
-        &["work-precision", "table-records", "table-ground"],
-    ),
-    (
-        "energy",
-        "study energy --quick",
-        &[
-            "amplitude",
-            "energy",
-            "momentum",
-            "table-swings",
-            "table-bands",
-            "table-spins",
-        ],
-    ),
-    (
-        "stability",
-        "study stability --quick",
-        &["largest", "table-records"],
-    ),
-    (
-        "shocks",
-        "study shocks --quick --ratios 100 --time 1",
-        &["errors", "table-shocks", "table-outcomes"],
-    ),
-];
+const OTHERS: &str = "\
+linear | study linear --segments 4 --ratios 1,1e3 --backends banded,cg:jacobi | mass-ratios table-records
+kernels | study kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt | work-precision sizes table-records
+iterative | study iterative --quick --segments 4 --ratios 10 --backends cg:jacobi,cg:group | work-precision table-records
+accuracy | study accuracy --quick --segments 4 --ratios 10,1e4 --backends banded,cg:group --time 0.5 | work-precision orders solvers table-records
+scenes | study scenes --scene ring --quick --segments 8,12 --backends banded,cg:group --iterations 5,50 | work-precision sizes table-records
+matrix | study matrix small.mtx,small_kkt.mtx --quick | work-precision table-matrix table-records table-omissions
+engines | study engines --quick --segments 4 --ratios 10 --time 0.5 | work-precision table-records table-ground
+energy | study energy --quick | amplitude energy momentum table-swings table-bands table-spins
+stability | study stability --quick | largest table-records
+shocks | study shocks --quick --ratios 100 --time 1 | errors table-shocks table-outcomes";
 
 #[test]
 fn a_picture_is_a_file_of_its_own() {
@@ -324,14 +263,7 @@ fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
     let whole: Value = serde_json::from_str(&text).expect("JSON");
     // A file of an older version lacks these keys.
     let mut older = whole.clone();
-    for key in [
-        "compiler",
-        "commit",
-        "other",
-        "settings",
-        "omissions",
-        "extras",
-    ] {
+    for key in "compiler commit other settings omissions extras".split(' ') {
         older.as_object_mut().expect("an object").remove(key);
     }
     for record in older["records"].as_array_mut().expect("rows") {
@@ -348,13 +280,7 @@ fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
         .iter_mut()
         .enumerate()
     {
-        for key in [
-            "segments",
-            "iterations",
-            "frames",
-            "claimed_converged",
-            "verified_converged",
-        ] {
+        for key in "segments iterations frames claimed_converged verified_converged".split(' ') {
             record[key] = u64::MAX.into();
         }
         record["step_ns"] = if i % 2 == 0 {

@@ -1,4 +1,4 @@
-use crate::{folder, good, json, program, refused, taut, text};
+use crate::{folder, good, has, json, program, refused, refuses, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::process::Stdio;
@@ -127,15 +127,9 @@ fn a_written_scene_runs_as_the_scene_itself() {
             let written = good(&at, &format!("scene {name} --set {size} {form}"));
             fs::write(at.join("f"), written).expect("writable");
             let by_file = json(&at, "run f --time 0.2 --json -");
-            for what in [
-                "load",
-                "final_state",
-                "energy",
-                "max_violation_m",
-                "balance",
-                "max_load_tension",
-                "notes",
-            ] {
+            let words = "load final_state energy max_violation_m balance max_load_tension \
+                notes";
+            for what in words.split(' ') {
                 assert_eq!(by_file[what], by_name[what], "{name} {form}: {what}");
             }
             // Writing the file again gives an identical text.
@@ -244,10 +238,7 @@ fn overlaps_are_noted_that_a_run_begins_with() {
     fs::write(at.join("sunk.toml"), pressed(0.3)).expect("writable");
     let run = json(&at, "run sunk.toml -q --time 0.05 --json -");
     let notes = run["notes"].to_string();
-    assert!(
-        notes.contains("overlap by 2.000e-1 m at the start"),
-        "{notes}"
-    );
+    has(&notes, "overlap by 2.000e-1 m at the start");
 }
 
 /// The first step may hold a blow, after which half of it is gone.
@@ -271,10 +262,7 @@ fn a_csv_file_has_a_line_for_each_step() {
         &at,
         "run hoist --set segments=3 --time 0.5 --out deep/load.csv",
     );
-    assert!(
-        stdout.contains("verdict") && stdout.contains("stable"),
-        "{stdout}"
-    );
+    has(&stdout, "verdict … stable");
     let csv = fs::read_to_string(at.join("deep/load.csv")).expect("written");
     let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(lines.len(), 31);
@@ -375,72 +363,13 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
         ("--substeps 0", "substeps"),
         ("--scheme third-difference:a=0.1", "`a`"),
         ("--scheme third-difference:gamma=1", "gamma"),
-        ("--scheme euler", "third-difference"),
         ("--elimination band", "minimum-degree"),
-        ("--dt=-1", "--dt"),
-        ("--dt nan", "--dt"),
         ("--dt 1/0", "--dt"),
         ("--set damping=-1", "damping"),
         ("--set ea=0", "ea"),
     ] {
         refused(&at, &format!("run hoist {options}"), &[word]);
     }
-}
-
-#[test]
-fn networks_run_by_name() {
-    let at = folder("networks");
-    for scene in [
-        "ring --set points=1",
-        "junction --set joint=spherical",
-        "cranes --set mass_ratio=1e4",
-        "ladder --set cables=3",
-        "net --set rows=5 --set held=corners",
-    ] {
-        let run = json(
-            &at,
-            &format!("run {scene} --set seed=1 --time 0.5 --json -"),
-        );
-        assert_eq!(run["stable"], true, "{run}");
-    }
-    refused(&at, "run net --set columns=1", &["columns", "at least 2"]);
-}
-
-#[test]
-fn chains_and_specimens_run_by_name() {
-    let at = folder("named_scenes");
-    for name in [
-        "particles-b",
-        "particles-c",
-        "particles-d",
-        "particles-e",
-        "particles-f",
-    ] {
-        let run = json(
-            &at,
-            &format!("run {name} --scheme linearly-implicit --time 1 --json -"),
-        );
-        assert_eq!(run["scene"], name);
-        assert_eq!(run["stable"], true, "{run}");
-    }
-    for name in ["pull", "twist", "bend"] {
-        let run = json(
-            &at,
-            &format!("run {name} --set material=nylon --set segments=6 --time 0.5 --json -"),
-        );
-        assert_eq!(run["scene"], name);
-        assert_eq!(run["steps"], 30, "{run}");
-    }
-    refused(
-        &at,
-        "run particles-e --set added_compliance=-1",
-        &["added_compliance"],
-    );
-    refused(
-        &at,
-        "run twist --set joint=spherical",
-        &["joint", "cosserat"],
-    );
 }
 
 #[test]
@@ -505,14 +434,9 @@ fn a_reader_that_stops_reading_is_no_panic() {
 fn help_and_version_are_no_errors() {
     let at = folder("help");
     assert!(good(&at, "--version").contains(env!("CARGO_PKG_VERSION")));
-    for command in [
-        "--help",
-        "run --help",
-        "bench --help",
-        "static --help",
-        "backends --help",
-    ] {
-        assert!(good(&at, command).contains("Usage"), "{command}");
+    for command in ["", "run", "bench", "static", "backends"] {
+        let help = good(&at, &format!("{command} --help"));
+        assert!(help.contains("Usage"), "{command}");
     }
 }
 
@@ -533,14 +457,8 @@ fn the_drum_of_the_guide_lifts_its_load_as_printed() {
     // 0.15 m/s for four seconds.
     assert!((height + 10.0 - 0.6).abs() < 0.05, "{height}");
     let told = good(&at, run);
-    assert!(
-        told.contains("load tension  9.8") && told.contains("in what holds the load"),
-        "{told}"
-    );
-    assert!(
-        told.contains("m, of `rope") && told.contains("open or stretched"),
-        "{told}"
-    );
+    has(&told, "load tension  9.8 … in what holds the load");
+    has(&told, "m, of `rope … open or stretched");
 }
 
 #[test]
@@ -570,10 +488,7 @@ fn a_scene_that_is_lost_is_told_with_its_reason() {
         let output = taut(&at, call);
         assert_eq!(output.status.code(), Some(1), "{call}");
         let told = text(&output.stderr);
-        assert!(
-            told.contains("`rope` has run off its drum"),
-            "{call}: {told}"
-        );
+        has(told, "`rope` has run off its drum");
     }
 }
 
@@ -608,10 +523,9 @@ fn a_run_sleeps_on_request() {
     assert_eq!(resumed["steps_asleep"].as_u64(), Some(60));
     let told = good(&at, "run gantry --sleep=5 --time 5");
     assert!(told.contains("asleep") && !good(&at, "run gantry --time 5").contains("asleep"));
-    refused(&at, "run gantry --sleep=-1", &["sleep.distance", "> 0"]);
-    refused(
-        &at,
-        "run --resume half.json --sleep",
-        &["--sleep", "--resume"],
-    );
+    let rows = r"
+        run gantry --sleep=-1 → sleep.distance … > 0
+        run --resume half.json --sleep → --sleep … --resume
+    ";
+    refuses(&at, rows);
 }

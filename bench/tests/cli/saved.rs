@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused};
+use crate::{folder, good, json, refused, refuses};
 use std::fs;
 
 const INPUTS: &str = "time,trolley_speed,hoist_speed\n0,0,0\n0.2,0.5,0\n0.4,0.5,0.3\n0.6,0,0\n";
@@ -27,15 +27,7 @@ fn a_resumed_run_is_the_run_itself() {
             &at,
             &format!("run --resume half.json {controls} --time 0.5 --json -"),
         );
-        for same in [
-            "scene",
-            "backend",
-            "scheme",
-            "guard",
-            "dt",
-            "final_state",
-            "planar",
-        ] {
+        for same in "scene backend scheme guard dt final_state planar".split(' ') {
             assert_eq!(whole[same], rest[same], "{scene}: {same}");
             assert!(!whole[same].is_null(), "{scene}: {same}");
         }
@@ -118,34 +110,17 @@ fn files_that_are_no_saved_run_are_refused() {
         refused(&at, "run --resume bad.json --time 0.1", &all);
     }
     fs::write(at.join("bad.json"), [0xff, 0xfe, 0x00]).expect("writable");
-    refused(&at, "run --resume bad.json", &["bad.json", "UTF-8"]);
-    refused(&at, "run --resume none.json", &["none.json", "cannot read"]);
-    refused(
-        &at,
-        "run --resume run.json --dt 0.01",
-        &["--resume", "--dt"],
-    );
-    refused(&at, "run hoist --resume run.json", &["--resume", "SCENE"]);
-    refused(
-        &at,
-        "run --resume run.json --set segments=4",
-        &["--resume", "--set"],
-    );
-    refused(&at, "run hoist --save-at 1", &["--save", "--help"]);
-    refused(
-        &at,
-        "run hoist --time 1 --save x.json --save-at 2",
-        &["--save-at", "2 s", "1 s"],
-    );
-    refused(
-        &at,
-        "run --resume run.json --time 1 --save x.json --save-at 0",
-        &["--save-at", "0 s"],
-    );
-    refused(&at, "run hoist --save x.json --save-at nan", &["--save-at"]);
-    refused(
-        &at,
-        "run hoist --time 0.1 --save - --json -",
-        &["`--save`", "share"],
-    );
+    let rows = r"
+        run --resume bad.json → bad.json … UTF-8
+        run --resume none.json → none.json … cannot read
+        run --resume run.json --dt 0.01 → --resume … --dt
+        run hoist --resume run.json → --resume … SCENE
+        run --resume run.json --set segments=4 → --resume … --set
+        run hoist --save-at 1 → --save … --help
+        run hoist --time 1 --save x.json --save-at 2 → --save-at … 2 s … 1 s
+        run --resume run.json --time 1 --save x.json --save-at 0 → --save-at … 0 s
+        run hoist --save x.json --save-at nan → --save-at
+        run hoist --time 0.1 --save - --json - → `--save` … share
+    ";
+    refuses(&at, rows);
 }

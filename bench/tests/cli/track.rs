@@ -68,13 +68,7 @@ fn figures_are_compared_with_a_baseline_that_an_update_writes() {
             entry["name"].as_str().expect("a name").to_owned()
         })
         .collect();
-    for measure in [
-        "allocations",
-        "forward-error",
-        "load-error",
-        "time-min",
-        "time-median",
-    ] {
+    for measure in "allocations forward-error load-error time-min time-median".split(' ') {
         assert!(
             names.contains(&format!("hoist-24-1e3/banded/{measure}")),
             "{names:?}"

@@ -153,7 +153,7 @@ fn begun(
 }
 
 /// Message of a run that begins with the options `held`, since the `asked` ones end with `error`.
-fn told(asked: &StepOptions, held: &StepOptions, error: &StepError) -> String {
+fn fallback_message(asked: &StepOptions, held: &StepOptions, error: &StepError) -> String {
     let name = |options: &StepOptions| format!("`{}`, `{}`", Choice::of(options), options.scheme);
     let (asked, held) = (name(asked), name(held));
     format!("{asked} makes no step ({error}): the run began anew with {held}")
@@ -332,7 +332,7 @@ impl Drive {
         for options in [self.options.last(), first] {
             match begin(options) {
                 Ok(begun) => {
-                    let fallback = told(self.options(), options, &error);
+                    let fallback = fallback_message(self.options(), options, &error);
                     return Ok((begun, Some(fallback)));
                 }
                 Err(stopped @ StepError::Stopped { .. }) => return Err(stopped),

@@ -395,12 +395,12 @@ async fn show(shared: &Shared, mut socket: WebSocket, viewer: u64) {
             message = all.recv() => match message {
                 Ok(message) => send(&mut socket, message).await,
                 Err(RecvError::Lagged(count)) => {
-                    send(&mut socket, told("missed", count)).await
+                    send(&mut socket, json_message("missed", count)).await
                         && send_latest(shared, &mut socket).await
                 }
                 Err(RecvError::Closed) => false,
             },
-            Some(refusal) = refusals.recv() => send(&mut socket, told("refused", refusal)).await,
+            Some(refusal) = refusals.recv() => send(&mut socket, json_message("refused", refusal)).await,
             _ = beat.tick() => {
                 heard.elapsed() < SILENCE && send(&mut socket, Message::Ping(Bytes::new())).await
             }
@@ -410,7 +410,7 @@ async fn show(shared: &Shared, mut socket: WebSocket, viewer: u64) {
                     Some(Ok(Message::Text(text))) => {
                         match take(shared, &text, (viewer, &refuse)).await {
                             Ok(()) => true,
-                            Err(text) => send(&mut socket, told("refused", text)).await,
+                            Err(text) => send(&mut socket, json_message("refused", text)).await,
                         }
                     }
                     Some(Ok(Message::Close(_)) | Err(_)) | None => false,
@@ -424,7 +424,7 @@ async fn show(shared: &Shared, mut socket: WebSocket, viewer: u64) {
     }
 }
 
-fn told<T: serde::Serialize>(what: &str, value: T) -> Message {
+fn json_message<T: serde::Serialize>(what: &str, value: T) -> Message {
     Message::Text(serde_json::json!({ what: value }).to_string().into())
 }
 

@@ -69,6 +69,7 @@ fn faults_of_shapes() {
     let radius = "collider `ball's` of body `ball`: radius is";
     shape(Shape::Sphere { radius: 0.0 }, radius);
     shape(Shape::Sphere { radius: f64::NAN }, radius);
+    shape(Shape::Sphere { radius: -1.0 }, radius);
     shape(
         Shape::Sphere {
             radius: f64::INFINITY,
@@ -107,27 +108,20 @@ fn faults_of_shapes() {
 #[test]
 fn faults_of_colliders() {
     let nan = f64::NAN;
-    says(
-        |s| s.colliders[0].surface.friction = -0.1,
-        "friction is -0.1: it has to be ≥ 0",
-    );
-    says(|s| s.colliders[0].surface.friction = nan, "friction is NaN");
-    says(
-        |s| s.colliders[3].surface.restitution = 1.1,
-        "collider `ground`: restitution is 1.1",
-    );
-    says(
-        |s| s.colliders[0].surface.restitution = nan,
-        "restitution is NaN",
-    );
-    says(
-        |s| s.colliders[0].surface.compliance = -1.0,
-        "compliance is -1: it has to be ≥ 0 m/N",
-    );
-    says(
-        |s| s.colliders[0].surface.damping = f64::INFINITY,
-        "damping is inf",
-    );
+    type Set = fn(&mut Surface, f64);
+    let quantities: [(&str, Set, &str); 4] = [
+        ("friction", |s, x| s.friction = x, "≥ 0"),
+        ("restitution", |s, x| s.restitution = x, "from 0 to 1"),
+        ("compliance", |s, x| s.compliance = x, "≥ 0 m/N"),
+        ("damping", |s, x| s.damping = x, "≥ 0 s"),
+    ];
+    for (name, set, range) in quantities {
+        for x in [-1.0, nan, f64::INFINITY] {
+            let words = format!("`ground`: {name} is {x}: it has to be {range}");
+            says(|s| set(&mut s.colliders[3].surface, x), &words);
+        }
+    }
+    says(|s| s.colliders[3].surface.restitution = 1.1, "is 1.1");
     says(|s| s.colliders[0].position.y = nan, "position is NaN");
     let long = UnitQuaternion::new_unchecked(Quaternion::new(1.0, 1.0, 0.0, 0.0));
     says(

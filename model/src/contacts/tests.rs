@@ -64,6 +64,13 @@ fn contacts(scene: &Scene) -> Vec<Contact> {
     found.to_vec()
 }
 
+/// A table of [`expect`]ations: two shapes, their normal, their gaps.
+macro_rules! touch {
+    ($($a:expr, $b:expr => $normal:expr, $gaps:expr);* $(;)?) => {
+        $(expect([$a, $b], $normal, &$gaps);)*
+    };
+}
+
 /// Checks that the shapes have contacts of these gaps, all with that normal, in both orders and in all frames.
 fn expect(shapes: [Placed; 2], normal: Vector3<f64>, gaps: &[f64]) {
     let frames = [
@@ -119,121 +126,47 @@ const QUARTER: f64 = std::f64::consts::FRAC_PI_2;
 fn balls_touch_in_one_point() {
     let z = v(0.0, 0.0, 1.0);
     let small = |height: f64| at(ball(0.25), 0.0, 0.0, height + IN);
-    expect([small(0.75), at(ball(0.5), 0.0, 0.0, 0.0)], z, &[IN]);
-    expect(
-        [small(0.75), at(cuboid(2.0, 3.0, 1.0), 0.3, 0.4, 0.0)],
-        z,
-        &[IN],
-    );
-    expect(
-        [small(1.25), at(capsule(1.0, 0.5), 0.0, 0.0, 0.0)],
-        z,
-        &[IN],
-    );
-    expect(
-        [small(0.75), at(cylinder(1.0, 0.5), 0.2, 0.1, 0.0)],
-        z,
-        &[IN],
-    );
-    expect([small(0.25), at(Shape::HalfSpace, 4.0, 0.0, 0.0)], z, &[IN]);
+    touch! {
+        small(0.75), at(ball(0.5), 0.0, 0.0, 0.0) => z, [IN];
+        small(0.75), at(cuboid(2.0, 3.0, 1.0), 0.3, 0.4, 0.0) => z, [IN];
+        small(1.25), at(capsule(1.0, 0.5), 0.0, 0.0, 0.0) => z, [IN];
+        small(0.75), at(cylinder(1.0, 0.5), 0.2, 0.1, 0.0) => z, [IN];
+        small(0.25), at(Shape::HalfSpace, 4.0, 0.0, 0.0) => z, [IN];
+    }
     // At an edge, a corner, the side and the rim: from there to the centre of the ball.
     let near = |edge: Vector3<f64>, n: Vector3<f64>| {
         let p = edge + n * (0.25 + IN);
         at(ball(0.25), p.x, p.y, p.z)
     };
     let slanted = v(0.0, 0.6, 0.8);
-    expect(
-        [
-            near(v(0.3, 1.0, 0.5), slanted),
-            at(cuboid(2.0, 2.0, 1.0), 0.0, 0.0, 0.0),
-        ],
-        slanted,
-        &[IN],
-    );
+    touch! { near(v(0.3, 1.0, 0.5), slanted), at(cuboid(2.0, 2.0, 1.0), 0.0, 0.0, 0.0) => slanted, [IN] }
     let corner = v(2.0, 1.0, 2.0) / 3.0;
-    expect(
-        [
-            near(v(1.0, 1.0, 0.5), corner),
-            at(cuboid(2.0, 2.0, 1.0), 0.0, 0.0, 0.0),
-        ],
-        corner,
-        &[IN],
-    );
+    touch! { near(v(1.0, 1.0, 0.5), corner), at(cuboid(2.0, 2.0, 1.0), 0.0, 0.0, 0.0) => corner, [IN] }
     let side = v(0.6, 0.8, 0.0);
-    expect(
-        [
-            near(side * 0.5, side),
-            at(cylinder(1.0, 0.5), 0.0, 0.0, 0.0),
-        ],
-        side,
-        &[IN],
-    );
-    expect(
-        [
-            near(v(0.0, 0.5, 0.5), slanted),
-            at(cylinder(1.0, 0.5), 0.0, 0.0, 0.0),
-        ],
-        slanted,
-        &[IN],
-    );
+    touch! {
+        near(side * 0.5, side), at(cylinder(1.0, 0.5), 0.0, 0.0, 0.0) => side, [IN];
+        near(v(0.0, 0.5, 0.5), slanted), at(cylinder(1.0, 0.5), 0.0, 0.0, 0.0) => slanted, [IN];
+    }
 }
 
 #[test]
 fn shapes_on_the_ground_touch_it_with_what_is_lowest() {
     let (z, ground) = (v(0.0, 0.0, 1.0), at(Shape::HalfSpace, 0.0, 0.0, 0.0));
     let lying = about(Vector3::x(), QUARTER);
-    expect(
-        [at(cuboid(2.0, 1.0, 0.5), 1.0, 2.0, 0.25 + IN), ground],
-        z,
-        &[IN; 4],
-    );
-    expect(
-        [at(capsule(1.0, 0.1), 0.0, 0.0, 0.6 + IN), ground],
-        z,
-        &[IN],
-    );
-    expect(
-        [
-            turned(capsule(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying),
-            ground,
-        ],
-        z,
-        &[IN; 2],
-    );
-    expect(
-        [
-            turned(cylinder(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying),
-            ground,
-        ],
-        z,
-        &[IN; 2],
-    );
-    expect(
-        [at(cylinder(1.0, 0.1), 0.0, 0.0, 0.5 + IN), ground],
-        z,
-        &[IN; 8],
-    );
+    touch! {
+        at(cuboid(2.0, 1.0, 0.5), 1.0, 2.0, 0.25 + IN), ground => z, [IN; 4];
+        at(capsule(1.0, 0.1), 0.0, 0.0, 0.6 + IN), ground => z, [IN];
+        turned(capsule(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying), ground => z, [IN; 2];
+        turned(cylinder(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying), ground => z, [IN; 2];
+        at(cylinder(1.0, 0.1), 0.0, 0.0, 0.5 + IN), ground => z, [IN; 8];
+    }
     // Tilted: an edge, a corner, a point of the rim.
     let (sine, cosine) = 0.5_f64.sin_cos();
     let tilt = about(Vector3::x(), 0.5);
     let low = 0.5 * (1.0 * sine + 0.5 * cosine);
-    expect(
-        [
-            turned(cuboid(2.0, 1.0, 0.5), v(0.0, 0.0, low + IN), tilt),
-            ground,
-        ],
-        z,
-        &[IN; 2],
-    );
+    touch! { turned(cuboid(2.0, 1.0, 0.5), v(0.0, 0.0, low + IN), tilt), ground => z, [IN; 2] }
     let low = 0.5 * cosine + 0.1 * sine;
-    expect(
-        [
-            turned(cylinder(1.0, 0.1), v(0.0, 0.0, low + IN), tilt),
-            ground,
-        ],
-        z,
-        &[IN],
-    );
+    touch! { turned(cylinder(1.0, 0.1), v(0.0, 0.0, low + IN), tilt), ground => z, [IN] }
     let skew = about(Vector3::z(), 0.3) * about(Vector3::x(), 0.5) * about(Vector3::y(), 0.4);
     let rows = skew.to_rotation_matrix();
     let low = 0.5
@@ -243,14 +176,7 @@ fn shapes_on_the_ground_touch_it_with_what_is_lowest() {
             .transpose()
             .abs()
             .dot(&v(2.0, 1.0, 0.5));
-    expect(
-        [
-            turned(cuboid(2.0, 1.0, 0.5), v(0.0, 0.0, low + IN), skew),
-            ground,
-        ],
-        z,
-        &[IN],
-    );
+    touch! { turned(cuboid(2.0, 1.0, 0.5), v(0.0, 0.0, low + IN), skew), ground => z, [IN] }
 }
 
 #[test]
@@ -261,56 +187,24 @@ fn capsules_touch_in_two_points_where_they_are_parallel() {
         turned(shape, v(0.1, 0.0, height), turn)
     };
     let (thin, thick) = (capsule(1.0, 0.1), capsule(3.0, 0.2));
-    expect(
-        [lying(thin, 0.3 + IN, 0.0), lying(thick, 0.0, 0.0)],
-        z,
-        &[IN; 2],
-    );
-    expect(
-        [lying(thin, 0.3 + IN, 0.7), lying(thick, 0.0, 0.0)],
-        z,
-        &[IN],
-    );
-    expect(
-        [
-            lying(thin, 0.1 + IN, 0.4),
-            at(cuboid(3.0, 3.0, 2.0), 0.0, 0.0, -1.0),
-        ],
-        z,
-        &[IN; 2],
-    );
-    expect(
-        [
-            lying(thin, 0.1 + IN, 0.4),
-            at(cylinder(1.0, 2.0), 0.0, 0.0, -0.5),
-        ],
-        z,
-        &[IN; 2],
-    );
-    expect(
-        [
-            lying(thin, 0.3 + IN, 0.0),
-            lying(cylinder(3.0, 0.2), 0.0, 0.0),
-        ],
-        z,
-        &[IN; 2],
-    );
-    expect(
-        [
-            lying(thin, 0.3 + IN, 0.8),
-            lying(cylinder(3.0, 0.2), 0.0, 0.0),
-        ],
-        z,
-        &[IN],
-    );
+    touch! {
+        lying(thin, 0.3 + IN, 0.0), lying(thick, 0.0, 0.0) => z, [IN; 2];
+        lying(thin, 0.3 + IN, 0.7), lying(thick, 0.0, 0.0) => z, [IN];
+        lying(thin, 0.1 + IN, 0.4), at(cuboid(3.0, 3.0, 2.0), 0.0, 0.0, -1.0) => z, [IN; 2];
+        lying(thin, 0.1 + IN, 0.4), at(cylinder(1.0, 2.0), 0.0, 0.0, -0.5) => z, [IN; 2];
+        lying(thin, 0.3 + IN, 0.0), lying(cylinder(3.0, 0.2), 0.0, 0.0) => z, [IN; 2];
+        lying(thin, 0.3 + IN, 0.8), lying(cylinder(3.0, 0.2), 0.0, 0.0) => z, [IN];
+    }
     // Across an edge of a box that stands on it.
     let edge = turned(
         cuboid(2.0, 1.0, 1.0),
         v(0.0, 0.0, -(0.5_f64.sqrt())),
         about(Vector3::x(), 0.5 * QUARTER),
     );
-    expect([lying(thin, 0.1 + IN, 0.3), edge], z, &[IN]);
-    expect([lying(thin, 0.1 + IN, QUARTER), edge], z, &[IN; 2]);
+    touch! {
+        lying(thin, 0.1 + IN, 0.3), edge => z, [IN];
+        lying(thin, 0.1 + IN, QUARTER), edge => z, [IN; 2];
+    }
 }
 
 #[test]
@@ -318,64 +212,34 @@ fn boxes_and_cylinders_touch_with_their_faces_and_edges() {
     let (z, plate) = (v(0.0, 0.0, 1.0), at(cuboid(4.0, 4.0, 1.0), 0.0, 0.0, -0.5));
     let yaw = about(Vector3::z(), 0.3);
     let lying = about(Vector3::z(), 0.3) * about(Vector3::x(), QUARTER);
-    expect(
-        [
-            turned(cuboid(2.0, 1.0, 0.5), v(0.3, 0.2, 0.25 + IN), yaw),
-            plate,
-        ],
-        z,
-        &[IN; 4],
-    );
+    touch! { turned(cuboid(2.0, 1.0, 0.5), v(0.3, 0.2, 0.25 + IN), yaw), plate => z, [IN; 4] }
     let twin = cuboid(1.0, 1.0, 1.0);
     let eighth = about(Vector3::z(), 0.5 * QUARTER);
-    expect(
-        [
-            turned(twin, v(0.0, 0.0, 1.0 + IN), eighth),
-            at(twin, 0.0, 0.0, 0.0),
-        ],
-        z,
-        &[IN; 8],
-    );
-    expect(
-        [at(twin, 0.3, 0.4, 1.0 + IN), at(twin, 0.0, 0.0, 0.0)],
-        z,
-        &[IN; 4],
-    );
-    expect(
-        [
-            turned(cylinder(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying),
-            plate,
-        ],
-        z,
-        &[IN; 2],
-    );
-    expect(
-        [at(cylinder(1.0, 0.1), 0.0, 0.0, 0.5 + IN), plate],
-        z,
-        &[IN; 8],
-    );
-    expect(
-        [
-            at(cylinder(1.0, 0.1), 0.0, 0.0, 1.0 + IN),
-            at(cylinder(1.0, 0.5), 0.1, 0.0, 0.0),
-        ],
-        z,
-        &[IN; 8],
-    );
+    touch! {
+        turned(twin, v(0.0, 0.0, 1.0 + IN), eighth), at(twin, 0.0, 0.0, 0.0) => z, [IN; 8];
+        at(twin, 0.3, 0.4, 1.0 + IN), at(twin, 0.0, 0.0, 0.0) => z, [IN; 4];
+        turned(cylinder(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying), plate => z, [IN; 2];
+        at(cylinder(1.0, 0.1), 0.0, 0.0, 0.5 + IN), plate => z, [IN; 8];
+        at(cylinder(1.0, 0.1), 0.0, 0.0, 1.0 + IN), at(cylinder(1.0, 0.5), 0.1, 0.0, 0.0) => z, [IN; 8];
+    }
     let drum = |height: f64, yaw: f64| {
         let turn = about(Vector3::z(), yaw) * about(Vector3::x(), QUARTER);
         turned(cylinder(1.0, 0.3), v(0.0, 0.0, height), turn)
     };
-    expect([drum(0.6 + IN, 0.0), drum(0.0, 0.0)], z, &[IN; 2]);
-    expect([drum(0.6 + IN, 1.0), drum(0.0, 0.0)], z, &[IN]);
+    touch! {
+        drum(0.6 + IN, 0.0), drum(0.0, 0.0) => z, [IN; 2];
+        drum(0.6 + IN, 1.0), drum(0.0, 0.0) => z, [IN];
+    }
     // An edge across an edge, and across a drum.
     let edge = |height: f64, yaw: f64| {
         let turn = about(Vector3::z(), yaw) * about(Vector3::x(), 0.5 * QUARTER);
         turned(cuboid(2.0, 1.0, 1.0), v(0.0, 0.0, height), turn)
     };
     let half = 0.5_f64.sqrt();
-    expect([edge(2.0 * half + IN, 0.9), edge(0.0, 0.0)], z, &[IN]);
-    expect([edge(half + 0.3 + IN, 0.9), drum(0.0, 0.0)], z, &[IN]);
+    touch! {
+        edge(2.0 * half + IN, 0.9), edge(0.0, 0.0) => z, [IN];
+        edge(half + 0.3 + IN, 0.9), drum(0.0, 0.0) => z, [IN];
+    }
 }
 
 #[test]
@@ -541,30 +405,11 @@ fn a_box_on_an_incline_has_the_normal_of_the_plane() {
 #[test]
 fn deep_overlaps_come_apart_on_the_shortest_way() {
     let z = v(0.0, 0.0, 1.0);
-    expect(
-        [
-            at(cuboid(1.0, 1.0, 1.0), 0.0, 0.0, 0.3),
-            at(cuboid(3.0, 3.0, 2.0), 0.0, 0.0, 0.0),
-        ],
-        z,
-        &[-1.2; 4],
-    );
-    expect(
-        [
-            at(ball(0.1), 0.1, 0.0, 0.3),
-            at(cuboid(3.0, 3.0, 1.0), 0.0, 0.0, 0.0),
-        ],
-        z,
-        &[-0.3],
-    );
-    expect(
-        [
-            at(ball(0.1), 0.3, 0.0, 0.0),
-            at(cylinder(2.0, 0.5), 0.0, 0.0, 0.0),
-        ],
-        Vector3::x(),
-        &[-0.3],
-    );
+    touch! {
+        at(cuboid(1.0, 1.0, 1.0), 0.0, 0.0, 0.3), at(cuboid(3.0, 3.0, 2.0), 0.0, 0.0, 0.0) => z, [-1.2; 4];
+        at(ball(0.1), 0.1, 0.0, 0.3), at(cuboid(3.0, 3.0, 1.0), 0.0, 0.0, 0.0) => z, [-0.3];
+        at(ball(0.1), 0.3, 0.0, 0.0), at(cylinder(2.0, 0.5), 0.0, 0.0, 0.0) => Vector3::x(), [-0.3];
+    }
     for shape in [
         ball(1.0),
         cuboid(1.0, 2.0, 3.0),

@@ -1,8 +1,9 @@
 //! Tests of scenes as one table, and of overrides.
 
+use super::testing::{check_faults, fault, reads_back, says};
 use super::*;
+use crate::HoistParams;
 use crate::cable::JointKind;
-use crate::{ChainModel, HoistParams};
 use proptest::prelude::*;
 
 fn hoist(source: &SceneSource) -> &HoistParams {
@@ -10,15 +11,6 @@ fn hoist(source: &SceneSource) -> &HoistParams {
         SceneSource::Hoist(params) => params,
         _ => panic!("not a hoist"),
     }
-}
-
-fn fault(text: &str, overrides: &[(&str, &str)]) -> String {
-    let error = SceneSource::parse(text, overrides)
-        .and_then(|s| s.build())
-        .expect_err("a fault");
-    let text = error.to_string();
-    assert!(!text.contains('\n'), "{text}");
-    text
 }
 
 #[test]
@@ -48,10 +40,7 @@ fn written_text_reads_back_to_the_identical_scene() {
         ("damping", "1e-300"),
     ];
     let source = SceneSource::load("hoist", &overrides).expect("loads");
-    let text = source.to_toml().expect("writes");
-    let again = SceneSource::parse(&text, &[]).expect("reads");
-    assert_eq!(again, source);
-    assert_eq!(again.build(), source.build());
+    reads_back(&source);
 }
 
 #[test]
@@ -67,36 +56,9 @@ fn particle_chains_by_name_and_text() {
     let scene = source.build().expect("builds");
     assert_eq!((scene.bodies.len(), scene.bodies.mass[8]), (9, 1e3));
     assert_eq!(scene.constraints[0].rows(), 3);
-    let text = source.to_toml().expect("writes");
-    assert!(text.starts_with("[particles-a]"), "{text}");
-    let again = SceneSource::parse(&text, &[]).expect("reads");
-    assert_eq!(again, source);
-    assert_eq!(again.build(), Ok(scene));
+    reads_back(&source);
     let text = fault("[particles-a]\nspacing = -1\n", &[]);
     assert_eq!(text.split(':').next(), Some("spacing is -1"));
-    let text = fault("[particles-a]", &[("spcaing", "2")]);
-    assert!(text.starts_with("override `spcaing`: unknown"), "{text}");
-    assert!(fault("[particles-a]", &[("mass", "nan")]).contains("mass is NaN"));
-    let both = fault("[particles-a]\n[hoist]", &[]);
-    assert!(both.contains("stands beside [hoist]"), "{both}");
-    let both = fault("[particles-a]\n[particles-e]", &[]);
-    assert!(
-        both.starts_with("line 2, column 2: `particles-e`"),
-        "{both}"
-    );
-}
-
-#[test]
-fn every_model_of_the_chain_reads_back() {
-    for model in ChainModel::ALL {
-        let name = model.name();
-        let overrides = [("added_compliance", "1e-7"), ("particles", "3")];
-        let source = SceneSource::load(name, &overrides).expect("loads");
-        let text = source.to_toml().expect("writes");
-        assert!(text.starts_with(&format!("[{name}]")), "{text}");
-        assert_eq!(SceneSource::parse(&text, &[]), Ok(source.clone()));
-        assert_eq!(source.build().expect("builds").name, name);
-    }
 }
 
 #[test]
@@ -106,14 +68,8 @@ fn specimens_by_name_and_text() {
         let source = SceneSource::load(name, &overrides).expect("loads");
         let scene = source.build().expect("builds");
         assert_eq!((scene.bodies.len(), scene.name.as_str()), (6, name));
-        let text = source.to_toml().expect("writes");
-        assert!(text.starts_with(&format!("[{name}]")), "{text}");
-        assert_eq!(SceneSource::parse(&text, &[]), Ok(source));
+        reads_back(&source);
     }
-    let text = fault("[twist]\nforce = 1\n[bend]\n", &[]);
-    assert!(text.contains("stands beside [bend]"), "{text}");
-    let text = fault("[twist]", &[("tork", "2")]);
-    assert!(text.starts_with("override `tork`: unknown"), "{text}");
 }
 
 #[test]
@@ -124,51 +80,41 @@ fn faults_say_where() {
             .to_string()
             .contains("choose one of hoist, gantry, particles-a")
     );
-    assert!(fault("", &[]).contains("no bodies"));
-    let text = fault("[hoist]\nsegments = 3\nlenght = 2.0\n", &[]);
-    assert!(
-        text.starts_with("line 3, column 1: unknown field `lenght`"),
-        "{text}"
-    );
-    assert!(text.contains("`length`"), "{text}");
-    let text = fault("[hoist]\nsegments = \"many\"\n", &[]);
-    assert!(
-        text.starts_with("line 2, column 12: invalid type"),
-        "{text}"
-    );
-    let text = fault("[hoist]\nsegments = = 3\n", &[]);
-    assert!(text.starts_with("line 2, column"), "{text}");
-    let text = fault("[hoist]\nsegments = 3\n[extra]\n", &[]);
-    assert!(
-        text.starts_with("line 3, column 2: `extra` stands beside [hoist]"),
-        "{text}"
-    );
-    assert!(fault("# nothing\n", &[]).contains("no bodies"));
+    let faults = r##"
+        TEXT →  → … no bodies
+        TEXT → # nothing → … no bodies
+        TEXT → [hoist]⏎segments = 3⏎lenght = 2.0 → line 3, column 1: unknown field `lenght` … `length`
+        TEXT → [hoist]⏎segments = "many" → line 2, column 12: invalid type
+        TEXT → [hoist]⏎segments = = 3 → line 2, column
+        TEXT → [hoist]⏎segments = 3⏎[extra] → line 3, column 2: `extra` stands beside [hoist]
+        TEXT → [particles-a]⏎[hoist] → line … stands beside [hoist]
+        TEXT → [particles-a]⏎[particles-e] → line 2, column 2: `particles-e`
+        TEXT → [twist]⏎force = 1⏎[bend] → line … stands beside [bend]
+    "##;
+    check_faults("TEXT", faults);
 }
 
 #[test]
 fn faults_of_overrides_name_the_key() {
-    let text = fault("[hoist]", &[("segments", "4"), ("mass", "3")]);
-    assert!(
-        text.starts_with("override `mass`: unknown field `mass`"),
-        "{text}"
-    );
-    assert!(text.contains("`mass_ratio`"), "{text}");
-    let text = fault("[hoist]", &[("segments", "2.5")]);
-    assert!(
-        text.starts_with("override `segments`: invalid type"),
-        "{text}"
-    );
-    let text = fault("[hoist]", &[("segments", "-2")]);
-    assert!(text.starts_with("override `segments`:"), "{text}");
-    assert!(fault("[hoist]", &[("joint", "welded")]).contains("`cosserat`"));
-    assert!(fault("[hoist]", &[("a.b", "1")]).contains("there is no `a`"));
-    assert!(fault("[hoist]", &[("", "1")]).contains("override ``"));
-    assert!(fault("[hoist]", &[("segments.x", "1")]).contains("there is no `segments`"));
-    assert!(fault("[hoist]", &[("ea", "nan")]).contains("ea is NaN"));
+    for (scene, key, value, words) in [
+        ("hoist", "mass", "3", "unknown field `mass` … `mass_ratio`"),
+        ("hoist", "segments", "2.5", "invalid type"),
+        ("hoist", "segments", "-2", ""),
+        ("hoist", "joint", "welded", "… `cosserat`"),
+        ("hoist", "a.b", "1", "… there is no `a`"),
+        ("hoist", "", "1", ""),
+        ("hoist", "segments.x", "1", "… there is no `segments`"),
+        ("particles-a", "spcaing", "2", "unknown"),
+        ("twist", "tork", "2", "unknown"),
+    ] {
+        let text = fault(&format!("[{scene}]"), &[("seed", "4"), (key, value)]);
+        says(&text, &format!("override `{key}`: {words}"));
+    }
+    says(&fault("[hoist]", &[("ea", "nan")]), "… ea is NaN");
+    says(&fault("[particles-a]", &[("mass", "nan")]), "… mass is NaN");
     // The text is at fault, not the override: its own line is told.
     let text = fault("[hoist]\nsegmnts = 3\n", &[("length", "2")]);
-    assert!(text.starts_with("line 2, column 1"), "{text}");
+    says(&text, "line 2, column 1");
 }
 
 proptest! {

@@ -1,5 +1,6 @@
 //! Cables of segments as entries: what they lay, and their faults.
 
+use super::testing::{built, check_faults, fault, reads_back, round_trip, says};
 use super::{SceneSource, SceneText};
 
 const ROPE: &str = r#"
@@ -44,8 +45,7 @@ rest = "as-routed"
 
 /// `tail` has the length that its segments say.
 fn text() -> String {
-    let place = SceneSource::parse(ROPE, &[("cable.tail.lengths", "[1e9]")]);
-    let message = place.unwrap().build().unwrap_err().to_string();
+    let message = fault(ROPE, &[("cable.tail.lengths", "[1e9]")]);
     let (_, length) = message.split_once("on a route of ").unwrap();
     let length: f64 = length.split(' ').next().unwrap().parse().unwrap();
     ROPE.replace("[0.5, 1.3]", &format!("[0.5, {}]", length - 0.5))
@@ -53,7 +53,7 @@ fn text() -> String {
 
 #[test]
 fn entries_lay_cables_that_others_hold_on_to() {
-    let scene = SceneSource::parse(&text(), &[]).unwrap().build().unwrap();
+    let scene = built(&text());
     let names: Vec<_> = scene.cables.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["rope", "tail"]);
     assert_eq!(scene.cables[0].bodies, [1, 2, 3, 4, 5, 6]);
@@ -68,120 +68,46 @@ fn entries_lay_cables_that_others_hold_on_to() {
     // Written one by one it is the same scene, cables and all.
     let explicit = SceneText::from_scene(&scene).unwrap();
     assert!(explicit.cable.is_empty());
-    assert_eq!(explicit.build().unwrap(), scene);
-    let source = SceneSource::Explicit(Box::new(explicit));
-    let again = SceneSource::parse(&source.to_commented_toml().unwrap(), &[]);
-    assert_eq!(again.unwrap().build().unwrap(), scene);
+    round_trip(&scene);
     // As entries, too.
-    let source = SceneSource::parse(&text(), &[]).unwrap();
-    for toml in [source.to_toml(), source.to_commented_toml()] {
-        let again = SceneSource::parse(&toml.unwrap(), &[]).unwrap();
-        assert_eq!(again, source);
-    }
+    reads_back(&SceneSource::parse(&text(), &[]).unwrap());
 }
 
 #[test]
 fn overrides_find_cables_by_name() {
     let overrides = [("cable.rope.segments", "3"), ("joint.sling.a", "rope-2")];
-    let source = SceneSource::parse(&text(), &overrides).unwrap();
-    let Err(e) = source.build() else {
-        panic!("`tail` begins on a segment that is not there");
-    };
-    assert!(
-        e.to_string().contains("`rope-6`, which is not there"),
-        "{e}"
-    );
+    // `tail` begins on a segment that is not there.
+    let message = fault(&text(), &overrides);
+    says(&message, "… `rope-6`, which is not there");
 }
 
 #[test]
 fn faults_of_cables_name_line_and_key() {
-    for (old, new, words) in [
-        (
-            "segments = 6",
-            "segments = 0",
-            "line 25, column 1: cable `rope`: segments is 0",
-        ),
-        (
-            "segments = 6",
-            "segments = 6\nlengths = [1]",
-            "line 26, column 1: cable `rope`: lengths",
-        ),
-        (
-            "radius = 0.01",
-            "radius = -1",
-            "line 26, column 1: cable `rope`: radius is -1",
-        ),
-        (
-            "radius = 0.01\n",
-            "",
-            "cable `rope`: radius: give it in m, or ea",
-        ),
-        (
-            "radius = 0.01",
-            "radius = 0.01\nmaterial = \"wood\"",
-            "material `wood` is not known",
-        ),
-        (
-            "damping_ratio = 0.02",
-            "damping_ratio = nan",
-            "line 27, column 1",
-        ),
-        (
-            "[[1, 0, -4]]",
-            "[[0, 0, 0]]",
-            "line 24, column 1: cable `rope`: points 1 and 2",
-        ),
-        (
-            "body = \"world\", held",
-            "body = \"word\", held",
-            "names the body `word`",
-        ),
-        (
-            "[2, 0, -9], held",
-            "[2, 0, -9], hold",
-            "unknown field `hold`",
-        ),
-        (
-            "body = \"rope-6\"",
-            "held = \"free\", body = \"rope-6\"",
-            "a free end is a point",
-        ),
-        (
-            "ei = 20",
-            "ei = 0",
-            "line 35, column 1: cable `tail`: ei is 0",
-        ),
-        (
-            "name = \"tail\"",
-            "name = \"rope\"",
-            "two cable entries are called `rope`",
-        ),
-        ("points = [[1", "through = [[1", "is a [[massless_cable]]"),
-        (
-            "name = \"sling\"",
-            "name = \"sling\"\ncable = \"rop\"",
-            "line 12, column 1: joint `sling`: cable",
-        ),
-        (
-            "[[joint]]",
-            "[[body]]\nname = \"rope-2\"\nmass = 1\ninertia = [1, 1, 1]\n\n[[joint]]",
-            "two body entries are called `rope-2`",
-        ),
-    ] {
-        let text = text();
-        assert!(text.contains(old), "{old}");
-        let source = SceneSource::parse(&text.replacen(old, new, 1), &[]);
-        let message = source.and_then(|s| s.build()).unwrap_err().to_string();
-        assert!(message.contains(words), "{message}");
-        assert!(!message.contains('\n'));
-    }
+    let faults = r##"
+        segments = 6 → segments = 0 → line 25, column 1: cable `rope`: segments is 0
+        segments = 6 → segments = 6⏎lengths = [1] → line 26, column 1: cable `rope`: lengths
+        radius = 0.01 → radius = -1 → line 26, column 1: cable `rope`: radius is -1
+        radius = 0.01⏎ →  → … cable `rope`: radius: give it in m, or ea
+        radius = 0.01 → radius = 0.01⏎material = "wood" → … material `wood` is not known
+        damping_ratio = 0.02 → damping_ratio = nan → line 27, column 1
+        [[1, 0, -4]] → [[0, 0, 0]] → line 24, column 1: cable `rope`: points 1 and 2
+        body = "world", held → body = "word", held → … names the body `word`
+        [2, 0, -9], held → [2, 0, -9], hold → … unknown field `hold`
+        body = "rope-6" → held = "free", body = "rope-6" → … a free end is a point
+        ei = 20 → ei = 0 → line 35, column 1: cable `tail`: ei is 0
+        name = "tail" → name = "rope" → … two cable entries are called `rope`
+        points = [[1 → through = [[1 → … is a [[massless_cable]]
+        name = "sling" → name = "sling"⏎cable = "rop" → line 12, column 1: joint `sling`: cable
+        [[joint]] → [[body]]⏎name = "rope-2"⏎mass = 1⏎inertia = [1, 1, 1]⏎⏎[[joint]] → … two body entries are called `rope-2`
+    "##;
+    check_faults(&text(), faults);
 }
 
 const HOIST: &str = include_str!("../../../integrator/examples/segment_crane.toml");
 
 #[test]
 fn a_winch_hauls_in_a_cable_of_segments() {
-    let scene = SceneSource::parse(HOIST, &[]).unwrap().build().unwrap();
+    let scene = built(HOIST);
     let lead = scene.constraint("rope-start").unwrap();
     let crate::Constraint::Fairlead(of) = &scene.constraints[lead] else {
         panic!("a fairlead");
@@ -189,65 +115,25 @@ fn a_winch_hauls_in_a_cable_of_segments() {
     assert_eq!((of.winch.force_limit, of.winch.shortest), (5e4, 4.0));
     assert!(of.law.bend.is_some() && (of.length, of.first) == (20.0, 1.0));
     assert_eq!(scene.controls[0].drives[0].constraint, lead);
-    let fault = SceneText::from_scene(&scene).unwrap_err().to_string();
-    assert!(
-        fault.contains("the winch of a cable of segments, `rope-start`"),
-        "{fault}"
-    );
-    let source = SceneSource::parse(HOIST, &[]).unwrap();
-    for toml in [source.to_toml(), source.to_commented_toml()] {
-        assert_eq!(SceneSource::parse(&toml.unwrap(), &[]).unwrap(), source);
-    }
+    let refused = SceneText::from_scene(&scene).unwrap_err().to_string();
+    says(&refused, "… the winch of a cable of segments, `rope-start`");
+    reads_back(&SceneSource::parse(HOIST, &[]).unwrap());
 }
 
 #[test]
 fn faults_of_winches_name_line_and_key() {
-    let from = "from = { body = \"jib\", point = [8, 0, 0], held = \"clamped\" }";
-    let winch = "winch = { force_limit = 5e4, brake_limit = 8e4, shortest = 4, longest = 22 }\n";
-    for (old, new, words) in [
-        (
-            from,
-            "from = { body = \"world\", held = \"free\" }",
-            "line 18, column 1: cable `rope`: winch: needs a cable",
-        ),
-        (
-            winch,
-            "",
-            "drives.0.joint: has neither a motor with a speed nor a winch",
-        ),
-        ("shortest = 4", "shortest = 30", "≥ winch.shortest"),
-        (
-            "longest = 22",
-            "longest = 10",
-            "line 18, column 1: cable `rope`: length is 20",
-        ),
-        ("shortest = 4", "speed = nan", "winch.speed is NaN"),
-        (
-            "radius = 0.008",
-            "radius = 0.008\nrest = \"as-routed\"",
-            "straight at rest",
-        ),
-        (
-            "radius = 0.008",
-            "radius = 0.008\njoint = \"paper\"",
-            "`cosserat` and `spherical` alone",
-        ),
-        (
-            "radius = 0.008",
-            "radius = 0.008\ncollide = true",
-            "touch nothing",
-        ),
-        (
-            "[[control]]",
-            "[[joint]]\nname = \"x\"\nkind = \"lock\"\na = \"jib\"\nb = \"load\"\nwinch = {}\n\n[[control]]",
-            "winch",
-        ),
-    ] {
-        assert!(HOIST.contains(old), "{old}");
-        let source = SceneSource::parse(&HOIST.replacen(old, new, 1), &[]);
-        let message = source.and_then(|s| s.build()).unwrap_err().to_string();
-        assert!(message.contains(words), "{message}");
-    }
+    let faults = r##"
+        from = { body = "jib", point = [8, 0, 0], held = "clamped" } → from = { body = "world", held = "free" } → line 18, column 1: cable `rope`: winch: needs a cable
+        winch = { force_limit = 5e4, brake_limit = 8e4, shortest = 4, longest = 22 }⏎ →  → … drives.0.joint: has neither a motor with a speed nor a winch
+        shortest = 4 → shortest = 30 → … ≥ winch.shortest
+        longest = 22 → longest = 10 → line 18, column 1: cable `rope`: length is 20
+        shortest = 4 → speed = nan → … winch.speed is NaN
+        radius = 0.008 → radius = 0.008⏎rest = "as-routed" → … straight at rest
+        radius = 0.008 → radius = 0.008⏎joint = "paper" → … `cosserat` and `spherical` alone
+        radius = 0.008 → radius = 0.008⏎collide = true → … touch nothing
+        [[control]] → [[joint]]⏎name = "x"⏎kind = "lock"⏎a = "jib"⏎b = "load"⏎winch = {}⏎⏎[[control]] → … winch
+    "##;
+    check_faults(HOIST, faults);
 }
 
 const RULED: &str = include_str!("../../../integrator/examples/rope.toml");
@@ -265,38 +151,24 @@ fn a_rule_of_resolution_is_read() {
         (rule.bend, rule.phase, rule.most),
         (0.2, default.phase, default.most)
     );
-    let fault = SceneText::from_scene(&scene).unwrap_err().to_string();
-    assert!(
-        fault.contains("the rule of resolution of the cable `rope`"),
-        "{fault}"
-    );
-    for toml in [source.to_toml(), source.to_commented_toml()] {
-        assert_eq!(SceneSource::parse(&toml.unwrap(), &[]).unwrap(), source);
-    }
+    let refused = SceneText::from_scene(&scene).unwrap_err().to_string();
+    says(&refused, "… the rule of resolution of the cable `rope`");
+    reads_back(&source);
 }
 
 #[test]
 fn faults_of_rules_name_line_and_key() {
-    let line = "line 33, column 1: cable `rope`: resolution";
-    for (rule, words) in [
-        ("{ bend = 0 }", "bend is 0"),
-        ("{ phase = -0.1 }", "phase is -0.1"),
-        ("{ shortest = 0 }", "is 0: it has to be a shortest"),
-        (
-            "{ shortest = 2, longest = 1 }",
-            "longest is 1: it has to be at least `shortest`",
-        ),
-        ("{ hysteresis = 0.5 }", "hysteresis is 0.5"),
-        ("{ pause = 0 }", "pause is 0: it has to be > 0 s"),
-        ("{ most = 0 }", "most is 0: it has to be at least 1 segment"),
-        ("{ finest = 1 }", "unknown field `finest`"),
-        ("{}\njoint = \"paper\"", "makes joints of the kinds"),
-        ("{}\nrest = \"as-routed\"", "straight at rest"),
-    ] {
-        let text = RULED.replacen("{ bend = 0.2 }", rule, 1);
-        let message = SceneSource::parse(&text, &[]).and_then(|s| s.build());
-        let message = message.unwrap_err().to_string();
-        let known = message.contains(line) || message.contains("unknown field");
-        assert!(known && message.contains(words), "{message}");
-    }
+    let faults = r##"
+        { bend = 0.2 } → { bend = 0 } → line 33, column 1: cable `rope`: resolution … bend is 0
+        { bend = 0.2 } → { phase = -0.1 } → line 33, column 1: cable `rope`: resolution … phase is -0.1
+        { bend = 0.2 } → { shortest = 0 } → line 33, column 1: cable `rope`: resolution … is 0: it has to be a shortest
+        { bend = 0.2 } → { shortest = 2, longest = 1 } → line 33, column 1: cable `rope`: resolution … longest is 1: it has to be at least `shortest`
+        { bend = 0.2 } → { hysteresis = 0.5 } → line 33, column 1: cable `rope`: resolution … hysteresis is 0.5
+        { bend = 0.2 } → { pause = 0 } → line 33, column 1: cable `rope`: resolution … pause is 0: it has to be > 0 s
+        { bend = 0.2 } → { most = 0 } → line 33, column 1: cable `rope`: resolution … most is 0: it has to be at least 1 segment
+        { bend = 0.2 } → { finest = 1 } → line  … unknown field `finest`
+        { bend = 0.2 } → {}⏎joint = "paper" → line 33, column 1: cable `rope`: resolution … makes joints of the kinds
+        { bend = 0.2 } → {}⏎rest = "as-routed" → line 33, column 1: cable `rope`: resolution … straight at rest
+    "##;
+    check_faults(RULED, faults);
 }

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
+use super::testing::{built, check_faults, fault, reads_back, round_trip, says};
 use super::{SceneSource, SceneText};
 use crate::collide::{DEFAULT_GROUP, Shape, Surface};
-use crate::scene::Scene;
 
 const YARD: &str = r#"
 [[body]]
@@ -84,13 +84,6 @@ orientation = [0, 1, 0, 0]
 groups = ["group-31"]
 "#;
 
-fn built(text: &str) -> Scene {
-    SceneSource::parse(text, &[])
-        .expect("reads")
-        .build()
-        .expect("builds")
-}
-
 #[test]
 fn entries_are_colliders_of_bodies_of_cables_and_of_the_world() {
     let scene = built(YARD);
@@ -148,20 +141,11 @@ fn entries_are_colliders_of_bodies_of_cables_and_of_the_world() {
 
 #[test]
 fn a_written_scene_reads_back_to_the_same_bits() {
-    let scene = built(YARD);
-    let text = SceneText::from_scene(&scene).expect("a text");
-    let source = SceneSource::Explicit(Box::new(text));
-    for written in [source.to_toml(), source.to_commented_toml()] {
-        let written = written.expect("writes");
-        assert_eq!(built(&written), scene, "{written}");
-        let again = SceneText::from_scene(&built(&written)).expect("a text");
-        let again = SceneSource::Explicit(Box::new(again)).to_toml();
-        assert_eq!(again, source.to_toml());
-    }
+    round_trip(&built(YARD));
     // As it is read, too.
     let source = SceneSource::parse(YARD, &[]).expect("reads");
+    reads_back(&source);
     let written = source.to_toml().expect("writes");
-    assert_eq!(built(&written), scene, "{written}");
     assert!(written.contains("collide = true\n"), "{written}");
 }
 
@@ -177,129 +161,34 @@ fn a_scene_without_shapes_that_touch_is_written_without_them() {
     }
 }
 
-/// Text to be replaced, replacement, part of the error.
-const FAULTS: &[(&str, &str, &str)] = &[
-    (
-        "friction = 0.3",
-        "friction = -1",
-        "line 14, column 13: body `crate`: collide.friction is -1: it has to be ≥ 0",
-    ),
-    (
-        "restitution = 0.25",
-        "restitution = 1.5",
-        "collide.restitution is 1.5: it has to be from 0 to 1",
-    ),
-    ("damping = 0.01", "damping = nan", "collide.damping is NaN"),
-    (
-        "compliance = 1e-7",
-        "compliance = -1e-7",
-        "body `drum`: collide.compliance is -0.0000001: it has to be ≥ 0 m/N",
-    ),
-    (
-        "friction = 0.3",
-        "drag = 0.3",
-        "unknown field `drag`, expected one of `friction`",
-    ),
-    (
-        "collide = false",
-        "collide = 3",
-        "`true`, `false` or a table such as { friction = 0.3 }",
-    ),
-    (
-        "shape = \"particle\"",
-        "shape = \"particle\"\ncollide = true",
-        "needs shape: a sphere, a box or a cylinder",
-    ),
-    (
-        "collide = { friction = 0.1",
-        "collide = { friction = -0.1",
-        "cable `rope`: collide.friction is -0.1",
-    ),
-    (
-        "normal = [0, 0, -2]",
-        "normal = [0, 0, 0]",
-        "ground `ceiling`: normal: is zero",
-    ),
-    (
-        "friction = 0.8",
-        "friction = -0.8",
-        "line 45, column 1: ground `floor`: friction is -0.8",
-    ),
-    (
-        "name = \"slope\"",
-        "name = \"floor\"",
-        "two collider entries are called `floor`",
-    ),
-    (
-        "name = \"handle\"",
-        "name = \"rope-1\"",
-        "two collider entries are called `rope-1`",
-    ),
-    (
-        "body = \"crate\"",
-        "body = \"box\"",
-        "collider `handle` names the body `box`, which is not there",
-    ),
-    (
-        "length = 0.2, radius = 0.02",
-        "length = 0.2, radius = 0",
-        "collider `handle` of body `crate`: radius is 0: it has to be > 0 m",
-    ),
-    (
-        "length = 0.2, radius = 0.02",
-        "length = -0.2, radius = 0.02",
-        "length is -0.2: it has to be ≥ 0 m",
-    ),
-    (
-        "length = 2, radius = 0.1",
-        "length = 2e9, radius = 0.1",
-        "smallest dimension is 0.2: it has to be > 1e-9",
-    ),
-    (
-        "orientation = [0, 1, 0, 0]",
-        "orientation = [0, 2, 0, 0]",
-        "collider `post`: norm of the orientation is 2",
-    ),
-    (
-        "rotation = [0, 1.5, 0]",
-        "rotation = [0, 1.5, 0]\norientation = [1, 0, 0, 0]",
-        "excludes rotation",
-    ),
-    (
-        "{ sphere = { radius = 1e-3 } }",
-        "{ box = { size = [1, 1, 1] } }",
-        "collider `dust` of body `dust`: shape: would turn a point mass",
-    ),
-    (
-        "{ capsule = { length = 0.2, radius = 0.02 } }",
-        "\"half-space\"",
-        "is a half-space, which has no end",
-    ),
-    (
-        "meets = [\"ropes\"",
-        "meets = [\"rope\"",
-        "meets: `rope`: is a group that nothing is in",
-    ),
-    (
-        "meets = [\"ropes\", \"group-9\"]",
-        "meets = [\"group-32\"]",
-        "meets: `group-32`: is a group that nothing is in",
-    ),
-];
+const FAULTS: &str = r##"
+    friction = 0.3 → friction = -1 → line 14, column 13: body `crate`: collide.friction is -1: it has to be ≥ 0
+    restitution = 0.25 → restitution = 1.5 → line … collide.restitution is 1.5: it has to be from 0 to 1
+    damping = 0.01 → damping = nan → line … collide.damping is NaN
+    compliance = 1e-7 → compliance = -1e-7 → line … body `drum`: collide.compliance is -0.0000001: it has to be ≥ 0 m/N
+    friction = 0.3 → drag = 0.3 → line … unknown field `drag`, expected one of `friction`
+    collide = false → collide = 3 → line … `true`, `false` or a table such as { friction = 0.3 }
+    shape = "particle" → shape = "particle"⏎collide = true → line … needs shape: a sphere, a box or a cylinder
+    collide = { friction = 0.1 → collide = { friction = -0.1 → line … cable `rope`: collide.friction is -0.1
+    normal = [0, 0, -2] → normal = [0, 0, 0] → line … ground `ceiling`: normal: is zero
+    friction = 0.8 → friction = -0.8 → line 45, column 1: ground `floor`: friction is -0.8
+    name = "slope" → name = "floor" → line … two collider entries are called `floor`
+    name = "handle" → name = "rope-1" → line … two collider entries are called `rope-1`
+    body = "crate" → body = "box" → line … collider `handle` names the body `box`, which is not there
+    length = 0.2, radius = 0.02 → length = 0.2, radius = 0 → line … collider `handle` of body `crate`: radius is 0: it has to be > 0 m
+    length = 0.2, radius = 0.02 → length = -0.2, radius = 0.02 → line … length is -0.2: it has to be ≥ 0 m
+    length = 2, radius = 0.1 → length = 2e9, radius = 0.1 → line … smallest dimension is 0.2: it has to be > 1e-9
+    orientation = [0, 1, 0, 0] → orientation = [0, 2, 0, 0] → line … collider `post`: norm of the orientation is 2
+    rotation = [0, 1.5, 0] → rotation = [0, 1.5, 0]⏎orientation = [1, 0, 0, 0] → line … excludes rotation
+    { sphere = { radius = 1e-3 } } → { box = { size = [1, 1, 1] } } → line … collider `dust` of body `dust`: shape: would turn a point mass
+    { capsule = { length = 0.2, radius = 0.02 } } → "half-space" → line … is a half-space, which has no end
+    meets = ["ropes" → meets = ["rope" → line … meets: `rope`: is a group that nothing is in
+    meets = ["ropes", "group-9"] → meets = ["group-32"] → line … meets: `group-32`: is a group that nothing is in
+"##;
 
 #[test]
 fn faults_of_shapes_name_line_key_and_cure() {
-    for (old, new, words) in FAULTS {
-        assert!(YARD.contains(*old), "{old}");
-        let text = YARD.replacen(old, new, 1);
-        let fault = SceneSource::parse(&text, &[]).and_then(|source| source.build());
-        let fault = fault.expect_err(new).to_string();
-        assert!(
-            fault.contains(*words) && fault.starts_with("line "),
-            "{new}: {fault}"
-        );
-        assert!(!fault.contains('\n'), "{fault}");
-    }
+    check_faults(YARD, FAULTS);
 }
 
 #[test]
@@ -315,11 +204,9 @@ fn there_are_thirty_two_groups() {
     let scene = built(&groups(26));
     let all = scene.colliders.iter().fold(0, |all, c| all | c.groups);
     assert_eq!(all, u32::MAX - (1 << 9));
-    let fault = SceneSource::parse(&groups(27), &[]).expect("reads").build();
-    let fault = fault.expect_err("too many").to_string();
-    assert!(
-        fault.contains("number of groups is 33: at most 32"),
-        "{fault}"
+    says(
+        &fault(&groups(27), &[]),
+        "… number of groups is 33: at most 32",
     );
 }
 

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::tests_faults::{FaultCase, check_faults, fault};
+use super::testing::{built, check_faults, fault, says};
 use super::{SceneSource, SceneText};
 use crate::body::{Body, Mobility};
 use crate::constraint::{Constraint, Motor, RowLaw, Target, Winch};
 use crate::frame::axes_along;
-use crate::scene::{Drive, Scene};
+use crate::scene::Drive;
 
 const CRANE: &str = r#"name = "crane"
 [[body]]
@@ -67,233 +67,52 @@ name = "hoist_speed"
 drives = [{ joint = "rope", gain = -2.0 }, { joint = "rail" }]
 "#;
 
-const FAULTS: &[FaultCase] = &[
-    // Bodies.
-    (
-        "position = [0, 0, 10]\n",
-        "velocity = [0, 0, 1]\n",
-        "line 5, column 1: body `tower`: velocity is 1",
-        &["0 for a static body", "make it driven"],
-    ),
-    (
-        "position = [0, 0, 10]\n",
-        "angular_velocity = [0, 0, nan]\n",
-        "line 5, column 1: body `tower`: angular_velocity is NaN",
-        &["finite"],
-    ),
-    (
-        "\"driven\"",
-        "\"dynamic\"",
-        "line 6, column 1: body `ship`: mass",
-        &["give it in kg", "static or driven"],
-    ),
-    (
-        "\"driven\"",
-        "\"drifting\"",
-        "line 8, column 12",
-        &["key `mobility`", "`static`", "`driven`"],
-    ),
-    (
-        "length = 20",
-        "length = -20",
-        "line 14, column 24: body `jib`",
-        &["> 0 m"],
-    ),
-    // Hinges and sliders.
-    (
-        "b = \"jib\"",
-        "b = \"ship\"",
-        "line 31, column 1: joint `slew`",
-        &["(key `b`)", "make one side a dynamic body"],
-    ),
-    (
-        "axis = [1, 0, 0]",
-        "axis = [0, 0, 0]",
-        "line 44, column 1: joint `rail`: axis",
-        &["no direction", "not zero"],
-    ),
-    (
-        "bend = 1e-9",
-        "twist = 1e-9",
-        "line 34, column 1: joint `slew`: twist",
-        &["remove it", "motor"],
-    ),
-    (
-        "bend = 1e-9",
-        "across = 1e-9",
-        "line 34, column 1: joint `slew`: across",
-        &["\"slider\""],
-    ),
-    (
-        "bend = 1e-9",
-        "rotation = 1e-9",
-        "line 34, column 1: joint `slew`: rotation",
-        &["use bend"],
-    ),
-    (
-        "6.5\nmotor",
-        "inf\nmotor",
-        "line 35, column 1: joint `slew`: angle_reference is inf",
-        &["finite"],
-    ),
-    (
-        "across = 2e-8",
-        "ea = 2e8",
-        "line 45, column 1: joint `rail`: ea",
-        &["use rotation and across"],
-    ),
-    (
-        "across = 2e-8",
-        "across = -2e-8",
-        "line 45, column 1: joint `rail`: across: compliance is -",
-        &["0 is rigid"],
-    ),
-    (
-        "across = 2e-8",
-        "angle_reference = 1",
-        "line 45, column 1: joint `rail`: angle_reference",
-        &["\"hinge\""],
-    ),
-    (
-        "across_damping = 0.3",
-        "across_damping = -0.3",
-        "line 46, column 1: joint `rail`: across_damping is -0.3",
-        &["≥ 0 s"],
-    ),
-    (
-        "kind = \"hinge\"",
-        "kind = \"cosserat\"",
-        "line 35, column 1: joint `slew`: angle_reference",
-        &["\"hinge\""],
-    ),
-    (
-        "kind = \"slider\"",
-        "kind = \"lock\"",
-        "line 45, column 1: joint `rail`: across",
-        &["\"slider\""],
-    ),
-    // Motors.
-    (
-        "{ speed = 0.5 }",
-        "{ speed = 0.5, position = 1 }",
-        "line 47, column 11: joint `rail`: motor.speed",
-        &["excludes motor.position", "give one"],
-    ),
-    (
-        "{ speed = 0.5 }",
-        "{ force_limit = 5 }",
-        "line 47, column 1: joint `rail`: motor",
-        &["speed or position", "give one"],
-    ),
-    (
-        "{ speed = 0.5 }",
-        "{ speed = nan }",
-        "line 47, column 11: joint `rail`: motor.speed is NaN",
-        &["finite"],
-    ),
-    (
-        "{ speed = 0.5 }",
-        "{ velocity = 0.5 }",
-        "line 47, column 11",
-        &["`velocity`", "`speed`"],
-    ),
-    (
-        "force_limit = 1e5",
-        "force_limit = -1e5",
-        "line 36, column 27: joint `slew`: motor.force_limit is -100000",
-        &["≥ 0 N or N m", "leave it out"],
-    ),
-    (
-        "compliance = 1e-6",
-        "compliance = -1e-6",
-        "line 36, column 46: joint `slew`: motor.compliance",
-        &["0 is rigid"],
-    ),
-    (
-        "damping = 0.2",
-        "damping = -0.2",
-        "line 36, column 65: joint `slew`: motor.damping is -0.2",
-        &["≥ 0 s"],
-    ),
-    (
-        "[[massless_cable]]",
-        "[[joint]]\nname = \"weld\"\nkind = \"lock\"\na = \"world\"\nb = \"jib\"\npoint = [0, 0, 0]\n\
-         motor = { speed = 1 }\n[[massless_cable]]",
-        "line 54, column 1: joint `weld`: motor",
-        &["\"hinge\" or \"slider\""],
-    ),
-    // Winches.
-    (
-        "longest = 30",
-        "longest = 3, shortest = 4",
-        "line 53, column 65: massless cable `rope`: winch.longest is 3",
-        &["≥ winch.shortest", "leave it out"],
-    ),
-    (
-        "longest = 30",
-        "shortest = 0",
-        "line 53, column 65: massless cable `rope`: winch.shortest is 0",
-        &["> 0 m", "hauling in"],
-    ),
-    (
-        "brake_limit = 9e3",
-        "brake_limit = -9e3",
-        "line 53, column 46: massless cable `rope`: winch.brake_limit is -9000",
-        &["≥ 0 N", "leave it out"],
-    ),
-    (
-        "brake_limit = 9e3",
-        "brake = 1",
-        "line 53",
-        &["key `brake`", "boolean"],
-    ),
-    (
-        "{ body = \"trolley\" }, { body = \"hook\" }",
-        "{ body = \"tower\" }, { body = \"ship\" }",
-        "line 50, column 1",
-        &["`rope`", "make one side a dynamic body"],
-    ),
-    // Controls.
-    (
-        "joint = \"rope\"",
-        "joint = \"rop\"",
-        "line 56, column 13: control `hoist_speed`: drives names `rop`",
-        &["choose one of rail, rope", "joint"],
-    ),
-    (
-        "joint = \"rail\"",
-        "joint = \"slew\"",
-        "line 56, column 46: control `hoist_speed`: drives.1.joint",
-        &["neither a motor with a speed nor a winch", "name one"],
-    ),
-    (
-        "motor = { speed = 0.5 }\n",
-        "",
-        "line 55, column 46: control `hoist_speed`: drives.1.joint",
-        &["give it one"],
-    ),
-    (
-        "gain = -2.0",
-        "gain = nan",
-        "line 56, column 29: control `hoist_speed`: drives.0.gain is NaN",
-        &["finite"],
-    ),
-    (
-        "[[control]]",
-        "[[control]]\nname = \"hoist_speed\"\ndrives = []\n[[control]]",
-        "line 58, column 1: two control entries",
-        &["`hoist_speed`", "rename", "name"],
-    ),
-];
-
-fn load(text: &str) -> Scene {
-    let built = SceneSource::parse(text, &[]).and_then(|s| s.build());
-    built.unwrap_or_else(|e| panic!("{e}"))
-}
+const FAULTS: &str = r##"
+    # Bodies
+    position = [0, 0, 10]⏎ → velocity = [0, 0, 1]⏎ → line 5, column 1: body `tower`: velocity is 1 … 0 for a static body … make it driven
+    position = [0, 0, 10]⏎ → angular_velocity = [0, 0, nan]⏎ → line 5, column 1: body `tower`: angular_velocity is NaN … finite
+    "driven" → "dynamic" → line 6, column 1: body `ship`: mass … give it in kg … static or driven
+    "driven" → "drifting" → line 8, column 12 … key `mobility` … `static` … `driven`
+    length = 20 → length = -20 → line 14, column 24: body `jib` … > 0 m
+    # Hinges and sliders
+    b = "jib" → b = "ship" → line 31, column 1: joint `slew` … (key `b`) … make one side a dynamic body
+    axis = [1, 0, 0] → axis = [0, 0, 0] → line 44, column 1: joint `rail`: axis … no direction … not zero
+    bend = 1e-9 → twist = 1e-9 → line 34, column 1: joint `slew`: twist … remove it … motor
+    bend = 1e-9 → across = 1e-9 → line 34, column 1: joint `slew`: across … "slider"
+    bend = 1e-9 → rotation = 1e-9 → line 34, column 1: joint `slew`: rotation … use bend
+    6.5⏎motor → inf⏎motor → line 35, column 1: joint `slew`: angle_reference is inf … finite
+    across = 2e-8 → ea = 2e8 → line 45, column 1: joint `rail`: ea … use rotation and across
+    across = 2e-8 → across = -2e-8 → line 45, column 1: joint `rail`: across: compliance is - … 0 is rigid
+    across = 2e-8 → angle_reference = 1 → line 45, column 1: joint `rail`: angle_reference … "hinge"
+    across_damping = 0.3 → across_damping = -0.3 → line 46, column 1: joint `rail`: across_damping is -0.3 … ≥ 0 s
+    kind = "hinge" → kind = "cosserat" → line 35, column 1: joint `slew`: angle_reference … "hinge"
+    kind = "slider" → kind = "lock" → line 45, column 1: joint `rail`: across … "slider"
+    # Motors
+    { speed = 0.5 } → { speed = 0.5, position = 1 } → line 47, column 11: joint `rail`: motor.speed … excludes motor.position … give one
+    { speed = 0.5 } → { force_limit = 5 } → line 47, column 1: joint `rail`: motor … speed or position … give one
+    { speed = 0.5 } → { speed = nan } → line 47, column 11: joint `rail`: motor.speed is NaN … finite
+    { speed = 0.5 } → { velocity = 0.5 } → line 47, column 11 … `velocity` … `speed`
+    force_limit = 1e5 → force_limit = -1e5 → line 36, column 27: joint `slew`: motor.force_limit is -100000 … ≥ 0 N or N m … leave it out
+    compliance = 1e-6 → compliance = -1e-6 → line 36, column 46: joint `slew`: motor.compliance … 0 is rigid
+    damping = 0.2 → damping = -0.2 → line 36, column 65: joint `slew`: motor.damping is -0.2 … ≥ 0 s
+    [[massless_cable]] → [[joint]]⏎name = "weld"⏎kind = "lock"⏎a = "world"⏎b = "jib"⏎point = [0, 0, 0]⏎motor = { speed = 1 }⏎[[massless_cable]] → line 54, column 1: joint `weld`: motor … "hinge" or "slider"
+    # Winches
+    longest = 30 → longest = 3, shortest = 4 → line 53, column 65: massless cable `rope`: winch.longest is 3 … ≥ winch.shortest … leave it out
+    longest = 30 → shortest = 0 → line 53, column 65: massless cable `rope`: winch.shortest is 0 … > 0 m … hauling in
+    brake_limit = 9e3 → brake_limit = -9e3 → line 53, column 46: massless cable `rope`: winch.brake_limit is -9000 … ≥ 0 N … leave it out
+    brake_limit = 9e3 → brake = 1 → line 53 … key `brake` … boolean
+    { body = "trolley" }, { body = "hook" } → { body = "tower" }, { body = "ship" } → line 50, column 1 … `rope` … make one side a dynamic body
+    # Controls
+    joint = "rope" → joint = "rop" → line 56, column 13: control `hoist_speed`: drives names `rop` … choose one of rail, rope … joint
+    joint = "rail" → joint = "slew" → line 56, column 46: control `hoist_speed`: drives.1.joint … neither a motor with a speed nor a winch … name one
+    motor = { speed = 0.5 }⏎ →  → line 55, column 46: control `hoist_speed`: drives.1.joint … give it one
+    gain = -2.0 → gain = nan → line 56, column 29: control `hoist_speed`: drives.0.gain is NaN … finite
+    [[control]] → [[control]]⏎name = "hoist_speed"⏎drives = []⏎[[control]] → line 58, column 1: two control entries … `hoist_speed` … rename … name
+"##;
 
 #[test]
 fn the_crane_is_what_its_text_says() {
-    let scene = load(CRANE);
+    let scene = built(CRANE);
     let tower = Body::fixed().at(Vector3::z() * 10.0);
     assert_eq!(scene.bodies.get(0), tower);
     assert_eq!(scene.bodies.mobility[1], Mobility::Driven);
@@ -344,8 +163,8 @@ fn the_crane_is_what_its_text_says() {
 fn limits_left_out_and_infinite_ones_are_none() {
     let text = CRANE.replace("force_limit = 4000", "force_limit = inf");
     let open = CRANE.replace("force_limit = 4000, ", "");
-    assert_eq!(load(&text), load(&open));
-    let scene = load(&open);
+    assert_eq!(built(&text), built(&open));
+    let scene = built(&open);
     let text = SceneText::from_scene(&scene).expect("a text");
     let toml = SceneSource::Explicit(Box::new(text)).to_toml();
     assert!(!toml.expect("writes").contains("inf"));
@@ -353,7 +172,7 @@ fn limits_left_out_and_infinite_ones_are_none() {
         "{ speed = -0.25, force_limit = 4000, brake_limit = 9e3, longest = 30 }",
         "{}",
     );
-    let Constraint::MasslessCable(rope) = &load(&still).constraints[2] else {
+    let Constraint::MasslessCable(rope) = &built(&still).constraints[2] else {
         panic!("a cable");
     };
     assert_eq!(rope.winch, Some(Winch::new()));
@@ -380,13 +199,13 @@ length = 12
 stretch = 0
 "#;
     let text = format!("{CRANE}{more}");
-    let scene = load(&text);
+    let scene = built(&text);
     let mut again = scene.clone();
     again.group_by_topology();
     assert_eq!(scene.groups, again.groups);
     assert_eq!(scene.groups, [0, 0, 0, 1, 2]);
     let text = text.replace("kind = \"slider\"", "kind = \"slider\"\ngroup = 7");
-    assert_eq!(load(&text).groups, [0, 7, 0, 0, 0]);
+    assert_eq!(built(&text).groups, [0, 7, 0, 0, 0]);
     // Written groups are kept, even where all are 0.
     let mut flat = scene;
     flat.groups.fill(0);
@@ -396,7 +215,7 @@ stretch = 0
 
 #[test]
 fn faults_name_line_key_and_cure() {
-    load(CRANE);
+    built(CRANE);
     check_faults(CRANE, FAULTS);
 }
 
@@ -418,8 +237,8 @@ fn overrides_of_what_moves() {
     assert_eq!(scene.bodies.mobility[0], Mobility::Driven);
     assert_eq!(scene.bodies.inertia[0], Matrix3::identity());
     let text = fault(CRANE, &[("joint.slew.motor.force_limit", "-1")]);
-    assert!(
-        text.starts_with("override `joint.slew.motor.force_limit`: joint `slew`"),
-        "{text}"
+    says(
+        &text,
+        "override `joint.slew.motor.force_limit`: joint `slew`",
     );
 }

@@ -1,6 +1,7 @@
 //! Events as entries, and their faults.
 
-use super::{SceneSource, SceneText};
+use super::SceneSource;
+use super::testing::{built, check_faults, reads_back, round_trip};
 use crate::scene::{Action, When};
 
 const CRANE: &str = r#"
@@ -57,7 +58,7 @@ set = [{ control = "lower", value = 1 }]
 
 #[test]
 fn entries_and_breaks_are_events() {
-    let scene = SceneSource::parse(CRANE, &[]).unwrap().build().unwrap();
+    let scene = built(CRANE);
     let names: Vec<_> = scene.events.iter().map(|e| e.name.as_str()).collect();
     let breaks = [
         "rope-start breaks",
@@ -74,80 +75,28 @@ fn entries_and_breaks_are_events() {
     assert_eq!(scene.events[3].when, When::Force { constraint, above });
     let (control, value) = (0, 0.5);
     assert_eq!(scene.events[5].then[1], Action::Set { control, value });
-    let explicit = SceneText::from_scene(&scene).unwrap();
-    assert_eq!(explicit.build().unwrap(), scene);
-    let source = SceneSource::Explicit(Box::new(explicit));
-    for toml in [source.to_toml(), source.to_commented_toml()] {
-        let again = SceneSource::parse(&toml.unwrap(), &[]).unwrap();
-        assert_eq!(again.build().unwrap(), scene);
-    }
+    round_trip(&scene);
     let source = SceneSource::parse(CRANE, &[("event.caught.distance.below", "0.2")]);
-    let again = SceneSource::parse(&source.as_ref().unwrap().to_toml().unwrap(), &[]);
-    assert_eq!(again, source);
+    reads_back(&source.unwrap());
 }
 
 #[test]
 fn faults_of_events_name_line_and_key() {
-    for (old, new, words) in [
-        (
-            "at = 2.5",
-            "at = -1",
-            "event `let go`: time is -1: it has to be ≥ 0 s",
-        ),
-        ("at = 2.5", "at = nan", "event `let go`: time is NaN"),
-        (
-            "at = 2.5\n",
-            "",
-            "line 36, column 1: event `let go`: at: give one condition",
-        ),
-        (
-            "\"sling\", \"rope-end\"",
-            "\"slink\"",
-            "line 39, column 1: event `let go` names `slink`",
-        ),
-        (
-            "release = [\"sling\", \"rope-end\"]",
-            "",
-            "event `let go`: does nothing",
-        ),
-        (
-            "breaks_at = 5e3",
-            "breaks_at = 0",
-            "event `sling breaks`: force is 0",
-        ),
-        (
-            "breaks_at = 9e4",
-            "breaks_at = -1",
-            "event `rope-start breaks`: force is -1",
-        ),
-        ("below = 0.1", "below = 0", "event `caught`: distance is 0"),
-        (
-            "control = \"lower\", value = 0.5",
-            "control = \"lift\", value = 1",
-            "called `lift`",
-        ),
-        (
-            "name = \"hook\"",
-            "name = \"sling\"",
-            "two joint entries are called `sling`",
-        ),
-        (
-            "name = \"slack\"",
-            "name = \"caught\"",
-            "two event entries are called `caught`",
-        ),
-        (
-            "a = { body = \"block\" }, b = { body = \"world\", point = [3, 0, -8] } }",
-            "a = { body = \"blog\" }, b = { body = \"world\" } }",
-            "the body `blog`",
-        ),
-    ] {
-        assert!(CRANE.contains(old), "{old}");
-        let source = SceneSource::parse(&CRANE.replacen(old, new, 1), &[]);
-        let message = source.and_then(|s| s.build()).unwrap_err().to_string();
-        assert!(message.contains(words), "{message}");
-        assert!(!message.contains('\n'));
-    }
+    let faults = r##"
+        at = 2.5 → at = -1 → … event `let go`: time is -1: it has to be ≥ 0 s
+        at = 2.5 → at = nan → … event `let go`: time is NaN
+        at = 2.5⏎ →  → line 36, column 1: event `let go`: at: give one condition
+        "sling", "rope-end" → "slink" → line 39, column 1: event `let go` names `slink`
+        release = ["sling", "rope-end"] →  → … event `let go`: does nothing
+        breaks_at = 5e3 → breaks_at = 0 → … event `sling breaks`: force is 0
+        breaks_at = 9e4 → breaks_at = -1 → … event `rope-start breaks`: force is -1
+        below = 0.1 → below = 0 → … event `caught`: distance is 0
+        control = "lower", value = 0.5 → control = "lift", value = 1 → … called `lift`
+        name = "hook" → name = "sling" → … two joint entries are called `sling`
+        name = "slack" → name = "caught" → … two event entries are called `caught`
+        a = { body = "block" }, b = { body = "world", point = [3, 0, -8] } } → a = { body = "blog" }, b = { body = "world" } } → … the body `blog`
+    "##;
+    check_faults(CRANE, faults);
 }
 
 /// A load that is picked up and set down twice, under one name, and taken over in between.
@@ -195,38 +144,16 @@ attach = [{ name = "grip", a = { body = "hook" }, b = { body = "crate", point = 
 
 #[test]
 fn what_an_event_attaches_an_event_can_release() {
-    let scene = SceneSource::parse(PICKED, &[]).unwrap().build().unwrap();
+    let scene = built(PICKED);
     let grip = || Action::Detach("grip".into());
     assert_eq!(scene.events[0].then, [grip()]);
     assert_eq!(scene.events[1].then[0], Action::Detach("stand".into()));
     assert_eq!(scene.events[2].then[0], grip());
-    let explicit = SceneText::from_scene(&scene).unwrap();
-    assert_eq!(explicit.build().unwrap(), scene);
-    let source = SceneSource::Explicit(Box::new(explicit));
-    for toml in [source.to_toml(), source.to_commented_toml()] {
-        let again = SceneSource::parse(&toml.unwrap(), &[]).unwrap();
-        assert_eq!(again.build().unwrap(), scene);
-    }
-    for (old, new, words) in [
-        (
-            "release = [\"stand\"]",
-            "release = [\"grap\"]",
-            "event `up` names `grap`, which is not there: choose one of stand, grip",
-        ),
-        (
-            "name = \"grip\", a = { body = \"hook\" }, b = { body = \"crate\" } }",
-            "name = \"grip\", a = { body = \"hook\" }, b = { body = \"crate\" } },\n  { name = \"grip\", a = { body = \"hook\" }, b = { body = \"world\" } }",
-            "two joint entries are called `grip`",
-        ),
-        (
-            "kind = \"spherical\"\nstretch = 0",
-            "kind = \"hinge\"\naxis = [0, 1, 0]",
-            "called `stand`",
-        ),
-    ] {
-        assert!(PICKED.contains(old), "{old}");
-        let source = SceneSource::parse(&PICKED.replacen(old, new, 1), &[]);
-        let message = source.and_then(|s| s.build()).unwrap_err().to_string();
-        assert!(message.contains(words), "{message}");
-    }
+    round_trip(&scene);
+    let faults = r##"
+        release = ["stand"] → release = ["grap"] → … event `up` names `grap`, which is not there: choose one of stand, grip
+        name = "grip", a = { body = "hook" }, b = { body = "crate" } } → name = "grip", a = { body = "hook" }, b = { body = "crate" } },⏎  { name = "grip", a = { body = "hook" }, b = { body = "world" } } → … two joint entries are called `grip`
+        kind = "spherical"⏎stretch = 0 → kind = "hinge"⏎axis = [0, 1, 0] → … called `stand`
+    "##;
+    check_faults(PICKED, faults);
 }

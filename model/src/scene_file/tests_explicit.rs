@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::SceneSource;
+use super::testing::{built, check_faults, fault, reads_back, says};
 use crate::constraint::{Constraint, RowLaw};
 use crate::frame::Side;
 use crate::linearized::Linearized;
@@ -55,20 +56,8 @@ group = 1
 "#;
 
 fn load(text: &str) -> Scene {
-    let source = SceneSource::parse(text, &[]).expect("loads");
-    let again = source.to_toml().expect("writes");
-    let again = SceneSource::parse(&again, &[]).expect("reads");
-    assert_eq!(again, source);
-    source.build().expect("builds")
-}
-
-fn fault(text: &str) -> String {
-    let error = SceneSource::parse(text, &[])
-        .and_then(|s| s.build())
-        .expect_err("a fault");
-    let text = error.to_string();
-    assert!(!text.contains('\n'), "{text}");
-    text
+    reads_back(&SceneSource::parse(text, &[]).expect("loads"));
+    built(text)
 }
 
 #[test]
@@ -109,14 +98,13 @@ fn overrides_reach_entries_by_name_and_number() {
     assert_eq!(scene.constraints[1].row(3).1.compliance, 0.025);
     assert_eq!((scene.load, scene.gravity), (Some(0), Vector3::zeros()));
     for (key, words) in [
-        ("body.ring.mass", "no entry called `ring`"),
-        ("body", "override `body`"),
-        ("joint.anchor", "override `joint.anchor`"),
-        ("joint.anchor.lenght", "unknown field `lenght`"),
-        ("name.x", "has no keys"),
+        ("body.ring.mass", "… no entry called `ring`"),
+        ("body", "… override `body`"),
+        ("joint.anchor", "… override `joint.anchor`"),
+        ("joint.anchor.lenght", "… unknown field `lenght`"),
+        ("name.x", "… has no keys"),
     ] {
-        let error = SceneSource::parse(CRANE, &[(key, "1")]).expect_err("a fault");
-        assert!(error.to_string().contains(words), "{error}");
+        says(&fault(CRANE, &[(key, "1")]), words);
     }
 }
 
@@ -220,129 +208,35 @@ fn distances_are_as_written() {
     for i in 0..2 {
         assert!(crate::check_jacobian(&scene, i).max < 1e-9);
     }
-    let says = |from: &str, to: &str, words: &str| {
-        assert!(LINKS.contains(from), "{from}");
-        let text = fault(&LINKS.replacen(from, to, 1));
-        assert!(text.contains(words), "{text}");
-    };
-    let needs = "joint `low`: length is -1.25: it has to be > 0 m";
-    says("length = 1.25", "length = -1.25", needs);
-    says("length = 2", "length = 0", "joint `top`: length is 0");
-    says("length = 1.25", "length = nan", "length is NaN");
-    says("length = 1.25", "", "joint `low`: length: is needed");
-    says("ea = 1e6", "", "joint `top` has no rows");
-    says("ea = 1e6", "ea = 1e6\nbend = 1", "need kind");
-    says("stretch = 1e-7", "stretch = nan", "compliance is NaN");
-    says(
-        "stretch = 1e-7",
-        "stretch = 1\nrotation = 1",
-        "is for locks",
-    );
-    says("transverse = true", "transverse = 1", "invalid type");
-    let points = "point_a = [0, 0, 0]\npoint_b = [0, 0, 0.1]";
-    says(points, "point = [0, 0, 0]", "give point_a and point_b");
-    let text = fault(&CRANE.replacen("stretch = 1e-7", "stretch = 0\ntransverse = true", 1));
-    assert!(text.contains("transverse: needs kind"), "{text}");
-}
-
-/// Asserts that the crane with one change fails with a message that contains `words`.
-fn says(from: &str, to: &str, words: &str) {
-    assert!(CRANE.contains(from), "{from}");
-    let text = fault(&CRANE.replacen(from, to, 1));
-    assert!(text.contains(words), "{text}");
+    let faults = r##"
+        length = 1.25 → length = -1.25 → line … joint `low`: length is -1.25: it has to be > 0 m
+        length = 2 → length = 0 → line … joint `top`: length is 0
+        length = 1.25 → length = nan → line … length is NaN
+        length = 1.25 →  → line … joint `low`: length: is needed
+        ea = 1e6 →  → line … joint `top` has no rows
+        ea = 1e6 → ea = 1e6⏎bend = 1 → line … need kind
+        stretch = 1e-7 → stretch = nan → line … compliance is NaN
+        stretch = 1e-7 → stretch = 1⏎rotation = 1 → line … is for locks
+        transverse = true → transverse = 1 → line … invalid type
+        point_a = [0, 0, 0]⏎point_b = [0, 0, 0.1] → point = [0, 0, 0] → line … give point_a and point_b
+    "##;
+    check_faults(LINKS, faults);
 }
 
 #[test]
-fn faults_of_bodies_say_what_and_where() {
-    says(
-        "mass = 2",
-        "mass = -2",
-        "body `link`: mass is -2: it has to be > 0 kg",
-    );
-    says("mass = 2", "mass = nan", "mass is NaN");
-    says(
-        "mass = 2",
-        "",
-        "line 6, column 1: body `link`: mass: is missing",
-    );
-    says("length = 1.0", "length = 0", "length is 0");
-    says(
-        "inertia = [1, 2, 2.5]",
-        "inertia = [1, 2, -2.5]",
-        "positive definite",
-    );
-    says("inertia = [1, 2, 2.5]", "", "exactly one of shape");
-    says(
-        "orientation = [0.6,",
-        "orientation = [0.7,",
-        "unit quaternion",
-    );
-    says(
-        "rotation = [0,",
-        "orientation = [1, 0, 0, 0]\nrotation = [0,",
-        "excludes rotation",
-    );
-    says(
-        "name = \"link\"",
-        "name = \"world\"",
-        "stands for the fixed world",
-    );
-    says(
-        "name = \"link\"",
-        "name = \"hook\"",
-        "two body entries are called `hook`",
-    );
-}
-
-#[test]
-fn faults_of_joints_say_what_and_where() {
-    says(
-        "name = \"cable\"",
-        "name = \"anchor\"",
-        "two joint entries are called `anchor`",
-    );
-    says(
-        "b = \"link\"",
-        "b = \"lnik\"",
-        "joint `anchor` names the body `lnik`",
-    );
-    says("b = \"link\"", "b = \"world\"", "the world to the world");
-    says("a = \"link\"", "a = \"hook\"", "to itself");
-    says(
-        "load = \"hook\"",
-        "load = \"hok\"",
-        "choose one of link, hook",
-    );
-    says("axis = [1, 0, 0]", "axis = [0, 0, 0]", "no direction");
-    says(
-        "axis = [1, 0, 0]",
-        "axes_a = [[1, 0, 0], [0, 1, 0], [0, 1, 0]]",
-        "axes of side a of joint `cable`",
-    );
-    says("length = 0.5", "", "needs length");
-    says("length = 0.5", "length = 0.5\nbend = 1", "give one of them");
-    says("stretch = 1e-7", "", "no rows");
-    says("stretch = 1e-7", "stretch = -1e-7", "compliance is -");
-    says("stretch = 1e-7", "stretch = 0\nbend = 1", "need kind");
-    says(
-        "stretch = 1e-7",
-        "stretch = 0\nrotation = 1",
-        "is for locks",
-    );
-    says("kind = \"spherical\"", "kind = \"weld\"", "`cosserat`");
-    says("a = \"world\"", "a = \"hook\"", "moves the world side");
-    says("duration = 2", "duration = 0", "time span");
-    says(
-        "point = [1, 0, 0]",
-        "point_a = [1, 0, 0]",
-        "both point_a and point_b",
-    );
-    says("point = [0, 0, 0]", "point = [0, 0]", "line");
-    says(
-        "gravity = [0, 0, -9.81]",
-        "gravity = [0, 0, inf]",
-        "gravity is inf",
-    );
+fn faults_of_bodies_and_joints_say_what_and_where() {
+    let faults = r##"
+        inertia = [1, 2, 2.5] →  → line … exactly one of shape
+        length = 1.0 → length = 0 → line … length is 0
+        rotation = [0, → orientation = [1, 0, 0, 0]⏎rotation = [0, → line … excludes rotation
+        name = "cable" → name = "anchor" → line … two joint entries are called `anchor`
+        b = "link" → b = "world" → line … the world to the world
+        a = "world" → a = "hook" → line … moves the world side
+        length = 0.5 → length = 0.5⏎bend = 1 → line … give one of them
+        stretch = 1e-7 → stretch = 0⏎rotation = 1 → line … is for locks
+        stretch = 1e-7 → stretch = 0⏎transverse = true → line … transverse: needs kind
+    "##;
+    check_faults(CRANE, faults);
 }
 
 proptest! {

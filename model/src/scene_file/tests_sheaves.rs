@@ -1,10 +1,9 @@
 //! Tests of cables over sheaves as text, and of their faults.
 
 use super::SceneText;
-use super::tests_faults::{FaultCase, check_faults};
+use super::testing::{built, check_faults, round_trip};
 use crate::constraint::{Constraint, Lay};
 use crate::linearized::update_windings;
-use crate::scene::Scene;
 
 /// A load on a cable from a drum over a sheave with friction and one without.
 const REEVED: &str = r#"name = "reeved"
@@ -44,11 +43,6 @@ name = "hoist"
 drives = [{ joint = "rope" }]
 "#;
 
-fn built(text: &str) -> Scene {
-    let text: SceneText = toml::from_str(text).expect("reads");
-    text.build().expect("builds")
-}
-
 #[test]
 fn a_cable_over_sheaves_with_friction_has_parts() {
     let scene = built(REEVED);
@@ -76,9 +70,7 @@ fn a_reeved_scene_is_written_and_read_back_to_the_bit() {
     for moved in [0.0, -0.4, 1.3] {
         scene.bodies.position[2].z += moved;
         update_windings(&mut scene, 0.0);
-        let text = SceneText::from_scene(&scene).expect("is written");
-        let written = toml::to_string(&text).expect("a text");
-        assert_eq!(built(&written), scene, "{written}");
+        round_trip(&scene);
     }
     if let Constraint::MasslessCable(cable) = &mut scene.constraints[2]
         && let Some(Some(inner)) = cable.sheaves.get_mut(1)
@@ -136,91 +128,26 @@ fn the_drum_of_the_guide_is_a_scene_without_doubts() {
 
 #[test]
 fn faults_of_sheaves() {
-    let cases: &[FaultCase] = &[
-        (
-            "radius = 0.2,",
-            "radius = 0.0,",
-            "line ",
-            &["radius is 0: it has to be > 0 m"],
-        ),
-        (
-            "radius = 0.2,",
-            "radius = nan,",
-            "line ",
-            &["radius is NaN"],
-        ),
-        (
-            "length = 20",
-            "length = 6",
-            "line ",
-            &["length is 6: it has to be more than what lies on its drums"],
-        ),
-        (
-            "friction = 0.1",
-            "friction = -0.1",
-            "line ",
-            &["friction is -0.1: it has to be ≥ 0"],
-        ),
-        ("friction = 0.1", "friction = 400", "line ", &["≤ 700"]),
-        ("turns = 3.5", "turns = -1", "line ", &["turns is -1"]),
-        (
-            "turns = 3.5 }",
-            "turns = 3.5, friction = 0.1 }",
-            "line ",
-            &["is a drum, from which the cable does not slip"],
-        ),
-        (
-            "position = [2.3, 0, -6]",
-            "position = [2.1, 0, -1]",
-            "line ",
-            &["lies within its radius"],
-        ),
-        (
-            "point = [2, 0, -1], sheave = { radius = 0.3, axis = [0, 1, 0] }",
-            "point = [0.4, 0, 0], sheave = { radius = 0.3, axis = [0, -1, 0] }",
-            "line ",
-            &["they overlap"],
-        ),
-        (
-            "radius = 0.2, axis = [0, 1, 0]",
-            "radius = 0.2, axis = [1, 0, 0]",
-            "line ",
-            &["more than 45°"],
-        ),
-        (
-            "radius = 0.2, axis = [0, 1, 0]",
-            "radius = 0.2, axis = [0, 0, 0]",
-            "line ",
-            &["has no direction"],
-        ),
-        (
-            "radius = 0.3, axis = [0, 1, 0] } },\n  { body = \"load\"",
-            "radius = 0.3 } },\n  { body = \"load\"",
-            "line ",
-            &["massless cable `rope`: through.2.sheave.axis: is missing"],
-        ),
-        (
-            "ea = 1e7",
-            "ea = 1e7\ntension_only = false",
-            "line ",
-            &["pushes, which over a sheave with friction nothing can"],
-        ),
-        (
-            "ea = 1e7",
-            "ea = 1e7\nafter = \"cord\"",
-            "line ",
-            &["names a cable that is not there"],
-        ),
-    ];
-    check_faults(REEVED, cases);
+    let faults = r##"
+        radius = 0.2, → radius = 0.0, → line … radius is 0: it has to be > 0 m
+        radius = 0.2, → radius = nan, → line … radius is NaN
+        length = 20 → length = 6 → line … length is 6: it has to be more than what lies on its drums
+        friction = 0.1 → friction = -0.1 → line … friction is -0.1: it has to be ≥ 0
+        friction = 0.1 → friction = 400 → line … ≤ 700
+        turns = 3.5 → turns = -1 → line … turns is -1
+        turns = 3.5 } → turns = 3.5, friction = 0.1 } → line … is a drum, from which the cable does not slip
+        position = [2.3, 0, -6] → position = [2.1, 0, -1] → line … lies within its radius
+        point = [2, 0, -1], sheave = { radius = 0.3, axis = [0, 1, 0] } → point = [0.4, 0, 0], sheave = { radius = 0.3, axis = [0, -1, 0] } → line … they overlap
+        radius = 0.2, axis = [0, 1, 0] → radius = 0.2, axis = [1, 0, 0] → line … more than 45°
+        radius = 0.2, axis = [0, 1, 0] → radius = 0.2, axis = [0, 0, 0] → line … has no direction
+        radius = 0.3, axis = [0, 1, 0] } },⏎  { body = "load" → radius = 0.3 } },⏎  { body = "load" → line … massless cable `rope`: through.2.sheave.axis: is missing
+        ea = 1e7 → ea = 1e7⏎tension_only = false → line … pushes, which over a sheave with friction nothing can
+        ea = 1e7 → ea = 1e7⏎after = "cord" → line … names a cable that is not there
+    "##;
+    check_faults(REEVED, faults);
     let passed = REEVED
         .replace("point = [2, 0, -1]", "point = [2, 0, 1]")
         .replace(", turns = 1 }", " }");
-    let cases: &[FaultCase] = &[(
-        "length = 20",
-        "length = 20.0",
-        "line ",
-        &["sheave 2", "does not touch the cable"],
-    )];
-    check_faults(&passed, cases);
+    let fault = "length = 20 → length = 20.0 → line … sheave 2 … does not touch the cable";
+    check_faults(&passed, fault);
 }

@@ -167,8 +167,8 @@ mod tests {
     }
 
     #[test]
-    fn phases_and_empty_systems() {
-        testing::keeps_the_contract(&mut NalgebraSparse::default());
+    fn numbers_at_the_ends_of_their_range() {
+        testing::is_finite_or_refuses(&mut NalgebraSparse::default());
     }
 
     #[test]

@@ -1,16 +1,8 @@
 use super::*;
+use crate::backends::testing::noise;
 use crate::{SymBlockMatrix, backward_error, forward_error, reference_solution};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// Pseudo-random numbers in −1 … 1.
-fn noise(seed: u32) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(state) / f64::from(u32::MAX) * 2.0 - 1.0
-    }
-}
 
 fn pattern(sizes: &[usize]) -> Arc<BlockPattern> {
     let couplings: Vec<_> = (1..sizes.len()).map(|i| (i - 1, i)).collect();

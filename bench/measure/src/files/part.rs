@@ -51,7 +51,7 @@ fn fnv1a(bytes: &[u8]) -> u64 {
 }
 
 impl Part {
-    pub(super) fn beside(place: &Path) -> io::Result<Self> {
+    pub(super) fn create(place: &Path) -> io::Result<Self> {
         static PARTS: AtomicUsize = AtomicUsize::new(0);
         loop {
             let number = PARTS.fetch_add(1, Ordering::Relaxed);
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn a_part_is_named_after_its_file_as_far_as_names_go() {
         let at = folder("names");
-        let short = Part::beside(&at.join("a.json")).expect("begun");
+        let short = Part::create(&at.join("a.json")).expect("begun");
         assert!(names(&at)[0].starts_with(&format!(".a.json.taut-{}-", std::process::id())));
         drop(short);
         let long = "x".repeat(250);
@@ -311,14 +311,14 @@ mod tests {
         let at = folder("over");
         let place = at.join("r.json");
         fs::write(&place, b"an old one that is longer").expect("writable");
-        let mut part = Part::beside(&place).expect("begun");
+        let mut part = Part::create(&place).expect("begun");
         (&part.file).write_all(b"new").expect("written");
         part.write_over().expect("written over");
         drop(part);
         assert_eq!(fs::read(&place).expect("there"), b"new");
         assert_eq!(names(&at), ["r.json"]);
         // Where even that fails nothing is lost.
-        let mut part = Part::beside(&at.join("gone.json")).expect("begun");
+        let mut part = Part::create(&at.join("gone.json")).expect("begun");
         let error = part.write_over().expect_err("no such file");
         assert_eq!(error.kind(), ErrorKind::NotFound);
         let left = part.at.display().to_string();

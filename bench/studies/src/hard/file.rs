@@ -403,8 +403,8 @@ impl Run {
     fn read_table(&mut self, read: &Tables<'_>) -> Result<(), CaseError> {
         if let Some(name) = &self.file {
             let table = read(name).and_then(|text| TimeTable::parse(&text));
-            let told = |e: Cause| CaseError::told(&e).within(name).inside(&"file");
-            self.table = Some(table.map_err(told)?);
+            let inside = |e: Cause| CaseError::message(&e).within(name).inside(&"file");
+            self.table = Some(table.map_err(inside)?);
         }
         Ok(())
     }
@@ -504,7 +504,7 @@ pub enum CaseError {
 }
 
 impl CaseError {
-    fn told(message: &dyn fmt::Display) -> Self {
+    fn message(message: &dyn fmt::Display) -> Self {
         let message = message.to_string();
         Self::Told { message }
     }
@@ -563,7 +563,7 @@ impl CaseError {
         .into_iter();
         match names.next() {
             Some(name) => Self::unknown(kind, name, names.chain(more)),
-            None => Self::told(&message),
+            None => Self::message(&message),
         }
     }
 }

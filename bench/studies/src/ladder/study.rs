@@ -233,7 +233,7 @@ fn missed(config: &Config, scenes: &[SceneNote]) -> Option<String> {
 }
 
 /// Text of the run: all rows, or the answer alone.
-fn told(options: &Own, config: &Config, results: &Results) -> Result<String, ExperimentError> {
+fn summary(options: &Own, config: &Config, results: &Results) -> Result<String, ExperimentError> {
     let scene = about(config, &results.scenes)?;
     let answer = answer(results);
     let has_contacts = results.records.iter().any(|r| r.velocity_error.is_some());
@@ -256,7 +256,7 @@ fn run(
     // The rows are told before the plots of the page are measured.
     let results = Cases::unless_elsewhere(super::run(&config, reporter.cases))?;
     if let Some(results) = &results {
-        (reporter.say)(&told(options, &config, results)?)?;
+        (reporter.say)(&summary(options, &config, results)?)?;
     }
     let extras = measure(&config, reporter.cases)?;
     let results = results.ok_or(Elsewhere)?;

@@ -122,6 +122,7 @@ fn faults_of_bodies() {
     says(after(|s| s.bodies.mass[1] = nan), "mass is NaN");
     says(after(|s| s.bodies.mass[1] = f64::INFINITY), "mass is inf");
     says(after(|s| s.bodies.position[0].y = nan), "position is NaN");
+    says(after(|s| s.bodies.velocity[0].x = nan), "velocity is NaN");
     says(after(|s| s.bodies.torque[2].y = nan), "`load`: torque");
     says(after(|s| s.gravity.x = nan), "gravity is NaN");
     says(after(|s| s.bodies.inertia[0][(0, 0)] = -1.0), "inertia");

@@ -72,7 +72,7 @@ pub(super) fn numbered<'a>(
 fn vector(parts: &[Value], names: &Names) -> Result<Vector3<f64>, CaseError> {
     if parts.len() != 3 {
         let message = format!("a vector has three numbers, not {}", parts.len());
-        return Err(CaseError::told(&message));
+        return Err(CaseError::message(&message));
     }
     let mut vector = Vector3::zeros();
     for (x, part) in vector.iter_mut().zip(parts) {

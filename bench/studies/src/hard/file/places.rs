@@ -116,7 +116,7 @@ pub(super) fn in_scene(fault: &SceneError, filled: &Table, run: &Run, names: &Na
 pub(super) fn located(error: ExperimentError, text: &str, run: Option<usize>) -> CaseError {
     let error = error
         .downcast()
-        .map_or_else(|e| CaseError::told(&e), |e| *e);
+        .map_or_else(|e| CaseError::message(&e), |e| *e);
     let all = all(text);
     let at = |path: &[String]| {
         all.iter()

@@ -344,7 +344,7 @@ pub(super) fn dt(run: &Run, names: &Names) -> Result<f64, CaseError> {
 
 /// What is wrong with a name under `step`.
 fn unread(fault: &dyn fmt::Display, key: &str) -> CaseError {
-    CaseError::told(fault).inside(&key).inside(&"step")
+    CaseError::message(fault).inside(&key).inside(&"step")
 }
 
 fn options(

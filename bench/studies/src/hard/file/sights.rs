@@ -66,7 +66,7 @@ impl<'a> Sights<'a> {
                 ColumnError::UnknownQuantity {
                     quantity, known, ..
                 } => CaseError::unknown("quantity", quantity, known.iter().copied()),
-                other => CaseError::told(other),
+                other => CaseError::message(other),
             }
         })?;
         Ok(Self { all, columns })
