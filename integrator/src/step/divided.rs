@@ -167,7 +167,11 @@ impl Step {
         if !holds && (!is_turn || is_part) {
             return None;
         }
-        let caught = self.caught();
+        let caught = if self.uses.bounds {
+            self.caught()
+        } else {
+            None
+        };
         self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
             // Parts of one length in run and companion would have the same error, which no estimate sees.
@@ -214,7 +218,7 @@ impl Step {
 
     /// The largest Ω of the rows with bounds that were hit so fast in the step just taken that it has to be divided.
     fn caught(&self) -> Option<f64> {
-        if self.active_set.is_empty() || self.guarded.division.parts > 1 {
+        if self.guarded.division.parts > 1 {
             return None;
         }
         let dt = self.substep();
