@@ -262,11 +262,7 @@ impl Rest {
 
 /// True if the constraint has a motor, a winch or a moved point, which may drive it at some time.
 fn may_drive(constraint: &Constraint) -> bool {
-    let winch = match constraint {
-        Constraint::MasslessCable(cable) => cable.winch.is_some(),
-        Constraint::Fairlead(_) => true,
-        _ => false,
-    };
+    let winch = constraint.winch().is_some();
     let moved = |side: &Side| matches!(side, Side::World(motion) if !motion.is_fixed());
     let mut sides = constraint.frames().iter().map(|frame| &frame.side);
     winch || constraint.motor().is_some() || sides.any(moved)
@@ -279,11 +275,7 @@ fn drives(constraint: &Constraint, from: f64, to: f64) -> bool {
         Side::Body(_) => false,
     };
     let turns = |target: Target| matches!(target, Target::Speed(speed) if speed != 0.0);
-    let winds = match constraint {
-        Constraint::MasslessCable(cable) => cable.length_at(from) != cable.length_at(to),
-        Constraint::Fairlead(lead) => lead.length_at(from) != lead.length_at(to),
-        _ => false,
-    };
+    let winds = constraint.length_at(from) != constraint.length_at(to);
     let mut sides = constraint.frames().iter().map(|frame| &frame.side);
     winds || constraint.motor().is_some_and(|m| turns(m.target)) || sides.any(moved)
 }

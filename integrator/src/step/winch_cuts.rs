@@ -24,16 +24,10 @@ pub(crate) struct Winches {
 
 impl Winches {
     pub(super) fn new(scene: &Scene) -> Self {
-        let has_winch = |constraint: &Constraint| match constraint {
-            Constraint::MasslessCable(cable) => cable.winch.is_some(),
-            other => matches!(other, Constraint::Fairlead(_)),
-        };
-        let all = scene.constraints.iter().enumerate();
+        let has_winch = |i: &usize| scene.constraints[*i].winch().is_some();
         Self {
             fairleads: scene.fairleads().collect(),
-            all: all
-                .filter_map(|(i, constraint)| has_winch(constraint).then_some(i))
-                .collect(),
+            all: (0..scene.constraints.len()).filter(has_winch).collect(),
         }
     }
 }
@@ -126,11 +120,7 @@ impl Step {
             -self.multipliers.mu[row] / self.multipliers.mu_dt,
             self.time,
         );
-        match &mut self.scene.constraints[i] {
-            Constraint::MasslessCable(cable) => cable.stall(tension, time),
-            Constraint::Fairlead(lead) => lead.stall(tension, time),
-            _ => false,
-        }
+        self.scene.constraints[i].stall(tension, time)
     }
 
     /// Rope that the slipping drum of fairlead `i` has paid out in the last sub-step \[m]; takes it
