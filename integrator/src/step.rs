@@ -28,7 +28,7 @@ mod system;
 mod winch_cuts;
 pub(crate) mod work;
 
-use crate::activation::Activation;
+use crate::activation::{Activation, Made};
 use crate::active_set::ActiveSet;
 use crate::assembly_map::AssemblyMap;
 use crate::contact::Contacts;
@@ -449,6 +449,12 @@ impl Step {
         if dt < WHOLE * self.options.dt || self.record.reported.opened {
             self.add_told(dt);
         }
+    }
+
+    /// These rows without bounds, which events have made, are young.
+    pub(crate) fn make_young(&mut self, made: Vec<Made>) {
+        self.uses.bounds |= !made.is_empty();
+        self.activation.make(made);
     }
 
     /// Forgets what the last step told.
