@@ -281,14 +281,7 @@ impl Step {
         let bodies = &mut self.scene.bodies;
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
-        let before = (&*self.multipliers.mu, self.multipliers.mu_dt);
-        self.guarded.substep_start.save(
-            &self.scene,
-            self.time,
-            before,
-            &self.multipliers.tension,
-            &self.contacts,
-        );
+        self.keep_substep_start();
         self.system_data.load_velocities(&self.scene.bodies);
         self.system_data.dv.clear();
         self.system_data

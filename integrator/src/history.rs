@@ -44,20 +44,14 @@ impl State {
         }
     }
 
-    /// Takes the state of the scene at `time`, impulses `mu` of a step of `mu_dt`, the tension, and the contacts' impulses.
-    /// Allocates only where there are more contacts than before.
+    /// Takes the state of the scene at `time`, impulses `mu` of a step of `mu_dt`, and the tension.
     pub(crate) fn save(
         &mut self,
         scene: &Scene,
         time: f64,
         (mu, mu_dt): (&[f64], f64),
         tension: &[f64],
-        contacts: &Contacts,
     ) {
-        let (known, known_dt) = contacts.known();
-        self.known.clear();
-        self.known.extend_from_slice(known);
-        self.known_dt = known_dt;
         let bodies = &scene.bodies;
         for (i, laid) in self.laid.iter_mut().enumerate() {
             *laid = scene.laid_at(i);
@@ -88,6 +82,14 @@ impl State {
         for (i, laid) in self.laid.iter().enumerate() {
             scene.put_back(i, laid);
         }
+    }
+
+    /// Takes the contacts' impulses. Allocates only where there are more than before.
+    pub(crate) fn save_contacts(&mut self, contacts: &Contacts) {
+        let (known, known_dt) = contacts.known();
+        self.known.clear();
+        self.known.extend_from_slice(known);
+        self.known_dt = known_dt;
     }
 
     /// Puts the contacts' impulses back.

@@ -72,15 +72,15 @@
 //! # Map
 //! | module | holds |
 //! |---|---|
-//! | `step` | the step: phases in order, nothing allocated after the first |
-//! | `step/linearize`, `step/system`, `step/update` | these phases |
+//! | `step` | the step: phases in order, update, nothing allocated after the first |
+//! | `step/linearize`, `step/system` | the other phases |
 //! | `step/start` | velocities and multipliers of a start |
 //! | `step/guarded`, `step/divided` | the guard: its implicit sub-steps, its steps in parts |
 //! | `step/potential` | the incremental potential that implicit sub-steps minimise, and the search along their Newton steps |
-//! | `step/slipping`, `step/contact_solve` | the solve with cables that slip, and with contacts |
+//! | `step/condensed`, `step/contact_solve` | the solve with bounds and cables that slip, and with contacts |
 //! | `step/winch_cuts` | what a step does with cables at their winches |
-//! | `step/forces`, `step/told`, `step/work` | what a step tells: forces, their means over it, the work of its drives |
-//! | `step/reference`, `step/sample` | the exact multipliers; samples of the error of a solve |
+//! | `step/forces`, `step/reported`, `step/work` | what a step tells: forces, their means over it, the work of its drives |
+//! | `step/reference` | the exact multipliers; samples of the error of a solve |
 //! | `step/choice` | the solver that `auto` stands for |
 //! | `run` | [`Stepper`]: steps one after the other, and what happens between them |
 //! | `run/access` | values set between steps: states, loads, motors, winches, controls |
@@ -103,8 +103,7 @@
 //! | `slip` | cables that slip over sheaves with friction |
 //! | `contact`, `contact/operator` | contacts with friction: rows, dense operator |
 //! | `effort` | the work that a step may spend on contacts, and the flag that ends it |
-//! | `curvature` | dampers of ropes and rods that swing |
-//! | `system_data` | data of the linear system, and its residual |
+//! | `system_data` | data of the linear system, its residual, and dampers of ropes and rods that swing |
 //! | `inertia` | M̃ and Δt f, in one place |
 //! | `geometric`, `gyroscopic` | K; free rotation |
 //! | `motion` | velocities and positions from velocity changes |
@@ -123,7 +122,6 @@ mod active_set;
 mod assembly;
 mod assembly_map;
 mod contact;
-mod curvature;
 mod effort;
 mod elimination;
 mod energy;

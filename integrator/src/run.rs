@@ -1,7 +1,7 @@
 //! Runs: steps of a scene, one after the other, and what happens between them.
 //!
-//! [`Stepper::step`] names all of it in its order. What a scene does not use ends at its first line: a scene without rest to
-//! watch, events, winches, rules of resolution, companion or balance of energy.
+//! [`Stepper::step`] names all of it in its order. What a scene or its options do not ask for is not called: rest to watch,
+//! events, winches, rules of resolution, companion and balance of energy.
 
 mod access;
 pub(crate) mod balance;
@@ -127,46 +127,84 @@ impl Stepper {
     /// [`StepError::Stopped`] and [`StepError::TooMuchWork`], [`StepError::NonFinite`] and
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
-        self.step.check_winches()?;
+        if self.step.uses.winches {
+            self.step.check_winches()?;
+        }
         self.step.check_motors()?;
-        if let Some(report) = self.sleep_through()? {
+        if let Some(last) = self.rest.as_ref().and_then(|rest| rest.watch.asleep)
+            && let Some(report) = self.sleep_through(last)?
+        {
             return Ok(report);
         }
-        self.accompany();
-        let mut report = self.tallied(Self::take_substeps)?;
-        report.slipping = self.step.slip.count();
-        report.error = self.estimate(&report);
-        let changed = self.lift_and_land()?;
-        report.resolved = self.wind()?;
-        // A changed scene has no contacts yet for rules to see.
-        if !changed && report.resolved == Resolved::default() {
-            report.resolved = self.resolve()?;
+        let estimate = self.step.options.estimate;
+        if let Some(every) = estimate {
+            self.accompany(every);
         }
-        report.resolved.segments = self.ruled_segments();
-        report.events = self.fire()?;
-        self.watch(&report);
+        let mut report = self.tallied(Self::take_substeps)?;
+        if self.step.uses.slip {
+            report.slipping = self.step.slip.count();
+        }
+        if let Some(every) = estimate {
+            report.error = self.estimate(&report, every);
+        }
+        self.change_by_rules(&mut report)?;
+        if self.has_events() {
+            report.events = self.fire()?;
+        }
+        if let Some(rest) = &mut self.rest {
+            rest.watch(&self.step, &report);
+        }
         Ok(report)
+    }
+
+    /// Cables leave sheaves and lie down on them, winches split and merge segments, then rules of resolution.
+    fn change_by_rules(&mut self, report: &mut StepReport) -> Result<(), StepError> {
+        let changed = self.step.slip.may_change && self.lift_and_land()?;
+        if self.step.uses.winches {
+            report.resolved = self.wind()?;
+        }
+        if self.resolving.is_some() {
+            // A changed scene has no contacts yet for rules to see.
+            if !changed && report.resolved == Resolved::default() {
+                report.resolved = self.resolve()?;
+            }
+            report.resolved.segments = self.ruled_segments();
+        }
+        Ok(())
+    }
+
+    /// True if events are to come, or are told of the last step.
+    fn has_events(&self) -> bool {
+        !(self.step.scene.events.is_empty() && self.fired.names.is_empty())
     }
 
     /// The sub-steps of a step, and its balance of energy.
     fn take_substeps(&mut self) -> Result<(), StepError> {
+        let balances = self.step.options.energy_tolerance.is_some();
         // After the blow of the start, before velocities go half a step back.
         self.step.strike_at_start()?;
-        let mut given = self.motion_at_start();
+        let mut given = balances.then(|| self.motion_at_start()).flatten();
         for _ in 0..self.step.options.substeps {
             self.step.effort.check(self.step.time)?;
             // After a divided sub-step the next one starts anew, too.
             self.step.start()?;
-            let opening = self.opening(given.take());
+            let opening = balances.then(|| self.opening(given.take())).flatten();
             self.step.take_substep()?;
             if let Some(opening) = opening {
                 self.open_account(opening);
             }
-            self.step.measure_events();
+            if !self.step.scene.events.is_empty() {
+                self.step.measure_events();
+            }
         }
         self.step.check_paths()?;
-        self.step.close_told();
-        self.weigh()
+        if self.step.record.reported.opened {
+            self.step.close_told();
+        }
+        if let Some(tolerance) = self.step.options.energy_tolerance {
+            self.weigh(tolerance)?;
+        }
+        Ok(())
     }
 
     /// The report of `work`.
@@ -175,7 +213,11 @@ impl Stepper {
         work: impl FnOnce(&mut Self) -> Result<(), StepError>,
     ) -> Result<StepReport, StepError> {
         self.step.tally = Tally::start();
-        self.begin_effort();
+        self.step.effort.begin();
+        if let Some(mut beginning) = self.beginning.take() {
+            beginning.keep(self);
+            self.beginning = Some(beginning);
+        }
         self.step.forget_told();
         work(self).map_err(|e| self.after_failure(e))?;
         let step = &self.step;

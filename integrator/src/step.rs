@@ -6,11 +6,12 @@
 //! assemble      A = J M̃⁻¹ Jᵀ + Σ                    b = c − J (v + M̃⁻¹ Δt f)                   system
 //! factorise     A = L D Lᵀ                                                                     the backend
 //! solve         μ = A⁻¹ b,   refined by A d = b − A μ                                          system
-//! update        v⁺ = v + M̃⁻¹ (Δt f + Jᵀ μ),   x⁺ = x + Δt v⁺,   e⁺ = exp(Δt ω⁺) ⊗ e            update
+//! update        v⁺ = v + M̃⁻¹ (Δt f + Jᵀ μ),   x⁺ = x + Δt v⁺,   e⁺ = exp(Δt ω⁺) ⊗ e            here
 //! guard         φ(q⁺) beside φ + Δt (J v⁺ + ∂φ/∂t): taken, divided or redone                   guarded
 //! ```
 //!
-//! Runs repeat it and do what happens between steps; no code here names them.
+//! A scene pays for what it [uses](Uses): what it has not is not called. Runs repeat the step and do what happens between
+//! steps; no code here names them.
 
 pub(crate) mod choice;
 mod condensed;
@@ -20,28 +21,24 @@ pub(crate) mod forces;
 pub(crate) mod guarded;
 mod linearize;
 mod potential;
-mod reference;
+pub(crate) mod reference;
 pub(crate) mod reported;
-pub(crate) mod sample;
-mod slipping;
 mod start;
 mod system;
-mod update;
 mod winch_cuts;
 pub(crate) mod work;
 
-use crate::activation::Activation;
+use crate::activation::{Activation, Made};
 use crate::active_set::ActiveSet;
 use crate::assembly_map::AssemblyMap;
 use crate::contact::Contacts;
-use crate::curvature::Curvature;
 use crate::effort::Effort;
 use crate::elimination;
 use crate::history::{History, State};
 use crate::report::Tally;
 use crate::slip::Slip;
 use crate::system_data::SystemData;
-use crate::{GeometricStiffness, Phase, StepError, StepOptions, equilibrium};
+use crate::{GeometricStiffness, Phase, StepError, StepOptions, equilibrium, motion};
 use taut_lanes::Aligned;
 use taut_model::{Constraint, Scene};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
@@ -49,8 +46,8 @@ use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 use divided::Division;
 use guarded::GuardState;
 use potential::Search;
+use reference::Sample;
 use reported::Reported;
-use sample::Sample;
 use system::{LinearSystem, Multipliers};
 use winch_cuts::Winches;
 use work::Account;
@@ -58,6 +55,7 @@ use work::Account;
 /// A scene in its present state, its linear system, the solver, and what a step leaves for the next one.
 pub(crate) struct Step {
     pub(crate) scene: Scene,
+    pub(crate) uses: Uses,
     pub(crate) options: StepOptions,
     pub(crate) time: f64,
     pub(crate) system: LinearSystem,
@@ -66,7 +64,6 @@ pub(crate) struct Step {
     /// Active set of the rows with bounds.
     pub(crate) active_set: ActiveSet,
     pub(crate) activation: Activation,
-    pub(crate) curvature: Curvature,
     /// Slip of cables over their sheaves.
     pub(crate) slip: Slip,
     pub(crate) winches: Winches,
@@ -80,6 +77,18 @@ pub(crate) struct Step {
     pub(crate) tally: Tally,
     /// Work of the present step and its bound.
     pub(crate) effort: Effort,
+}
+
+/// Parts of the step that a scene has work for, found as the step is built.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Uses {
+    /// Rows with bounds, or rows that events have made and that are young as those are.
+    pub(crate) bounds: bool,
+    /// Cables over sheaves with friction; their rows have bounds.
+    pub(crate) slip: bool,
+    pub(crate) winches: bool,
+    /// Shapes that may touch.
+    pub(crate) contacts: bool,
 }
 
 /// What a step tells besides its report.
@@ -133,6 +142,9 @@ impl Stage {
         }
     }
 }
+
+/// Part of a step from which on one solve is all of it.
+const WHOLE: f64 = 1.0 - 1e-9;
 
 /// Largest turn of a sheave, or of a motor that holds an angle, in a sub-step \[rad]: of half a one and more the direction is
 /// lost.
@@ -208,7 +220,14 @@ impl Step {
         let mut active_set = ActiveSet::new(&system_data);
         active_set.join(slip.chains());
         let bounded = system_data.rows.bounds.len();
+        let winches = Winches::new(&scene);
         Ok(Self {
+            uses: Uses {
+                bounds: bounded > 0,
+                slip: !slip.is_empty(),
+                winches: !winches.all.is_empty(),
+                contacts: contacts.can_be(),
+            },
             time: 0.0,
             system: LinearSystem {
                 solver,
@@ -245,8 +264,7 @@ impl Step {
                 account: Account::default(),
                 sample: None,
             },
-            winches: Winches::new(&scene),
-            curvature: Curvature::new(&scene),
+            winches,
             activation: Activation::new(rows, bounded),
             tally: Tally::start(),
             effort: Effort::default(),
@@ -325,17 +343,118 @@ impl Step {
         self.solve_linearized(self.substep())
     }
 
+    /// Before the first step of a run, the blow of what moves against rigid rows.
+    pub(crate) fn strike_at_start(&mut self) -> Result<(), StepError> {
+        let is_first = !self.progress.started && self.time == 0.0;
+        if is_first && self.options.scheme.is_staggered() {
+            self.strike_rigid_rows()?;
+        }
+        Ok(())
+    }
+
+    /// The multipliers of the geometric stiffness, and the start of bodies whose velocities have still to go half a step back.
+    pub(crate) fn start(&mut self) -> Result<(), StepError> {
+        self.guarded.division.from_start = false;
+        self.note_stage();
+        if self.progress.started && self.progress.newly_added.is_empty() {
+            self.find_tension()
+        } else {
+            self.start_bodies()
+        }
+    }
+
+    /// A solve without geometric stiffness, where there are no multipliers to make it of.
+    pub(crate) fn find_tension(&mut self) -> Result<(), StepError> {
+        if self.options.stiffness == GeometricStiffness::Off || self.multipliers.tension_known {
+            return Ok(());
+        }
+        self.solve_scheme(GeometricStiffness::Off)
+    }
+
+    /// The second half of a sub-step, which leaves the windings of twist rows, so that it can be taken back.
+    pub(crate) fn update(&mut self) -> Result<(), StepError> {
+        if self.progress.stage != Stage::Solved {
+            let source = SolveError::OutOfOrder {
+                called: "advance",
+                needs: "solve",
+            };
+            return Err(self.culprit(source));
+        }
+        self.progress.stage = Stage::Unsolved;
+        self.progress.started = true;
+        let dt = self.substep();
+        self.system_data
+            .update_velocity_change(&self.multipliers.mu);
+        self.system_data.predict(dt);
+        self.history
+            .accept(&self.system_data.v, &self.system_data.rows.phi_t);
+        self.time += dt;
+        self.move_bodies(dt)?;
+        if self.uses.slip {
+            self.slip.move_lengths(&mut self.scene, dt, self.time);
+        }
+        self.progress.stage = Stage::Advanced {
+            dt,
+            implicit: false,
+        };
+        self.system_data.rows.update_state(&self.scene, self.time);
+        Ok(())
+    }
+
+    /// v⁺ = v + Δv from `system_data`, then positions, over `dt`.
+    pub(crate) fn move_bodies(&mut self, dt: f64) -> Result<(), StepError> {
+        let SystemData { inertia, v, dv, .. } = &self.system_data;
+        let bodies = &mut self.scene.bodies;
+        motion::move_bodies(bodies, &inertia.rods, &inertia.others, v, dv, dt)
+            .map_err(|i| self.not_finite(i))
+    }
+
     /// A sub-step of the scheme stands, with the blows at its end.
     pub(crate) fn accept_linear(&mut self) -> Result<(), StepError> {
         let dt = self.progress.stage.advanced();
-        self.account(dt, false);
+        if self.options.energy_tolerance.is_some() {
+            self.account(dt, false);
+        }
         self.accept();
         self.tally.end(Phase::Update);
-        if !self.contacts.is_empty() {
+        if self.uses.contacts && !self.contacts.is_empty() {
             self.rebound()?;
         }
         self.tell(dt);
         Ok(())
+    }
+
+    /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
+    /// have paid out.
+    pub(crate) fn accept(&mut self) {
+        let rows = &mut self.system_data.rows;
+        let mut changes = rows.follow_windings(&mut self.scene, self.time);
+        if self.uses.bounds {
+            self.activation.accept(&self.active_set);
+            changes |= self.pay_out();
+        }
+        if changes {
+            self.system_data.rows.update_state(&self.scene, self.time);
+        }
+        if self.uses.winches {
+            changes |= self.follow_winches();
+        }
+        if changes || self.uses.slip && self.slip.slips() {
+            self.system_data.rescale(&self.scene);
+        }
+    }
+
+    /// A sub-step of `dt` stands. A solve that is all of the step tells for itself.
+    pub(crate) fn tell(&mut self, dt: f64) {
+        if dt < WHOLE * self.options.dt || self.record.reported.opened {
+            self.add_told(dt);
+        }
+    }
+
+    /// These rows without bounds, which events have made, are young.
+    pub(crate) fn make_young(&mut self, made: Vec<Made>) {
+        self.uses.bounds |= !made.is_empty();
+        self.activation.make(made);
     }
 
     /// Forgets what the last step told.

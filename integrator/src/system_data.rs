@@ -9,6 +9,22 @@
 //!
 //! not from the assembled S, whose diagonal has rounded small inverse masses away. With μ = Δv = 0 the same two lines
 //! give the right-hand side of the Schur form.
+//!
+//! **Dampers of rods, massless cables and joints that swing.** A damper of a row resists the rate at which φ grows over the
+//! step. With positions x⁺ = x + Δt v⁺ this is
+//!
+//! ```text
+//! (φ(x + Δt v⁺) − φ(x))/Δt = r⁺ + Δt κ/2 + …,    κ = vᵀ (∂²φ/∂x²) v
+//! ```
+//!
+//! and not r⁺, the rate along the tangent: on a circle of radius L, κ = v²/L. A damper that takes r⁺ resists the return of the
+//! Δt² κ/2 that each step leaves, and a load at v on a rope with the damping time τ swings τ Δt κ/2 too far out: 54 mm for
+//! 100 kg on 2 m from 90°, 172 mm with ten times the damping time. Here the row counts as violated by τ/Δt times what φ grows
+//! by beyond its tangent if the bodies go on freely from the velocities of the step before: the rate is then right to second
+//! order in Δt. The lever arm r of a body that a joint holds to the world bends the way of the gap likewise, by (ω × (ω × r) + ω̇ × r) Δt²/2
+//! with ω̇ of its free rotation. Joints between bodies are left out: light bodies that whip between loads of 10⁵ times their
+//! mass do not go on at the velocities of the step before, and gained energy by it. The guard's implicit steps know the path of
+//! their last iterate, and follow it in all lengths.
 
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
@@ -23,6 +39,8 @@ use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
 pub(crate) struct SystemData {
     pub(crate) rows: Linearized,
+    /// Constraints whose dampers follow the curve: rods, massless cables, and joints to the world.
+    curved: Vec<usize>,
     /// Kind of each row.
     kinds: Vec<Kind>,
     /// Rows that hold a speed.
@@ -72,7 +90,9 @@ impl SystemData {
         let scale = |joint: &Joint| gap(joint.constraint).map_or(0.0, |gap| gap.scale);
         let joint_gaps = in_packs(rows.joints().iter().map(scale), 0.0);
         let gaps = rows.others().iter().filter_map(|c| gap(*c)).collect();
+        let is_curved = |c: &usize| follows_curve(&scene.constraints[*c]);
         Self {
+            curved: (0..scene.constraints.len()).filter(is_curved).collect(),
             speed_rows: (0..count).filter(speed).collect(),
             gaps,
             joint_gaps,
@@ -183,6 +203,35 @@ impl SystemData {
     pub(crate) fn add_violation(&mut self, r: usize, excess: f64, dt: f64) {
         let Self { rows, rate, .. } = self;
         rate[r] += self.regularization.violation(r, excess, dt, rows);
+    }
+
+    /// Dampers follow the curve in the prepared system of a step from `time`, `dt` long (s); J v of the rows is `jv`.
+    pub(crate) fn follow_curves(&mut self, scene: &Scene, jv: &[f64], (time, dt): (f64, f64)) {
+        for i in 0..self.curved.len() {
+            let c = self.curved[i];
+            let (ahead, count) = scene.constraints[c].gap_ahead(&scene.bodies, time, dt);
+            let first = self.rows.row_range(c).start;
+            for (r, ahead) in (first..).zip(ahead).take(count) {
+                let rows = &self.rows;
+                let beyond = ahead - (rows.phi[r] + dt * (jv[r] + rows.phi_t[r]));
+                // A path over sheaves may end ahead.
+                if beyond.is_finite() {
+                    self.add_violation(r, rows.damping[r] * beyond / dt, dt);
+                }
+            }
+        }
+    }
+
+    /// Dampers follow their path in the prepared system of a Newton pass of a sub-step `dt` long, which began with φ = `begun`: the
+    /// rows hold φ of the last iterate, and `known` its rates along the tangent.
+    pub(crate) fn follow_iterate(&mut self, begun: &[f64], known: &[f64], dt: f64) {
+        for (r, (begun, known)) in begun.iter().zip(known).enumerate() {
+            let damping = self.path_damping(r);
+            if damping > 0.0 {
+                let beyond = (self.rows.phi[r] - begun) / dt - known;
+                self.add_violation(r, damping * beyond, dt);
+            }
+        }
     }
 
     /// Compliance |d|/T of the transverse rows of links under tension T, from multipliers λ (N): k = T/|d| is what the
@@ -321,6 +370,19 @@ impl SystemData {
         }
         worst.sqrt()
     }
+}
+
+/// True of rods, massless cables and joints to the world with dampers.
+fn follows_curve(constraint: &Constraint) -> bool {
+    let is_followed = match constraint {
+        Constraint::MasslessCable(_) | Constraint::Distance(_) => true,
+        joint => {
+            let is_at_world = joint.frames().iter().any(|f| f.body_index().is_none());
+            joint.has_stretch_rows() && is_at_world
+        }
+    };
+    let first = constraint.parts().next();
+    is_followed && first.is_some_and(|(.., law)| law.damping > 0.0)
 }
 
 /// Largest square of [`SystemData::disagreement`] among the joints, which are never idle; NaN where their sum is not finite.

@@ -331,6 +331,18 @@ impl Constraint {
         each_kind!(self, own => own.winch())
     }
 
+    /// The winch, to be set at time `t` (s), and the length off its drum then \[m]; that of a cable of segments has been
+    /// [cut](crate::Scene::cut_at_winch) to it.
+    pub fn winch_mut(&mut self, t: f64) -> Option<(&mut Winch, f64)> {
+        each_kind!(self, own => own.winch_mut(t))
+    }
+
+    /// Stalls the winch at its empty drum under this tension (N) at time `t` (s), or lets it haul in again. Returns true on a
+    /// change.
+    pub fn stall(&mut self, tension: f64, t: f64) -> bool {
+        each_kind!(self, own => own.stall(tension, t))
+    }
+
     /// Length at rest at time `t` (s) of a massless cable, or off the drum of a cable of segments \[m].
     #[must_use]
     pub fn length_at(&self, t: f64) -> Option<f64> {

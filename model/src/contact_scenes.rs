@@ -1,4 +1,4 @@
-//! Scenes on the ground, with contacts: a stack of boxes, a load that a cable drags over the floor, cables in a pile.
+//! Scenes on the ground: see [`ContactSceneParams`].
 //!
 //! **Stack**: boxes on each other, the lowest of `segment_mass`, each heavier than the one below by the same factor up to
 //! `mass_ratio`. A floor carries N boxes of masses m_k with (Σ m_k) g.
@@ -38,8 +38,10 @@ scenes! {
 }
 
 params! {
-    /// Parameters of such a scene. SI units.
-    pub struct ContactSceneParams, "contact_scenes.rs", of scene: ContactScene {
+    /// Scenes on the ground, with contacts: a stack of boxes, a load that a cable drags over the floor, cables in a pile.
+    ///
+    /// Parameters in SI units.
+    pub struct ContactSceneParams, of scene: ContactScene {
         /// Boxes of the stack or cables of the pile, 1 to 200. Default: 10 boxes, 4 cables. Not in `floor`.
         pub count: Option<usize> = None, |n| (1.0..=200.0).contains(&n), "1 to 200";
         /// Segments of a cable, 1 to 10 000. Not in `stack`.

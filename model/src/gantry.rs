@@ -1,5 +1,4 @@
-//! The gantry crane of \[SL §VIII, Fig. 14]: a trolley on a beam, a hook block on two massless cables, a rigid cable and a
-//! load, driven by an operator through the controls `trolley_speed` and `hoist_speed`.
+//! The gantry crane: see [`GantryParams`].
 //!
 //! ```text
 //!  crane   ════════╤═════════════  static; the beam lies along x, through the origin
@@ -55,8 +54,11 @@ impl Controls {
 }
 
 params! {
-    /// Parameters of the gantry. SI units; `None` stands for the default that the field names.
-    pub struct GantryParams, "gantry.rs", named "gantry" {
+    /// The gantry crane of \[SL §VIII, Fig. 14]: a trolley on a beam, a hook block on two massless cables, a rigid cable and a
+    /// load, driven by an operator through the controls `trolley_speed` and `hoist_speed`.
+    ///
+    /// Parameters in SI units; `None` stands for the default that the field names.
+    pub struct GantryParams, named "gantry" {
         /// Number of segments of the rigid cable between hook and load.
         pub segments: usize = 12, |n| n >= 1.0, "at least 1";
         /// Length of the rigid cable, unstrained \[m].

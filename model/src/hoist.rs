@@ -1,4 +1,4 @@
-//! The main scene: one cable that hangs from the world, and a load at its lower end.
+//! The hoist: see [`HoistParams`].
 //!
 //! The cable starts at the origin and hangs along −z. Its segments are solid rods; the load is a solid steel sphere.
 //! Inner joints stand for one segment length l of cable, the two end joints for l/2 each: a joint at the middle of
@@ -27,8 +27,10 @@ pub enum Apart {
 }
 
 params! {
-    /// Parameters of the hoist. SI units; `None` stands for the default that the field names.
-    pub struct HoistParams, "hoist.rs", named "hoist" {
+    /// The main scene: one cable that hangs from the world, and a load at its lower end.
+    ///
+    /// Parameters in SI units; `None` stands for the default that the field names.
+    pub struct HoistParams, named "hoist" {
         /// Number of segments, 1 to 10 million.
         pub segments: usize = 24, |n| n >= 1.0, "at least 1";
         /// Length of the unstrained cable \[m].

@@ -1,4 +1,4 @@
-//! Cables with branches and loops: a ring, a Y, two cranes with one load, a ladder of cables, a net.
+//! Cables with branches and loops: see [`NetworkParams`].
 //!
 //! All lie in the plane of x and z, with gravity along −z and the world's points at z = 0. Cables are made as in the
 //! hoist: solid rods of length l = L/N, inner joints that stand for l of cable, end joints for l/2 that are ball joints.
@@ -54,9 +54,11 @@ pub enum Held {
 }
 
 params! {
-    /// Parameters of a network. SI units; `None` stands for the default that the field names. What a scene has no use for is
+    /// Cables with branches and loops: a ring, a Y, two cranes with one load, a ladder of cables, a net.
+    ///
+    /// Parameters in SI units; `None` stands for the default that the field names. What a scene has no use for is
     /// not looked at.
-    pub struct NetworkParams, "network.rs", of network: Network {
+    pub struct NetworkParams, of network: Network {
         /// Number N of segments of the ring, or of each cable; a ring needs 8. Not in `net`.
         pub segments: usize = 24;
         /// Length L of the ring, or of each unstrained cable; of the net's longer side \[m].

@@ -11,11 +11,14 @@ pub(crate) type Keys = &'static [(&'static str, &'static [&'static str])];
 pub(crate) trait Parameters: Sized {
     /// Keys with the lines of their documentation.
     const KEYS: Keys;
-    /// Text of the module that has them, whose first paragraph describes the scene.
-    const SOURCE: &'static str;
+    /// Lines of their struct's documentation, whose first paragraph describes the scene.
+    const ABOUT: &'static [&'static str];
 
     /// Name of the scene.
     fn scene_name(&self) -> &'static str;
+
+    /// Documentation of the one of several scenes that it is; empty of a scene of its own.
+    fn about_kind(&self) -> &'static str;
 
     /// These parameters for the scene that `other` has.
     fn with_kind_of(self, other: &Self) -> Self;
@@ -102,7 +105,7 @@ pub(crate) fn representable(x: f64) -> bool {
 macro_rules! params {
     (
         $(#[doc = $about:literal])*
-        pub struct $name:ident, $source:literal, $(named $scene:literal)? $(of $kind:ident: $Kind:ident)? {
+        pub struct $name:ident, $(named $scene:literal)? $(of $kind:ident: $Kind:ident)? {
             $(
                 $(#[doc = $doc:literal])*
                 pub $field:ident: $type:ty = $default:expr $(, $ok:expr, $needs:literal)?;
@@ -156,11 +159,15 @@ macro_rules! params {
         #[cfg(feature = "toml")]
         impl crate::params::Parameters for $name {
             const KEYS: crate::params::Keys = &[$((stringify!($field), &[$($doc),*])),*];
-            const SOURCE: &'static str = include_str!($source);
+            const ABOUT: &'static [&'static str] = &[$($about),*];
 
             fn scene_name(&self) -> &'static str {
                 $($scene)?
                 $(self.$kind.name())?
+            }
+
+            fn about_kind(&self) -> &'static str {
+                [$(self.$kind.about(),)? ""][0]
             }
 
             fn with_kind_of(self, _other: &Self) -> Self {
@@ -210,6 +217,15 @@ macro_rules! scenes {
                 match self {
                     Self::$first => $first_name,
                     $(Self::$scene => $name,)*
+                }
+            }
+
+            /// Its documentation.
+            #[cfg(feature = "toml")]
+            pub(crate) const fn about(self) -> &'static str {
+                match self {
+                    Self::$first => concat!($($first_doc),*),
+                    $(Self::$scene => concat!($($doc),*),)*
                 }
             }
 

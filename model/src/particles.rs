@@ -45,11 +45,11 @@ impl ChainModel {
 }
 
 params! {
-    /// Parameters of a chain of particles and links. SI units.
+    /// A chain of particles and links.
     ///
-    /// The defaults are those of \[SL, Table I], with a load well below the largest that is stable there. As text, the model
-    /// is the scene's name.
-    pub struct ParticleChainParams, "particles.rs", of model: ChainModel {
+    /// Parameters in SI units. The defaults are those of \[SL, Table I], with a load well below the largest that is stable
+    /// there. As text, the model is the scene's name.
+    pub struct ParticleChainParams, of model: ChainModel {
         /// Number N of particles, with the load, and of links: 1 to 10 million.
         pub particles: usize = 5, |n| n >= 1.0, "at least 1";
         /// Length d of a link at rest \[m].

@@ -1,4 +1,4 @@
-//! Loads on massless cables over sheaves with friction: a capstan, a block and tackle, a traction elevator.
+//! Loads on cables over sheaves: see [`ReevedParams`].
 //!
 //! ```text
 //!  capstan    ___             tackle  ══╤═══╤══ locked sheaves   elevator   ( )  traction sheave, driven
@@ -48,8 +48,10 @@ scenes! {
 }
 
 params! {
-    /// Parameters of such a scene. SI units; `None` stands for the default that the field names.
-    pub struct ReevedParams, "reeved.rs", of reeved: Reeved {
+    /// Loads on massless cables over sheaves with friction: a capstan, a block and tackle, a traction elevator.
+    ///
+    /// Parameters in SI units; `None` stands for the default that the field names.
+    pub struct ReevedParams, of reeved: Reeved {
         /// Mass of the load: the heavier weight, the block, the car \[kg].
         pub load_mass: f64 = 1000.0, representable, "> 0 kg, 1e-150 to 1e150";
         /// Mass at the other end \[kg]. Default: half the load of a capstan, 0.8 of it of an elevator; of a tackle none, its end

@@ -272,14 +272,8 @@ impl Scene {
     pub fn set_drive(&mut self, drive: Drive, value: f64, t: f64) {
         self.cut_at_winch(drive.constraint, t, 0.0);
         let (speed, constraint) = (value * drive.gain, &mut self.constraints[drive.constraint]);
-        if let Constraint::Fairlead(lead) = constraint {
-            lead.winch.set_speed(speed, lead.length);
-        } else if let Constraint::MasslessCable(cable) = constraint {
-            cable.rebase(t);
-            let length = cable.length;
-            if let Some(winch) = &mut cable.winch {
-                winch.set_speed(speed, length);
-            }
+        if let Some((winch, length)) = constraint.winch_mut(t) {
+            winch.set_speed(speed, length);
         } else if let Some(motor) = constraint.motor_mut() {
             motor.target = Target::Speed(speed);
         }

@@ -15,177 +15,42 @@
 //! ```
 //!
 //! # Explicit scenes
-//! SI units; angles in radians. Vectors are `[x, y, z]`, z upwards. Keys without "default" must be given.
+//! SI units; angles in radians. Vectors are `[x, y, z]`, z upwards. The struct of a table explains its keys: each with its
+//! meaning, its unit, and its default where it need not be given. `taut scene NAME --explicit` writes the meanings of the keys
+//! that the scene uses beside them.
 //!
-//! | top of the text | meaning |
-//! |---|---|
-//! | `name` | name of the scene; default `scene` |
-//! | `gravity` | acceleration, world, m/s²; default `[0, 0, -9.81]` |
-//! | `equilibrium` | `true`: start from the static equilibrium near the pose given, which knows no contacts: not where a load stands on the ground; default `false` |
-//! | `load` | name of the body that reports follow; default none |
-//! | `order` | names of all constraints in their order; default joints, those of cables, massless cables, bends |
+//! | table | its keys | tables in it |
+//! |---|---|---|
+//! | top of the text | [`SceneText`] | |
+//! | `[[body]]` | [`BodyEntry`] | `shape`: [`Shape`]; `collide`: [`SurfaceEntry`] |
+//! | `[[joint]]` | [`JointEntry`], by its kind [`Kind`] | `motor`: [`MotorEntry`]; `motion`: [`MotionEntry`] |
+//! | `[[cable]]` | [`CableEntry`], of rigid segments | `from`, `to`: [`EndEntry`]; `winch`: [`WinchEntry`]; |
+//! | | | `resolution`: [`ResolutionEntry`]; `collide`: [`SurfaceEntry`] |
+//! | `[[massless_cable]]` | [`MasslessCableEntry`] | `through`: [`PointEntry`], with `sheave`: [`SheaveEntry`]; |
+//! | | | `winch`: [`WinchEntry`] |
+//! | `[[bend]]` | [`BendEntry`], of links | `through`: [`PointEntry`] |
+//! | `[[ground]]` | [`GroundEntry`], a half-space | |
+//! | `[[collider]]` | [`ColliderEntry`], other shapes | `shape`: [`ColliderShape`] |
+//! | `[[control]]` | [`ControlEntry`] | `drives`: [`DriveEntry`] |
+//! | `[[event]]` | [`EventEntry`] | `force`: [`ForceEntry`]; `distance`: [`DistanceEntry`]; `attach`: [`AttachEntry`]; |
+//! | | | `set`: [`SetEntry`] |
 //!
-//! | `[[body]]` | meaning, see [`BodyEntry`] |
-//! |---|---|
-//! | `name` | any but `world` |
-//! | `mobility` | `dynamic` (default): forces move it; `static`: nothing does; `driven`: its velocities do |
-//! | `mass` | kg; a static or driven body needs neither mass nor inertia |
-//! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` along |
-//! | | the body's z, which may be called `rod`, too; `"particle"`: a point mass |
-//! | `inertia` or | principal moments along the body's axes, kg m² |
-//! | `inertia_matrix` | rows of the matrix in the body's frame, kg m² |
-//! | `collide` | whether `shape` touches others; see below; default `false` |
-//! | `position` | centre of mass, world, m; default the origin |
-//! | `orientation` or `rotation` | unit quaternion body to world, scalar first; rotation vector, rad; default unturned |
-//! | `velocity`, `angular_velocity` | world, m/s and rad/s; default 0 |
-//! | `force`, `torque` | world, N and N m, besides gravity; default 0 |
+//! The name of a scene is `scene` unless it has one, its gravity `[0, 0, -9.81]`. A start in `equilibrium` knows no contacts:
+//! it is not for a load that stands on the ground. Groups are by topology ([`Scene::group_by_topology`]) where no entry of the
+//! text has one.
 //!
-//! | `[[joint]]` | meaning, see [`JointEntry`] |
-//! |---|---|
-//! | `name`, `kind` | `spherical`, `cosserat`, `paper`, `lock`, `distance`, `hinge` or `slider` |
-//! | `a`, `b` | names of bodies, or `world` |
-//! | `point` or `point_a` and `point_b` | world, in the pose given; or each in its body's frame (world: world), m |
-//! | `axis` or | direction of the cable, hinge or slider in the pose given, world; default `[0, 0, -1]` |
-//! | `axes_a` and `axes_b` | columns u (along that axis), v, w in each body's frame |
-//! | `stretch`, `bend`, `twist` | compliances of the rows, m/N and rad/(N m), 0 is rigid; no key, no row |
-//! | `ea`, `ei`, `gj` with `length` | the same rows by stiffness, N and N m², over metres of cable |
-//! | `length`, `transverse` | of a distance: length at rest, m; whether it has transverse rows |
-//! | `rotation` | of a lock, rad/(N m); default 0, as its `stretch` |
-//! | `stretch`, `bend` | of a hinge: gap and tilt, m/N and rad/(N m); default 0 |
-//! | `rotation`, `across` | of a slider, rad/(N m) and m/N; default 0 |
-//! | `motor` | of a hinge or slider; see below |
-//! | `angle_reference` | of a hinge: angle that the pose is counted from, rad; default 0 |
-//! | `damping` | damping time of all rows, s; default 0 |
-//! | `stretch_damping`, `bend_damping`, … | that of one kind of rows; also of `twist`, `rotation`, `across` |
-//! | `twist_definition`, `safeguard` | of the paper's joint |
-//! | `twist_reference` | twist that the pose is counted from, rad: 2π for one whole turn; default 0 |
-//! | `motion` | of the world's side, m and s: `{ smooth = { displacement, start, duration } }` or |
-//! | | `{ circle = { radius, period, start, ramp } }` |
-//! | `breaks_at` | N: see `[[event]]` |
-//! | `group` | for block Gauss–Seidel over groups; default 0, but by topology ([`Scene::group_by_topology`]) where no |
-//! | | entry of the text has one |
-//!
-//! | `motor = { … }` | holds a hinge's angle, or how far a slider's point of b is ahead of a's; see [`MotorEntry`] |
-//! |---|---|
-//! | `speed` or | m/s or rad/s; 0 is a brake |
-//! | `position` | m or rad |
-//! | `force_limit` | N or N m, in both directions; left out (or `inf`): no limit |
-//! | `compliance`, `damping` | while it holds a position, m/N or rad/(N m), and s; default 0 |
-//!
-//! | `[[cable]]` | a cable of rigid segments `NAME-1` …, joined by `NAME-start`, `NAME-joint-1` …, `NAME-end`; see |
-//! | | [`CableEntry`] |
-//! |---|---|
-//! | `name` | |
-//! | `from`, `to` | `{ body = "…", point = [x, y, z], held = "…" }`: in the body's frame, default its centre, m; |
-//! | | `pinned` (default), `clamped` or `free`; with an optional `motion` of a world point |
-//! | `points` | that it runs through in between, world, m; default none |
-//! | `segments` or `lengths` | their number, default 24; their lengths from the start, m |
-//! | `radius` or `ea` | m; stiffness, N |
-//! | `material`, `ei`, `gj`, | `steel` (default), `nylon`, `rubber`; N m²; kg/m: |
-//! | `mass_per_length` | default those of a solid round cable of the material |
-//! | `damping` or `damping_ratio` | damping time, s; part of critical damping (module [`cable`](crate::cable)); default 0 |
-//! | `joint`, `bend`, `twist` | `cosserat` (default), `paper` or `spherical`; `false` leaves such rows out |
-//! | `rest` | rest shape: `straight` (default) or `as-routed` |
-//! | `breaks_at`, `group` | as in a joint |
-//! | `winch` | hauls it in and pays it out at `from`, where it is pinned or clamped; see below |
-//! | `resolution` | `{}`: its segments split and merge by a rule, whose keys and defaults [`ResolutionEntry`] has |
-//! | `collide` | whether its segments touch others, as capsules `NAME-1` … of its radius; see below; default `false` |
-//!
-//! Bodies and joints written one by one name the cable that they belong to by the key `cable`.
-//!
-//! | `[[massless_cable]]` | a cable without mass, see [`MasslessCableEntry`] |
-//! |---|---|
-//! | `name` | |
-//! | `through` | two or more `{ body = "…", point = [x, y, z] }`: in the body's frame, default its centre, m |
-//! | | with an optional `motion` of a world point, and an optional `sheave` with its hub there; see below |
-//! | `length`, `slack` or `tension` | of the whole at rest, m, with what lies on drums; or how much longer than its path at |
-//! | | first, m; or its tension at first, N; default the length of the path, with all wraps |
-//! | `strained` | `true` lets it begin strained by more than 5 % |
-//! | `after` | the cable that it goes on from, over a shared sheave: written for the parts of a cable, see [`Scene::reeve`] |
-//! | `stretch` or `ea` | compliance, m/N; stiffness, N |
-//! | `tension_only` | `true` (default): it goes slack; `false`: it pushes |
-//! | `winch` | changes its length; see below |
-//! | `damping`, `breaks_at`, `group` | as in a joint |
-//!
-//! | `sheave = { … }` | a wheel that turns with the point's body, at an end of the cable a drum; see [`SheaveEntry`] |
-//! |---|---|
-//! | `radius` | m |
-//! | `axis` | in the body's frame: the cable travels about it in the positive sense, so that its sign says over which |
-//! | | side the cable goes |
-//! | `turns` | that lie on it at first: whole ones of an inner sheave beside what the path gives, all of a drum with |
-//! | | their fraction; default 0 |
-//! | `friction` | Coulomb's, of an inner sheave; default 0. The cable then has parts `NAME`, `NAME-2` … with a tension each |
-//! | `off` | `true` lets the cable pass by at first |
-//!
-//! A scene that is written back, such as by `taut scene NAME --explicit`, holds more of a sheave, which nobody needs to
-//! write: `axes` of its point in place of `axis`, `on` with the angles between which the cable lies on it, `clear` with `off`,
-//! and a cable over sheaves with friction as its parts, joined by `shared` and `after`. The winch of a part has a `shortest`
-//! and `longest` that have moved with what slipped from part to part; `shortest` may then be negative, elsewhere it is > 0.
-//!
-//! | `winch = { … }` | any of these keys, see [`WinchEntry`]; a limit left out (or `inf`) is none |
-//! |---|---|
-//! | `speed`, `since` | at which it pays out, m/s (negative hauls in), from that time on, s; default 0: running already |
-//! | `force_limit` | tension at which the drum slips, N |
-//! | `brake`, `brake_limit` | whether the brake is on, and the tension at which it then slips, N; default `false` |
-//! | `shortest`, `longest` | where hauling in stops (default 1e-3) and where the drum is empty, m |
-//!
-//! | `[[bend]]` | the bend of links, see [`BendEntry`] |
-//! |---|---|
-//! | `name` | |
-//! | `through` | three points as in a cable: the bend is at the second |
-//! | `definition` | `vector` (default) or `angle` |
-//! | `bend` | compliance, rad/(N m) |
-//! | `damping`, `group` | as in a joint |
-//!
-//! | `collide = true` or `{ … }` | of a body, whose collider has the body's name, or of a cable; see [`SurfaceEntry`] |
-//! |---|---|
-//! | `friction`, `restitution` | Coulomb's, default 0.5; speed of separation over speed of approach, default 0 |
-//! | `compliance`, `damping` | of a contact point, m/N and s; default 1e-10 and 1e-3 |
-//! | `groups` | names of the groups that it is in, at most 32 in a scene; default `["default"]` |
-//! | `meets` | names of the groups that it touches; default all |
-//!
-//! | `[[ground]]` | everything on one side of a plane of the world, see [`GroundEntry`] |
-//! |---|---|
-//! | `name` | |
-//! | `point` | of its surface, m; default the origin |
-//! | `normal` | out of it; default `[0, 0, 1]` |
-//! | `friction`, `restitution`, | |
-//! | `compliance`, `damping`, | |
-//! | `groups`, `meets` | as in `collide` |
-//!
-//! | `[[collider]]` | any shape of a body, beside others, or of the world; see [`ColliderEntry`] |
-//! |---|---|
-//! | `name`, `body` | `world` or a body's name |
-//! | `shape` | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` along z, |
-//! | | `{ capsule = { length, radius } }` along z, its length between the centres of its ends; `"half-space"`: below z = 0 |
-//! | `position` | of the shape's origin in the body's frame, m; default the origin: the centre of mass |
-//! | `orientation` or `rotation` | from the shape's frame to the body's, as of a body; default unturned |
-//! | `friction`, `restitution`, | |
-//! | `compliance`, `damping`, | |
-//! | `groups`, `meets` | as in `collide` |
+//! A cable over sheaves with friction has parts `NAME`, `NAME-2` … with a tension each. The sign of a sheave's axis says over
+//! which side the cable goes. A scene that is written back, such as by `taut scene NAME --explicit`, holds more of a sheave,
+//! which nobody needs to write: `axes` of its point in place of `axis`, `on` with the angles between which the cable lies on it,
+//! `clear` with `off`, and a cable over sheaves with friction as its parts, joined by `shared` and `after`. The winch of a part
+//! has a `shortest` and `longest` that have moved with what slipped from part to part; `shortest` may then be negative,
+//! elsewhere it is > 0.
 //!
 //! Which pairs never touch is said in the module [`collide`](crate::collide): bodies that a constraint joins, above all. A
-//! cable does not touch itself, and there are no meshes. A scene that is written back has each shape as a `[[collider]]`,
-//! with the groups `default`, `group-1` … `group-31`, which are names that any text may use.
+//! cable does not touch itself, and there are no meshes. A scene has at most 32 groups of shapes. One that is written back has
+//! each shape as a `[[collider]]`, with the groups `default`, `group-1` … `group-31`, which are names that any text may use.
 //!
-//! | `[[control]]` | an input that an operator sets, zero until then; see [`ControlEntry`] |
-//! |---|---|
-//! | `name` | |
-//! | `drives` | `{ joint = "…", gain = … }` each: a joint whose motor has a speed, or a cable with a winch; |
-//! | | its speed over the value of the control, default 1 |
-//!
-//! | `[[event]]` | fires once, at the end of the first step that meets its condition; see [`EventEntry`] |
-//! |---|---|
-//! | `name` | |
-//! | `at` or | condition: from this time on, s, at the end of the step that it falls in |
-//! | `force` or | condition: `{ joint = "…", above = … }`: tension of a joint or massless cable (of one without, the size of |
-//! | | its force), N |
-//! | `distance` | condition: `{ a = { body = "…", point = [x, y, z] }, b = …, below = … }`, m |
-//! | `release` | names of constraints that let go, of the scene or attached by an event; those not there then are passed over |
-//! | `attach` | rigid links of the distance at that time, `{ name = "…", a = …, b = … }` each, after what it releases |
-//! | `set` | controls, `{ control = "…", value = … }` each |
-//!
-//! `breaks_at` (N) of a joint or massless cable is such an event, called `NAME breaks`; of a cable one for
+//! `breaks_at` (N) of a joint or massless cable is an event, called `NAME breaks`; of a cable one for
 //! each joint, of which only the most strained breaks in a step.
 //!
 //! A hook picks a crate up and sets it down again:

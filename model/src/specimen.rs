@@ -1,4 +1,4 @@
-//! Test specimens: a straight cable, clamped at one end, pulled, twisted or bent at the other \[SL §VII-A].
+//! Test specimens: see [`SpecimenParams`].
 //!
 //! The cable runs from the world's origin along +x, without gravity. Its N segments are square prisms of length
 //! l = L/N. A grip is clamped to its far end; the loads act on the grip. Inner joints stand for one length l of cable,
@@ -44,8 +44,10 @@ scenes! {
 }
 
 params! {
-    /// Parameters of a specimen. SI units; `None` stands for the default that the field names.
-    pub struct SpecimenParams, "specimen.rs", of specimen: Specimen {
+    /// Test specimens: a straight cable, clamped at one end, pulled, twisted or bent at the other \[SL §VII-A].
+    ///
+    /// Parameters in SI units; `None` stands for the default that the field names.
+    pub struct SpecimenParams, of specimen: Specimen {
         /// Number N of segments, 1 to 10 million.
         pub segments: usize = 24, |n| n >= 1.0, "at least 1";
         /// Length L of the unstrained cable \[m].

@@ -319,29 +319,16 @@ impl Stepper {
             return Err(missing("constraint", constraint, scene.constraints.len()));
         }
         let what = || format!("constraint `{}`", scene.constraint_names[constraint]);
-        let own = match &scene.constraints[constraint] {
-            Constraint::Fairlead(lead) => lead.winch,
-            Constraint::MasslessCable(cable) => match cable.winch {
-                Some(winch) => winch,
-                None => return Err(refused(what(), "is a cable without a winch")),
-            },
-            _ => return Err(refused(what(), "is no cable with a winch")),
+        let Some(own) = scene.constraints[constraint].winch() else {
+            return Err(refused(what(), "has no winch"));
         };
         winch.validate(what)?;
         // A braked drum stands still.
-        let [before, after] = [own, winch].map(|w| if w.brake { 0.0 } else { w.speed });
+        let [before, after] = [own, &winch].map(|w| if w.brake { 0.0 } else { w.speed });
         self.step.catch_up_at_jump(constraint, after - before)?;
         let (scene, time) = (&mut self.step.scene, self.step.time);
         scene.cut_at_winch(constraint, time, 0.0);
-        let (own, length) = match &mut scene.constraints[constraint] {
-            Constraint::Fairlead(lead) => (Some(&mut lead.winch), lead.length),
-            Constraint::MasslessCable(cable) => {
-                cable.rebase(time);
-                (cable.winch.as_mut(), cable.length)
-            }
-            _ => (None, 0.0),
-        };
-        let Some(own) = own else {
+        let Some((own, length)) = scene.constraints[constraint].winch_mut(time) else {
             return Ok(());
         };
         let mut winch = Winch {
@@ -377,11 +364,8 @@ impl Stepper {
     /// Before a drive of a control gets this value; a braked drum stands still with any.
     fn before_jump(&mut self, drive: Drive, value: f64) -> Result<(), StepError> {
         let scene = &self.step.scene;
-        let is_braked = match &scene.constraints[drive.constraint] {
-            Constraint::Fairlead(lead) => lead.winch.brake,
-            Constraint::MasslessCable(cable) => cable.winch.is_some_and(|winch| winch.brake),
-            _ => false,
-        };
+        let winch = scene.constraints[drive.constraint].winch();
+        let is_braked = winch.is_some_and(|winch| winch.brake);
         match scene.drive_value(&drive) {
             Some(before) if !is_braked => {
                 let faster = (value - before) * drive.gain;

@@ -62,8 +62,7 @@ impl Stepper {
     /// Where a balance begins with this step, the energy of the present motion, without what is elastic. The velocities of a
     /// step of the scheme stand half a sub-step before: they go on as they changed in it.
     pub(crate) fn motion_at_start(&self) -> Option<Energy> {
-        if self.step.options.energy_tolerance.is_none() || self.step.record.account.start.is_some()
-        {
+        if self.step.record.account.start.is_some() {
             return None;
         }
         let mut kinetic = self.step.scene.kinetic_energy();
@@ -130,15 +129,12 @@ impl Stepper {
         self.step.record.account.potential = self.weight_times_extent() + still / LEAST;
     }
 
-    /// The balance after a step, where it is asked for.
+    /// The balance after a step.
     ///
     /// # Errors
-    /// [`StepError::EnergyGain`] beyond the tolerance of the options, and where the energy is infinite or no number.
-    pub(crate) fn weigh(&mut self) -> Result<(), StepError> {
-        let (Some(tolerance), Some(start)) = (
-            self.step.options.energy_tolerance,
-            self.step.record.account.start,
-        ) else {
+    /// [`StepError::EnergyGain`] beyond the tolerance, and where the energy is infinite or no number.
+    pub(crate) fn weigh(&mut self, tolerance: f64) -> Result<(), StepError> {
+        let Some(start) = self.step.record.account.start else {
             return Ok(());
         };
         let told = self.energy();

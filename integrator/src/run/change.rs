@@ -467,7 +467,7 @@ impl Stepper {
                 age: 0,
             }));
         }
-        self.step.activation.make(made);
+        self.step.make_young(made);
     }
 }
 

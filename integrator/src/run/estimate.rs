@@ -16,7 +16,7 @@
 //! The companion gets the mean of each control over its step. Whatever else is set starts it anew in the state of the run; what
 //! was estimated until then is added, and steps that were not compared are counted as [`ErrorEstimate::unseen`].
 //!
-//! **Linear algebra.** A sample of every [`SAMPLED`]th step ([`crate::step::sample`]).
+//! **Linear algebra.** A sample of every [`SAMPLED`]th step ([`crate::step::reference`]).
 //!
 //! **Segments.** A cable of curvature κ is as long as its polygon of segments l and kinks θ = κ l, whose ends are farther apart:
 //! an arc is longer than its chord by the part θ²/24. The distance is Σ l θ²/24, of the cable where it is largest. It is the
@@ -24,7 +24,7 @@
 
 use crate::run::Stepper;
 use crate::step::Stage;
-use crate::step::sample::{Sample, load_of};
+use crate::step::reference::{Sample, load_of};
 use crate::{StepError, StepOptions, StepReport};
 use nalgebra::Vector3;
 use taut_model::{CableParts, Scene};
@@ -261,11 +261,8 @@ fn worst_polygon(scene: &Scene) -> f64 {
 }
 
 impl Stepper {
-    /// The companion starts, where one is asked for and none is there or it is stale.
-    pub(crate) fn accompany(&mut self) {
-        let Some(every) = self.step.options.estimate else {
-            return;
-        };
+    /// The companion starts, where none is there or it is stale.
+    pub(crate) fn accompany(&mut self, every: usize) {
         if self.companion.as_ref().is_none_or(|c| c.stale) {
             let companion = Companion::of(self, every, self.companion.as_deref());
             let sample = Sample::new(&self.step, companion.estimate.algebra);
@@ -283,8 +280,7 @@ impl Stepper {
     }
 
     /// The estimate after a step.
-    pub(crate) fn estimate(&mut self, report: &StepReport) -> Option<ErrorEstimate> {
-        let every = self.step.options.estimate?;
+    pub(crate) fn estimate(&mut self, report: &StepReport, every: usize) -> Option<ErrorEstimate> {
         let mut companion = self.companion.take()?;
         if let Some(sample) = &mut self.step.record.sample {
             companion.estimate.algebra = sample.moved;

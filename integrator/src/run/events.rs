@@ -103,7 +103,7 @@ impl Stepper {
     pub(crate) fn lift_and_land(&mut self) -> Result<bool, StepError> {
         let changes =
             || self.step.scene.left().next().is_some() || self.step.scene.landed().next().is_some();
-        let changed = self.step.slip.may_change && changes();
+        let changed = changes();
         if changed {
             self.change(Edit::lift_and_land)?;
         }

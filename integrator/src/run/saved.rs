@@ -460,7 +460,7 @@ impl Stepper {
         }
         stepper.step.active_set.put(&saved.places);
         stepper.step.activation.put(&saved.ages);
-        stepper.step.activation.make(saved.made);
+        stepper.step.make_young(saved.made);
         stepper.step.slip.put(&saved.slips);
         stepper
             .step

@@ -33,6 +33,7 @@ mod yielding;
 use crate::options::check;
 use crate::report::Tally;
 use crate::run::Stepper;
+use crate::step::Step;
 use crate::{ContactReport, Phase, PhaseTimes, Resolved, StepError, StepOptions, StepReport};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::collide::Shape;
@@ -93,7 +94,7 @@ type Displacement = [Vector3<f64>; 2];
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub(crate) struct Watch {
     /// Report of each step asleep; `None` while awake.
-    asleep: Option<StepReport>,
+    pub(crate) asleep: Option<StepReport>,
     /// Steps since the beginning of rest.
     steps: usize,
     /// Poses of the bodies at the beginning of rest.
@@ -230,6 +231,16 @@ impl Rest {
         watch.steps >= self.half_period || (foreseeable && self.is_foreseen(scene))
     }
 
+    /// After a step awake: the next one sleeps where the scene rests and no force at its limit gives way.
+    pub(crate) fn watch(&mut self, step: &Step, report: &StepReport) {
+        let scene = &step.scene;
+        if self.is_driven(scene, step.time - step.options.dt, step.time) {
+            self.watch.begin(&scene.bodies);
+        } else if self.is_seen(scene) && !step.gives_way(self.moves, &self.reach) {
+            self.watch.asleep = Some(asleep(report));
+        }
+    }
+
     /// True if the means of the thirds predict rest for the time P/2 to come.
     fn is_foreseen(&self, scene: &Scene) -> bool {
         let (h, ahead) = (self.mean_time, self.horizon);
@@ -251,11 +262,7 @@ impl Rest {
 
 /// True if the constraint has a motor, a winch or a moved point, which may drive it at some time.
 fn may_drive(constraint: &Constraint) -> bool {
-    let winch = match constraint {
-        Constraint::MasslessCable(cable) => cable.winch.is_some(),
-        Constraint::Fairlead(_) => true,
-        _ => false,
-    };
+    let winch = constraint.winch().is_some();
     let moved = |side: &Side| matches!(side, Side::World(motion) if !motion.is_fixed());
     let mut sides = constraint.frames().iter().map(|frame| &frame.side);
     winch || constraint.motor().is_some() || sides.any(moved)
@@ -268,11 +275,7 @@ fn drives(constraint: &Constraint, from: f64, to: f64) -> bool {
         Side::Body(_) => false,
     };
     let turns = |target: Target| matches!(target, Target::Speed(speed) if speed != 0.0);
-    let winds = match constraint {
-        Constraint::MasslessCable(cable) => cable.length_at(from) != cable.length_at(to),
-        Constraint::Fairlead(lead) => lead.length_at(from) != lead.length_at(to),
-        _ => false,
-    };
+    let winds = constraint.length_at(from) != constraint.length_at(to);
     let mut sides = constraint.frames().iter().map(|frame| &frame.side);
     winds || constraint.motor().is_some_and(|m| turns(m.target)) || sides.any(moved)
 }
@@ -335,22 +338,20 @@ impl Stepper {
         }
     }
 
-    /// The step of a scene that sleeps on through it; `None` where it is awake.
+    /// The step of a scene that sleeps, with the report `last` of each, on through it; `None` where something wakes it.
     ///
     /// # Errors
     /// As [`step`](Self::step), of its events.
-    pub(crate) fn sleep_through(&mut self) -> Result<Option<StepReport>, StepError> {
-        let Some(rest) = &self.rest else {
-            return Ok(None);
-        };
-        let Some(last) = rest.watch.asleep else {
-            return Ok(None);
-        };
+    pub(crate) fn sleep_through(
+        &mut self,
+        last: StepReport,
+    ) -> Result<Option<StepReport>, StepError> {
         let mut end = self.step.time;
         for _ in 0..self.step.options.substeps {
             end += self.step.substep();
         }
-        if rest.is_driven(&self.step.scene, self.step.time, end) {
+        let is_driven = |rest: &Rest| rest.is_driven(&self.step.scene, self.step.time, end);
+        if self.rest.as_ref().is_some_and(is_driven) {
             self.wake();
             return Ok(None);
         }
@@ -369,29 +370,6 @@ impl Stepper {
             events,
             ..last
         }))
-    }
-
-    /// True if no force at its limit gives way.
-    fn stands(&self) -> bool {
-        let gives_way = |rest: &Rest| self.gives_way(rest.moves, &rest.reach);
-        !self.rest.as_ref().is_some_and(gives_way)
-    }
-
-    /// After a step awake: the next one sleeps where the scene rests.
-    pub(crate) fn watch(&mut self, report: &StepReport) {
-        let Some(rest) = &mut self.rest else {
-            return;
-        };
-        if rest.is_driven(
-            &self.step.scene,
-            self.step.time - self.step.options.dt,
-            self.step.time,
-        ) {
-            rest.watch.begin(&self.step.scene.bodies);
-        } else if rest.is_seen(&self.step.scene) && self.stands() {
-            let rest = self.rest.iter_mut();
-            rest.for_each(|rest| rest.watch.asleep = Some(asleep(report)));
-        }
     }
 }
 

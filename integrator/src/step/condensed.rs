@@ -1,53 +1,130 @@
-//! Slip and contacts in the solve of a step: see [`crate::response`]. A scene with neither pays a test of emptiness each.
+//! The step's solve where rows have bounds, cables slip over their sheaves ([`crate::slip`]), or shapes touch
+//! ([`super::contact_solve`]). What is condensed onto the factor goes by [`crate::response`].
 
 use super::Step;
 use crate::StepError;
+use crate::active_set::Outcome;
+use crate::response::factor_of;
 
 impl Step {
-    /// Keeps Δt f as it is without contacts: of all rows, or with those `held` that are at a bound.
-    #[inline(always)]
-    pub(super) fn begin_condensed(&mut self, held: bool) {
-        self.contacts.keep(&self.system_data.inertia, held);
+    /// The system of the system's data, solved until all rows with bounds keep them.
+    pub(super) fn solve_within_bounds(&mut self, dt: f64) -> Result<(), StepError> {
+        self.active_set.begin();
+        self.contacts.keep(&self.system_data.inertia, false);
+        let undecided = self.tally.undecided;
+        loop {
+            // A solve that other rows at their bounds made obsolete may have stayed undecided.
+            self.tally.undecided = undecided;
+            self.active_set.hold(&mut self.system_data, dt);
+            self.contacts.keep(&self.system_data.inertia, true);
+            let solved = self.solve_condensed(dt);
+            self.active_set.release(&mut self.system_data);
+            solved?;
+            // The rows that were held are back: their c and Δt f hold slip and impulses as well.
+            self.contacts.apply(&mut self.system_data.inertia, false);
+            self.slip.release(&mut self.system_data);
+            let presses = self.contacts.presses();
+            let verdict =
+                self.active_set
+                    .judge(&mut self.system_data, &mut self.multipliers.mu, dt, presses);
+            self.tally.undecided += usize::from(verdict == Outcome::NotConverged);
+            if verdict != Outcome::Changed {
+                break;
+            }
+            self.slip.take_out(&mut self.system_data);
+            self.contacts.take_out(&mut self.system_data.inertia, false);
+        }
+        if self.uses.slip {
+            self.end_slip();
+        }
+        Ok(())
     }
 
-    /// After a factorisation: μ, with the slip and the contacts' impulses that keep their conditions.
-    #[inline(always)]
-    pub(super) fn solve_condensed(&mut self, dt: f64) -> Result<(), StepError> {
-        self.solve_rows()?;
-        if self.contacts.is_empty() {
+    /// One linear system, with the slip and the contacts' impulses that keep their conditions.
+    fn solve_condensed(&mut self, dt: f64) -> Result<(), StepError> {
+        self.contacts.apply(&mut self.system_data.inertia, true);
+        self.solve_once(dt)?;
+        if self.uses.slip {
+            self.solve_slip()?;
+        }
+        if !self.contacts.is_empty() {
+            self.solve_contacts(dt)?;
+        }
+        Ok(())
+    }
+
+    /// After a solve in which all sheaves stick: the solution with those that slip.
+    fn solve_slip(&mut self) -> Result<(), StepError> {
+        self.slip.begin();
+        let mut stuck = std::mem::take(&mut self.system.in_rows[0]);
+        stuck.copy_from_slice(&self.multipliers.mu);
+        let settled = self.settle_slip(&stuck);
+        self.system.in_rows[0] = stuck;
+        self.slip.undecided = !settled?;
+        if !self.slip.slips() {
             return Ok(());
         }
-        self.solve_contacts(dt)
-    }
-
-    /// μ of the factorised system, and the sheaves' slip.
-    #[inline(always)]
-    pub(crate) fn solve_rows(&mut self) -> Result<(), StepError> {
+        self.slip.apply(&mut self.system_data, &self.active_set);
+        self.right_hand_side();
         self.solve_assembled()?;
-        if self.slip.is_empty() {
-            return Ok(());
-        }
-        self.solve_slip()
+        // The law of friction to the last digits: what the rates lack now is rounding.
+        // The system stays the one that was solved.
+        self.slip.correct(&mut self.multipliers.mu);
+        self.slip.drive(&mut self.system_data);
+        Ok(())
     }
 
-    /// The rows that were held are back in the system's data: their c and Δt f hold slip and impulses as well.
-    #[inline(always)]
-    pub(super) fn release_condensed(&mut self) {
-        self.contacts.apply(&mut self.system_data.inertia, false);
+    /// μ of the factorised system for another Δt f. The slip that the last solve found leaves c first: each solve finds the whole
+    /// of it anew.
+    pub(crate) fn solve_rows_again(&mut self) -> Result<(), StepError> {
+        self.slip.take_out(&mut self.system_data);
+        self.right_hand_side();
+        self.solve_assembled()?;
+        if self.uses.slip {
+            self.solve_slip()?;
+        }
+        Ok(())
+    }
+
+    /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
+    fn respond(&mut self, i: usize) -> Result<(), StepError> {
+        let mut response = std::mem::take(&mut self.slip.column);
+        let report = factor_of!(self, None).respond(&mut response);
+        self.slip.learn(i, &response);
+        self.slip.column = response;
+        let report = report.map_err(|e| self.culprit(e))?;
+        self.tally.add_part(report);
+        Ok(())
+    }
+
+    /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system. Slip of which
+    /// a solve before the last was undecided does not count.
+    fn end_slip(&mut self) {
+        self.tally.undecided += usize::from(self.slip.undecided);
+        let mut w = std::mem::take(&mut self.system.in_rows[0]);
+        self.active_set
+            .residuals(&self.system_data, &self.multipliers.mu, &mut w);
+        self.slip.share_slack(&mut w, &self.active_set);
+        self.system.in_rows[0] = w;
         self.slip.release(&mut self.system_data);
     }
 
-    /// c and Δt f hold neither, for a solve with other rows at their bounds.
-    pub(super) fn take_condensed_out(&mut self) {
-        self.slip.take_out(&mut self.system_data);
-        self.contacts.take_out(&mut self.system_data.inertia, false);
-    }
-
-    /// After the rows with bounds have been judged.
-    #[inline(always)]
-    pub(super) fn end_condensed(&mut self) {
-        if !self.slip.is_empty() {
-            self.end_slip();
+    /// Searches a pattern of sticking and slipping; false if none was found.
+    fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
+        let speed = self.system_data.largest_rate();
+        for pass in 0.. {
+            while let Some((i, _)) = self.slip.wanted(&self.active_set) {
+                self.respond(i)?;
+            }
+            match self
+                .slip
+                .settle(stuck, &mut self.multipliers.mu, speed, pass)
+            {
+                Some(true) => return Ok(true),
+                Some(false) => self.tally.slip_passes += 1,
+                None => break,
+            }
         }
+        Ok(false)
     }
 }

@@ -174,7 +174,8 @@ impl Step {
         if !holds && (!is_turn || is_part) {
             return None;
         }
-        let caught = self.caught();
+        let may_catch = self.uses.bounds || self.uses.contacts;
+        let caught = may_catch.then(|| self.caught()).flatten();
         self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
             // Parts of one length in run and companion would have the same error, which no estimate sees.

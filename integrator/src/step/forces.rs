@@ -64,9 +64,6 @@ impl Step {
 
     /// The forces and distances that events wait for, after a sub-step.
     pub(crate) fn measure_events(&mut self) {
-        if self.scene.events.is_empty() {
-            return;
-        }
         let mut met = std::mem::take(&mut self.record.reported.met);
         met.resize(self.scene.events.len(), f64::NEG_INFINITY);
         for (met, event) in met.iter_mut().zip(&self.scene.events) {

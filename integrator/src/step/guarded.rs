@@ -29,7 +29,7 @@
 
 use super::divided::Division;
 use super::potential::Search;
-use crate::curvature;
+use super::system::Multipliers;
 use crate::gyroscopic;
 use crate::history::State;
 use crate::regularization::Known;
@@ -75,14 +75,12 @@ pub(crate) struct GuardState {
 impl Step {
     /// One sub-step of the options, by the scheme or, where its linearisation does not hold, implicitly.
     pub(crate) fn guarded_substep(&mut self, guard: Guard) -> Result<(), StepError> {
-        self.guarded.step_start.save(
-            &self.scene,
-            self.time,
-            (&self.multipliers.mu, self.multipliers.mu_dt),
-            &self.multipliers.tension,
-            &self.contacts,
-        );
-        self.begin_division();
+        let mut start = std::mem::take(&mut self.guarded.step_start);
+        self.keep(&mut start);
+        self.guarded.step_start = start;
+        if self.uses.bounds {
+            self.begin_division();
+        }
         if self.guarded.hold_off > 0 {
             self.guarded.hold_off -= 1;
             return self.redo(guard);
@@ -170,7 +168,9 @@ impl Step {
             self.tally.unconverged_substeps += usize::from(!converged);
             self.tally.implicit_substeps += 1;
             self.progress.stage = Stage::Advanced { dt, implicit: true };
-            self.account(dt, true);
+            if self.options.energy_tolerance.is_some() {
+                self.account(dt, true);
+            }
             done += dt;
             self.time = end;
             self.measure_events();
@@ -208,11 +208,32 @@ impl Step {
 
     /// Keeps the present state as that of the beginning of a sub-step.
     pub(crate) fn keep_substep_start(&mut self) {
-        let impulses = (&*self.multipliers.mu, self.multipliers.mu_dt);
-        let (scene, tension, contacts) = (&self.scene, &self.multipliers.tension, &self.contacts);
-        self.guarded
-            .substep_start
-            .save(scene, self.time, impulses, tension, contacts);
+        let mut start = std::mem::take(&mut self.guarded.substep_start);
+        self.keep(&mut start);
+        self.guarded.substep_start = start;
+    }
+
+    fn keep(&self, state: &mut State) {
+        let Multipliers {
+            mu, mu_dt, tension, ..
+        } = &self.multipliers;
+        state.save(&self.scene, self.time, (mu, *mu_dt), tension);
+        if self.uses.contacts {
+            state.save_contacts(&self.contacts);
+        }
+    }
+
+    /// Takes back what [`update`](Self::update) did since `saved`.
+    pub(crate) fn go_back(&mut self, saved: &State) {
+        self.time = saved.restore(&mut self.scene.bodies);
+        saved.restore_lengths(&mut self.scene);
+        if self.uses.contacts {
+            saved.restore_contacts(&mut self.contacts);
+        }
+        self.multipliers.mu_dt =
+            saved.restore_multipliers(&mut self.multipliers.mu, &mut self.multipliers.tension);
+        self.progress.stage = Stage::Unsolved;
+        self.system_data.rows.update_state(&self.scene, self.time);
     }
 
     fn return_to_substep_start(&mut self) {
@@ -232,7 +253,7 @@ impl Step {
     ) -> Result<bool, StepError> {
         self.keep_substep_start();
         self.system_data.load_velocities(&self.scene.bodies);
-        if self.contacts.can_be() {
+        if self.uses.contacts {
             self.find_contacts(dt, false)?;
         }
         self.system_data.rows.drive(&self.scene, self.time, end);
@@ -333,12 +354,8 @@ impl Step {
         let jv = &self.system.in_rows[0];
         self.system_data.regularize(dt, jv, Known::Rates(&known));
         if pass == Pass::Next {
-            curvature::follow_iterate(
-                &mut self.system_data,
-                &self.guarded.search.begun,
-                &known,
-                dt,
-            );
+            let begun = &self.guarded.search.begun;
+            self.system_data.follow_iterate(begun, &known, dt);
         }
         self.system_data.known = known;
         self.activation.leave_drift(&mut self.system_data, dt);

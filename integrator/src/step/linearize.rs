@@ -13,10 +13,12 @@ impl Step {
         self.note_stage();
         self.progress.stage = Stage::Unsolved;
         let dt = self.substep();
-        if self.contacts.can_be() {
+        if self.uses.contacts {
             self.find_contacts(dt, true)?;
         }
-        self.slip.update_ratios(&self.scene);
+        if self.uses.slip {
+            self.slip.update_ratios(&self.scene);
+        }
         let (system_data, history) = (&mut self.system_data, &mut self.history);
         system_data.load_velocities(&self.scene.bodies);
         let jv = &mut self.system.in_rows[0];
@@ -36,7 +38,7 @@ impl Step {
                     .update(&system_data.rows, tension, Some(excess));
             }
         }
-        if stiffness != GeometricStiffness::Off {
+        if self.uses.contacts && stiffness != GeometricStiffness::Off {
             self.contacts
                 .stiffen(&self.scene, &mut system_data.geometric);
         }
@@ -59,7 +61,7 @@ impl Step {
         system_data
             .rows
             .drive(&self.scene, self.time, self.time + dt);
-        if !self.winches.all.is_empty() {
+        if self.uses.winches {
             winch_cuts::leave_room(
                 &mut self.active_set,
                 &self.scene,
@@ -67,15 +69,16 @@ impl Step {
                 self.time + dt,
             );
         }
-        // The last drives of cables that slip hold their slip.
-        let jerk = if self.slip.is_empty() {
-            divided::LEAST * slowest(&self.scene, dt)
-        } else {
-            f64::INFINITY
-        };
-        self.activation
-            .weigh(system_data, &weights, rates, jerk, dt);
-        self.slip.forget();
+        if self.uses.bounds {
+            // The last drives of cables that slip hold their slip.
+            let jerk = match self.uses.slip {
+                true => f64::INFINITY,
+                false => divided::LEAST * slowest(&self.scene, dt),
+            };
+            self.activation
+                .weigh(system_data, &weights, rates, jerk, dt);
+            self.slip.forget();
+        }
         let stiff = stiffness != GeometricStiffness::Off;
         system_data.soften_transverse_rows(&self.multipliers.tension, stiff);
         let past = Known::Past {
@@ -84,12 +87,13 @@ impl Step {
             now: &mut history.rate_now,
         };
         system_data.regularize(dt, jv, past);
-        self.activation
-            .round_kinks(system_data, &history.rate_now, dt);
-        self.activation.begin(&system_data.rows);
-        self.activation.damp_from_taut(system_data, dt);
-        let step = (self.time, dt);
-        self.curvature.follow(&self.scene, system_data, jv, step);
+        if self.uses.bounds {
+            self.activation
+                .round_kinks(system_data, &history.rate_now, dt);
+            self.activation.begin(&system_data.rows);
+            self.activation.damp_from_taut(system_data, dt);
+        }
+        system_data.follow_curves(&self.scene, jv, (self.time, dt));
         if self.guarded.division.parts > 1 {
             self.activation.leave_drift(system_data, dt);
             self.activation

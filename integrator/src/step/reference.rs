@@ -1,13 +1,71 @@
 //! The linear system of the last solve in either form, and its solution in extended precision: the KKT system of M̃, J, Σ and c
 //! as rounded to doubles, to the last digit. The oracle for every form and backend.
+//!
+//! Samples tell the error of the linear algebra without it: of a step the residual of the solution is solved for by the same
+//! factor, S d = r. The impulses d move the load in that step by Δt |M̃⁻¹ Jᵀ d|.
 
 use super::Step;
+use super::system::{LinearSystem, schur_residual};
 use crate::active_set::{ActiveSet, Outcome};
 use crate::assembly_map::AssemblyMap;
+use crate::geometric::wrench;
 use crate::slip::Slip;
 use crate::system_data::SystemData;
 use crate::{Elimination, Form, StepError, elimination};
+use nalgebra::Vector3;
+use taut_model::{BodyVectors, Scene};
 use taut_solver::{Backend, SolveError, SymBlockMatrix};
+
+/// What a sample needs, and the largest error so far.
+pub(crate) struct Sample {
+    /// Set while the next linear solve is to be sampled.
+    pub(crate) is_due: bool,
+    /// By how much the error of a solve moved the load, at most \[m].
+    pub(crate) moved: f64,
+    /// Δv of the step, and the correction of its multipliers, one a row.
+    dv: BodyVectors,
+    correction: Vec<f64>,
+}
+
+impl Sample {
+    /// Samples of steps of the scene, after some whose largest error is `moved` (m).
+    pub(crate) fn new(step: &Step, moved: f64) -> Self {
+        Self {
+            is_due: false,
+            moved,
+            dv: BodyVectors::new(step.scene.bodies.len()),
+            correction: vec![0.0; step.multipliers.mu.len()],
+        }
+    }
+
+    /// Takes the sample of a linear solve that was just made.
+    pub(super) fn take(&mut self, of: &mut Step) {
+        self.is_due = false;
+        let Some(load) = load_of(&of.scene).filter(|load| of.scene.bodies.is_dynamic(*load)) else {
+            return;
+        };
+        self.dv.copy_from(&of.system_data.dv);
+        let solved = of.correction(&mut self.correction);
+        of.system_data.dv.copy_from(&self.dv);
+        if solved.is_err() {
+            return;
+        }
+        let rows = &of.system_data.rows;
+        let held = rows
+            .slots
+            .iter()
+            .enumerate()
+            .filter(|(_, slot)| slot.body == load);
+        let impulse: Vector3<f64> = held.map(|(s, _)| wrench(rows, s, &self.correction).0).sum();
+        let moved = impulse.norm() / of.scene.bodies.mass[load] * of.multipliers.mu_dt;
+        self.moved = self.moved.max(moved);
+    }
+}
+
+/// The load, or the last body of a scene without one.
+pub(crate) fn load_of(scene: &Scene) -> Option<usize> {
+    scene.load.or_else(|| scene.bodies.len().checked_sub(1))
+}
 
 impl Step {
     /// Matrix and right-hand side of the last solve in either form, assembled anew.
@@ -169,6 +227,38 @@ impl Step {
         let mut mu = vec![0.0; rows.rows()];
         assembly_map.scatter_multipliers(rows, &x, -1.0, &mut mu);
         Ok(mu)
+    }
+
+    /// Error d of the solution `x`, by its residual r and the factor: A d = r. The multipliers of d
+    /// go into `d`, one a row. Overwrites Δv of the system's data.
+    fn correction(&mut self, d: &mut [f64]) -> Result<(), SolveError> {
+        let system_data = &mut self.system_data;
+        let LinearSystem {
+            solver,
+            matrix,
+            rhs,
+            x,
+            assembly_map,
+            in_rows: [mu, residual],
+            columns: [r, solution],
+            ..
+        } = &mut self.system;
+        r.resize(x.len(), 0.0);
+        solution.resize(x.len(), 0.0);
+        if solver.takes_guess() {
+            solution.fill(0.0);
+        }
+        match self.options.form {
+            Form::Schur => schur_residual(assembly_map, system_data, x, [mu, residual], r),
+            Form::Kkt => matrix.subtract_product(rhs, x, r),
+        }
+        solver.solve_unjudged(matrix, r, solution)?;
+        let sign = self.multiplier_sign();
+        let [_, solution] = &self.system.columns;
+        self.system
+            .assembly_map
+            .scatter_multipliers(&self.system_data.rows, solution, sign, d);
+        Ok(())
     }
 
     /// A solver's error at the present time, whatever its block.

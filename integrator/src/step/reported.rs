@@ -15,9 +15,6 @@ use crate::ContactForce;
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
 
-/// Part of a step from which on one solve is all of it.
-const WHOLE: f64 = 1.0 - 1e-9;
-
 /// A contact of the step, with the sum of its impulses \[N s] in place of its force.
 #[derive(Debug, Clone)]
 struct Touched {
@@ -38,7 +35,7 @@ pub(crate) struct Reported {
     /// Largest measure of each event of the scene over the sub-steps: the force \[N], or minus the distance \[m].
     pub(crate) met: Vec<f64>,
     /// True once there is more to tell of the present step than its last solve.
-    opened: bool,
+    pub(crate) opened: bool,
     /// True where these are told, and not the forces of the last solve.
     tells: bool,
     /// Contacts of the step before the scene was changed.
@@ -93,9 +90,6 @@ impl Reported {
 
     /// The sums become means over their time, which are told. Those of one solve alone stay as they are.
     fn close(&mut self) {
-        if !self.opened {
-            return;
-        }
         let factor = 1.0 / self.time;
         self.sum.iter_mut().for_each(|force| *force *= factor);
         for touched in &mut self.touched {
@@ -136,11 +130,8 @@ impl Reported {
 }
 
 impl Step {
-    /// A sub-step of `dt` stands. In a divided step the sums of its parts' rows are those of the division.
-    pub(crate) fn tell(&mut self, dt: f64) {
-        if dt >= WHOLE * self.options.dt && !self.record.reported.opened {
-            return;
-        }
+    /// Adds a sub-step of `dt`. In a divided step the sums of its parts' rows are those of the division.
+    pub(super) fn add_told(&mut self, dt: f64) {
         self.record.reported.open();
         self.record.reported.time += dt;
         if self.is_divided() {
@@ -182,12 +173,9 @@ impl Step {
         }
     }
 
-    /// The step is done: means are told from here on.
+    /// The step is done, with more to tell than its last solve: means are told from here on.
     pub(crate) fn close_told(&mut self) {
         self.record.reported.close();
-        if !self.record.reported.tells {
-            return;
-        }
         if !self.record.reported.touched.is_empty() {
             let contacts = self
                 .record

@@ -14,10 +14,10 @@
 //! segments, in which waves begin so. The first step of the linearly implicit scheme, r⁺ = −φ/Δt, is such a blow.
 
 use super::Step;
+use crate::StepError;
 use crate::active_set::response_of_row;
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
-use crate::{GeometricStiffness, StepError};
 use nalgebra::Vector3;
 use taut_model::Scene;
 
@@ -30,32 +30,19 @@ const RIGID: f64 = 9.0;
 const INSTANT: f64 = 1e-3;
 
 impl Step {
-    /// A solve without geometric stiffness, where there are no multipliers to make it of.
-    pub(crate) fn find_tension(&mut self) -> Result<(), StepError> {
-        if self.options.stiffness == GeometricStiffness::Off || self.multipliers.tension_known {
-            return Ok(());
-        }
-        self.solve_scheme(GeometricStiffness::Off)
-    }
-
-    /// The multipliers of the geometric stiffness; before the first step of a body also its velocity half a step back for
-    /// the schemes that keep it there, v_0 − (Δt/2) a_0.
-    pub(crate) fn start(&mut self) -> Result<(), StepError> {
-        self.guarded.division.from_start = false;
-        self.note_stage();
-        if self.progress.started && self.progress.newly_added.is_empty() {
-            return self.find_tension();
-        }
+    /// Before the first step of a body: the multipliers of the geometric stiffness, and its velocity half a step back for the
+    /// schemes that keep it there, v_0 − (Δt/2) a_0.
+    pub(super) fn start_bodies(&mut self) -> Result<(), StepError> {
         // Contacts at rest alone: a blow's acceleration does not belong to the motion before it. Between divided steps half kicks
         // are added and taken back alike.
         let is_first = self.guarded.division.parts == 1 && !self.guarded.division.goes_on;
         (self.contacts.begins, self.activation.begins) = (true, is_first);
-        let done = self.start_bodies();
+        let done = self.take_halves_back();
         (self.contacts.begins, self.activation.begins) = (false, false);
         done
     }
 
-    fn start_bodies(&mut self) -> Result<(), StepError> {
+    fn take_halves_back(&mut self) -> Result<(), StepError> {
         self.find_tension()?;
         if self.options.scheme.is_staggered() {
             self.keep_substep_start();
@@ -69,9 +56,11 @@ impl Step {
                 let (mu, tension) = (&mut self.multipliers.mu, &mut self.multipliers.tension);
                 self.multipliers.mu_dt =
                     self.guarded.substep_start.restore_multipliers(mu, tension);
-                self.guarded
-                    .substep_start
-                    .restore_contacts(&mut self.contacts);
+                if self.uses.contacts {
+                    self.guarded
+                        .substep_start
+                        .restore_contacts(&mut self.contacts);
+                }
             } else {
                 self.take_half_back(0..self.scene.bodies.len(), 1.0);
                 self.guarded.division.from_start = true;
@@ -98,17 +87,8 @@ impl Step {
         }
     }
 
-    /// Before the first step of a run, the blow of what moves against rigid rows.
-    pub(crate) fn strike_at_start(&mut self) -> Result<(), StepError> {
-        let is_first = !self.progress.started && self.time == 0.0;
-        if is_first && self.options.scheme.is_staggered() {
-            self.strike_rigid_rows()?;
-        }
-        Ok(())
-    }
-
     /// The blow of rigid rows at the velocities of the start, where these rows are faster than the slowest blow of contacts.
-    fn strike_rigid_rows(&mut self) -> Result<(), StepError> {
+    pub(super) fn strike_rigid_rows(&mut self) -> Result<(), StepError> {
         let dt = self.substep();
         let system_data = &mut self.system_data;
         system_data.load_velocities(&self.scene.bodies);

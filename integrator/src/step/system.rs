@@ -7,10 +7,9 @@
 //! KKT      [M̃ Jᵀ; J −Σ] (Δv, −μ) = (Δt f, c − J v)
 //! ```
 //!
-//! Where rows have bounds it is solved until all of them keep theirs.
+//! Where rows have bounds, or shapes touch, it is solved until all of them keep theirs ([`super::condensed`]).
 
 use super::{Stage, Step, choice};
-use crate::active_set::Outcome;
 use crate::assembly_map::{AssemblyMap, BlockOf};
 use crate::elimination::EliminationOrder;
 use crate::system_data::SystemData;
@@ -50,30 +49,13 @@ pub(crate) struct Multipliers {
 
 impl Step {
     /// Assembles, factorises, solves and refines the system of the system's data, for a step `dt` long: once, or until all rows
-    /// with bounds keep them.
+    /// with bounds keep them and contacts their conditions.
     pub(crate) fn solve_linearized(&mut self, dt: f64) -> Result<(), StepError> {
-        self.active_set.begin();
-        self.begin_condensed(false);
-        let undecided = self.tally.undecided;
-        loop {
-            self.tally.undecided = undecided;
-            self.active_set.hold(&mut self.system_data, dt);
-            self.begin_condensed(true);
-            let solved = self.solve_once(dt);
-            self.active_set.release(&mut self.system_data);
-            solved?;
-            self.release_condensed();
-            let presses = self.contacts.presses();
-            let verdict =
-                self.active_set
-                    .judge(&mut self.system_data, &mut self.multipliers.mu, dt, presses);
-            self.tally.undecided += usize::from(verdict == Outcome::NotConverged);
-            if verdict != Outcome::Changed {
-                break;
-            }
-            self.take_condensed_out();
+        if self.uses.bounds || self.uses.contacts {
+            self.solve_within_bounds(dt)?;
+        } else {
+            self.solve_once(dt)?;
         }
-        self.end_condensed();
         self.multipliers.mu_dt = dt;
         let tension = Multiply(
             1.0 / dt,
@@ -87,8 +69,7 @@ impl Step {
     }
 
     /// One linear system: μ of all rows as if none had bounds.
-    fn solve_once(&mut self, dt: f64) -> Result<(), StepError> {
-        self.contacts.apply(&mut self.system_data.inertia, true);
+    pub(super) fn solve_once(&mut self, dt: f64) -> Result<(), StepError> {
         self.assemble(dt);
         self.tally.end(Phase::Assemble);
         self.system
@@ -96,7 +77,7 @@ impl Step {
             .factorize(&self.system.matrix)
             .map_err(|e| self.culprit(e))?;
         self.tally.end(Phase::Factorize);
-        self.solve_condensed(dt)
+        self.solve_assembled()
     }
 
     /// μ of the factorised system and its right-hand side.
@@ -117,38 +98,6 @@ impl Step {
             sample.take(self);
             self.record.sample = Some(sample);
         }
-        Ok(())
-    }
-
-    /// Error d of the solution `x`, by its residual r and the factor: A d = r. The multipliers of d
-    /// go into `d`, one a row. Overwrites Δv of the system's data.
-    pub(crate) fn correction(&mut self, d: &mut [f64]) -> Result<(), SolveError> {
-        let system_data = &mut self.system_data;
-        let LinearSystem {
-            solver,
-            matrix,
-            rhs,
-            x,
-            assembly_map,
-            in_rows: [mu, residual],
-            columns: [r, solution],
-            ..
-        } = &mut self.system;
-        r.resize(x.len(), 0.0);
-        solution.resize(x.len(), 0.0);
-        if solver.takes_guess() {
-            solution.fill(0.0);
-        }
-        match self.options.form {
-            Form::Schur => schur_residual(assembly_map, system_data, x, [mu, residual], r),
-            Form::Kkt => matrix.subtract_product(rhs, x, r),
-        }
-        solver.solve_unjudged(matrix, r, solution)?;
-        let sign = self.multiplier_sign();
-        let [_, solution] = &self.system.columns;
-        self.system
-            .assembly_map
-            .scatter_multipliers(&self.system_data.rows, solution, sign, d);
         Ok(())
     }
 
@@ -284,7 +233,7 @@ impl Step {
     }
 
     /// The unknown of the symmetric KKT form is −μ.
-    fn multiplier_sign(&self) -> f64 {
+    pub(super) fn multiplier_sign(&self) -> f64 {
         match self.options.form {
             Form::Schur => 1.0,
             Form::Kkt => -1.0,
@@ -320,7 +269,7 @@ impl Step {
 }
 
 /// The residual of the Schur form at `x` from the system's data, into `r`; `mu` and `residual` are one number a row.
-fn schur_residual(
+pub(super) fn schur_residual(
     assembly_map: &AssemblyMap,
     system_data: &mut SystemData,
     x: &[f64],

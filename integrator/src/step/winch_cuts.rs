@@ -24,27 +24,18 @@ pub(crate) struct Winches {
 
 impl Winches {
     pub(super) fn new(scene: &Scene) -> Self {
-        let has_winch = |constraint: &Constraint| match constraint {
-            Constraint::MasslessCable(cable) => cable.winch.is_some(),
-            other => matches!(other, Constraint::Fairlead(_)),
-        };
-        let all = scene.constraints.iter().enumerate();
+        let has_winch = |i: &usize| scene.constraints[*i].winch().is_some();
         Self {
             fairleads: scene.fairleads().collect(),
-            all: all
-                .filter_map(|(i, constraint)| has_winch(constraint).then_some(i))
-                .collect(),
+            all: (0..scene.constraints.len()).filter(has_winch).collect(),
         }
     }
 }
 
 impl Step {
-    /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
-    /// have paid out.
-    pub(crate) fn accept(&mut self) {
-        self.activation.accept(&self.active_set);
-        let rows = &mut self.system_data.rows;
-        let mut slipped = rows.follow_windings(&mut self.scene, self.time);
+    /// Drums that slipped have paid out; true if one did.
+    pub(super) fn pay_out(&mut self) -> bool {
+        let (mut slipped, rows) = (false, &self.system_data.rows);
         let dt = self.progress.stage.advanced();
         for k in self.active_set.at_lower() {
             let bound = rows.bounds[k];
@@ -63,9 +54,11 @@ impl Step {
                 slipped |= cable.run_out(self.time);
             }
         }
-        if slipped {
-            self.system_data.rows.update_state(&self.scene, self.time);
-        }
+        slipped
+    }
+
+    /// Winches have wound in and out until now; true if one stalls or comes free.
+    pub(super) fn follow_winches(&mut self) -> bool {
         // A drum that stalls has fed its cable until now.
         self.cut_at_winches();
         let mut stalled = false;
@@ -75,9 +68,7 @@ impl Step {
         if stalled {
             self.system_data.rows.update_state(&self.scene, self.time);
         }
-        if slipped || stalled || self.slip.slips() {
-            self.system_data.rescale(&self.scene);
-        }
+        stalled
     }
 
     /// No winch feeds more in a step than its first segment can lose.
@@ -99,7 +90,7 @@ impl Step {
     }
 
     /// First segments are as long as the present state has them.
-    pub(super) fn cut_at_winches(&mut self) {
+    fn cut_at_winches(&mut self) {
         let mut cut = false;
         for n in 0..self.winches.fairleads.len() {
             let i = self.winches.fairleads[n];
@@ -129,11 +120,7 @@ impl Step {
             -self.multipliers.mu[row] / self.multipliers.mu_dt,
             self.time,
         );
-        match &mut self.scene.constraints[i] {
-            Constraint::MasslessCable(cable) => cable.stall(tension, time),
-            Constraint::Fairlead(lead) => lead.stall(tension, time),
-            _ => false,
-        }
+        self.scene.constraints[i].stall(tension, time)
     }
 
     /// Rope that the slipping drum of fairlead `i` has paid out in the last sub-step \[m]; takes it

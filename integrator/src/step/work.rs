@@ -104,9 +104,6 @@ impl Account {
 impl Step {
     /// A sub-step of `dt` is done, whose forces belong to its beginning or, where it is `implicit`, to its end: its work.
     pub(crate) fn account(&mut self, dt: f64, implicit: bool) {
-        if self.options.energy_tolerance.is_none() {
-            return;
-        }
         let [_, scratch] = &mut self.system.in_rows;
         let mut moved = std::mem::take(scratch);
         self.drives(dt, &mut moved);

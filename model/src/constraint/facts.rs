@@ -70,6 +70,17 @@ pub(crate) trait Facts: Sides {
         None
     }
 
+    /// The winch, to be set at time `t` (s), and the length off its drum then \[m].
+    fn winch_mut(&mut self, _t: f64) -> Option<(&mut Winch, f64)> {
+        None
+    }
+
+    /// Stalls the winch at its empty drum under this tension (N) at time `t` (s), or lets it haul in again. Returns true on a
+    /// change.
+    fn stall(&mut self, _tension: f64, _t: f64) -> bool {
+        false
+    }
+
     /// Length at rest at time `t` (s) of a cable \[m].
     fn length_at(&self, _t: f64) -> Option<f64> {
         None

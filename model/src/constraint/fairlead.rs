@@ -75,12 +75,6 @@ impl Fairlead {
         winch.length_at(self.length, t)
     }
 
-    /// As [`MasslessCable::stall`](super::MasslessCable::stall), after the cable was cut to its length at time `t` (s).
-    pub fn stall(&mut self, tension: f64, t: f64) -> bool {
-        let stalls = self.winch.stalls(self.length_at(t), tension);
-        std::mem::replace(&mut self.winch.stalled, stalls) != stalls
-    }
-
     /// Rope paid out by a drum that slipped at time `t` (s), for the violation `phi` (m) of the
     /// first row: until the elastic law gives the force `spring` (N), the holding force less that of a damper, or the drum is
     /// empty \[m].
@@ -135,6 +129,15 @@ impl Facts for Fairlead {
 
     fn winch(&self) -> Option<&Winch> {
         Some(&self.winch)
+    }
+
+    fn winch_mut(&mut self, _t: f64) -> Option<(&mut Winch, f64)> {
+        Some((&mut self.winch, self.length))
+    }
+
+    fn stall(&mut self, tension: f64, t: f64) -> bool {
+        let stalls = self.winch.stalls(self.length_at(t), tension);
+        std::mem::replace(&mut self.winch.stalled, stalls) != stalls
     }
 
     fn length_at(&self, t: f64) -> Option<f64> {

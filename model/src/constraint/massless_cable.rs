@@ -233,21 +233,6 @@ impl MasslessCable {
         0.0
     }
 
-    /// Stalls the drum, or lets it haul in again, by the tension (N) of the step that ended at time `t` (s). Returns true on a
-    /// change.
-    pub fn stall(&mut self, tension: f64, t: f64) -> bool {
-        let length = self.length_at(t);
-        let Some(stalls) = self.winch.map(|w| w.stalls(length, tension)) else {
-            return false;
-        };
-        let changes = self.winch.is_some_and(|w| w.stalled != stalls);
-        if changes {
-            self.rebase(t);
-            self.winch.iter_mut().for_each(|w| w.stalled = stalls);
-        }
-        changes
-    }
-
     /// Empties the drum at time `t` (s). Returns true where rope was left on it.
     pub fn run_out(&mut self, t: f64) -> bool {
         let longest = self.winch.map_or(f64::INFINITY, |w| w.longest);
@@ -340,6 +325,24 @@ impl Facts for MasslessCable {
 
     fn winch(&self) -> Option<&Winch> {
         self.winch.as_ref()
+    }
+
+    fn winch_mut(&mut self, t: f64) -> Option<(&mut Winch, f64)> {
+        self.rebase(t);
+        self.winch.as_mut().zip(Some(self.length))
+    }
+
+    fn stall(&mut self, tension: f64, t: f64) -> bool {
+        let length = self.length_at(t);
+        let Some(stalls) = self.winch.map(|w| w.stalls(length, tension)) else {
+            return false;
+        };
+        let changes = self.winch.is_some_and(|w| w.stalled != stalls);
+        if changes {
+            self.rebase(t);
+            self.winch.iter_mut().for_each(|w| w.stalled = stalls);
+        }
+        changes
     }
 
     fn length_at(&self, t: f64) -> Option<f64> {

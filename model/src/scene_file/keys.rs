@@ -6,7 +6,6 @@ use super::{
     JointEntry, MasslessCableEntry, SceneSource, each_source,
 };
 use crate::params::{Keys, Parameters};
-use crate::particles::{ChainModel, ParticleChainParams};
 
 /// A key and its meaning.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,15 +29,17 @@ pub(super) fn of(keys: Keys) -> Vec<Key> {
     keys.iter().map(key).collect()
 }
 
-/// Description of a named scene: the first paragraph of its module's documentation.
+/// Description of a named scene: the first paragraph of the documentation of its parameters. A model with a letter has no name
+/// that describes it: its own documentation does.
 pub(super) fn about(source: &SceneSource) -> String {
-    fn of<P: Parameters>(_: &P) -> String {
-        first_paragraph(P::SOURCE)
+    fn of<P: Parameters>(params: &P) -> String {
+        let lines = P::ABOUT.iter().map(|line| line.trim());
+        let mut words: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
+        let kind = params.about_kind().strip_prefix(" (");
+        words.extend(kind.and_then(|kind| Some(kind.split_once(") ")?.1)));
+        clean(&words.join(" "))
     }
-    match source {
-        SceneSource::Particles(params) => about_chain(params.model),
-        other => each_source!(other, params => of(&**params), _ => String::new()),
-    }
+    each_source!(source, params => of(&**params), _ => String::new())
 }
 
 /// The keys of the parameters of a named scene; none for an explicit scene.
@@ -47,22 +48,6 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
         of(P::KEYS)
     }
     each_source!(source, params => of_params(&**params), _ => Vec::new())
-}
-
-fn about_chain(model: ChainModel) -> String {
-    let letter = model.name().trim_start_matches("particles-");
-    let mark = format!("/// ({letter}) ");
-    let source = ParticleChainParams::SOURCE;
-    let line = source.lines().find_map(|l| l.trim().strip_prefix(&mark));
-    let model = line.map_or_else(String::new, |l| format!(" {}", clean(l)));
-    format!("A chain of particles and links.{model}")
-}
-
-/// The first paragraph of a module's documentation.
-fn first_paragraph(source: &str) -> String {
-    let lines = source.lines().map(|l| l.trim_start_matches("//!").trim());
-    let paragraph: Vec<&str> = lines.take_while(|l| !l.is_empty()).collect();
-    clean(&paragraph.join(" "))
 }
 
 /// True if the named scene uses the key. Scenes that share their parameters say so in a key's

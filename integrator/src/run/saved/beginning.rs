@@ -77,15 +77,6 @@ impl Stepper {
         self.share_stop();
     }
 
-    /// A step begins, or another call whose work counts.
-    pub(crate) fn begin_effort(&mut self) {
-        self.step.effort.begin();
-        if let Some(mut beginning) = self.beginning.take() {
-            beginning.keep(self);
-            self.beginning = Some(beginning);
-        }
-    }
-
     /// Takes a stopped step back to its beginning; false where none is kept.
     ///
     /// # Errors

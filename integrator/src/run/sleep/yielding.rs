@@ -8,7 +8,7 @@
 //! friction carry no force that could fall short.
 
 use crate::active_set::RowState;
-use crate::run::Stepper;
+use crate::step::Step;
 use nalgebra::Vector3;
 use taut_model::RowBounds;
 use taut_model::linearized::dot;
@@ -24,26 +24,21 @@ const SHUFFLES: f64 = 1e4;
 /// Part of the friction that is used up at the cone.
 const AT_CONE: f64 = 1.0 - 1e-9;
 
-impl Stepper {
+impl Step {
     /// True if a force at its limit gives way faster than `speed` (m/s). `reach` is the extent of
     /// the material points of each body \[m].
     pub(super) fn gives_way(&self, speed: f64, reach: &[Vector3<f64>]) -> bool {
-        let mut bounds = self
-            .step
-            .system_data
-            .rows
-            .bounds
-            .iter()
-            .zip(self.step.active_set.places());
+        let rows = self.system_data.rows.bounds.iter();
+        let mut bounds = rows.zip(self.active_set.places());
         bounds.any(|(bound, place)| place != RowState::Inside && self.yields(bound, speed, reach))
-            || self.step.slip.rates().any(|rate| rate.abs() > speed)
+            || self.slip.rates().any(|rate| rate.abs() > speed)
             || self.slides(SHUFFLES * speed)
     }
 
     /// True if a row that carries a force at its limit moves.
     fn yields(&self, bound: &RowBounds, speed: f64, reach: &[Vector3<f64>]) -> bool {
-        let rows = &self.step.system_data.rows;
-        if self.step.multipliers.mu[bound.row] == 0.0 {
+        let rows = &self.system_data.rows;
+        if self.multipliers.mu[bound.row] == 0.0 {
             return false;
         }
         let first = rows.row_range(bound.constraint).start;
@@ -51,7 +46,7 @@ impl Stepper {
         for s in rows.slot_range(bound.constraint) {
             let body = rows.slots[s].body;
             let j = rows.block(s).rows()[bound.row - first];
-            rate += dot(&j, &self.step.scene.bodies.rates(body));
+            rate += dot(&j, &self.scene.bodies.rates(body));
             // Rate of the row if a point at the body's reach moved at `speed`.
             let [x, y, z, p, q, r] = j;
             let turns = Vector3::new(p, q, r).norm() / reach[body].norm().max(f64::MIN_POSITIVE);
@@ -62,8 +57,8 @@ impl Stepper {
 
     /// True if a contact slides with its friction used up.
     fn slides(&self, speed: f64) -> bool {
-        let bodies = &self.step.scene.bodies;
-        self.step.contacts.touches.iter().any(|touch| {
+        let bodies = &self.scene.bodies;
+        self.contacts.touches.iter().any(|touch| {
             let [n, s, t] = touch.impulse;
             let most = touch.found.surface.friction * n;
             let [_, across, along] = touch.rates(|i| bodies.rates(i));

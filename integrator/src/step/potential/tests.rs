@@ -46,18 +46,8 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
     for _ in 0..20 {
         stepper.step().unwrap();
     }
+    stepper.step.keep_substep_start();
     let bodies = &stepper.step.scene.bodies;
-    let (mu, tension) = (
-        &stepper.step.multipliers.mu,
-        &stepper.step.multipliers.tension,
-    );
-    (stepper.step.guarded.substep_start).save(
-        &stepper.step.scene,
-        stepper.step.time,
-        (mu, stepper.step.multipliers.mu_dt),
-        tension,
-        &stepper.step.contacts,
-    );
     stepper.step.system_data.load_velocities(bodies);
     stepper.step.system_data.dv.clear();
     let end = stepper.step.time + dt;
