@@ -14,16 +14,19 @@ use taut_model::scene_file::SceneText;
 use taut_recording::Recorder;
 use taut_tests::fuzzing::{self, TARGETS};
 
-/// No input takes longer: small scenes take milliseconds, and this machine may be busy.
-const LONGEST: Duration = Duration::from_secs(60);
+/// No input takes longer than so many of these slices: small scenes take milliseconds, and this machine may be busy. One that is
+/// suspended for a while loses a slice.
+const SLICES: usize = 60;
+const SLICE: Duration = Duration::from_secs(1);
 
 /// Does something with an input; one that takes too long, and so perhaps for ever, ends the tests and is printed.
 fn in_time<R>(input: &(impl Debug + Sync + ?Sized), work: impl FnOnce() -> R) -> R {
     let (done, waiting) = mpsc::channel::<()>();
     thread::scope(|threads| {
         threads.spawn(move || {
-            if waiting.recv_timeout(LONGEST) == Err(mpsc::RecvTimeoutError::Timeout) {
-                eprintln!("still at it after {LONGEST:?}: {input:?}");
+            let late = || waiting.recv_timeout(SLICE) == Err(mpsc::RecvTimeoutError::Timeout);
+            if (0..SLICES).all(|_| late()) {
+                eprintln!("still at it after {SLICES} times {SLICE:?}: {input:?}");
                 std::process::abort();
             }
         });
