@@ -15,6 +15,17 @@ fn rope(scene: &mut Scene, frames: Vec<Frame>, length: f64, law: RowLaw) -> usiz
     scene.add_constraint("rope", Constraint::MasslessCable(cable), 0)
 }
 
+/// A load that reaches the length of its rope with the speed `speed` after `time` of free fall.
+fn falling(law: RowLaw, speed: f64, time: f64) -> (Scene, f64) {
+    let mut scene = scene("falling");
+    let load = ball(&mut scene, MASS, Vector3::zeros());
+    scene.bodies.velocity[0].z = G * time - speed;
+    let slack = speed * time - 0.5 * G * time * time;
+    let frames = vec![Frame::world(Vector3::z()), load];
+    rope(&mut scene, frames, 1.0 + slack, law);
+    (scene, slack)
+}
+
 /// Rope that a drum pays out, which holds `hold` (N), for a load that falls by `height` (m) into its rope: T = k (x + τ ẋ) while
 /// that is less, T = `hold` while the drum slips, by Euler's rule in steps of 1 µs.
 fn paid_by_law(stiffness: f64, damping: f64, hold: f64, height: f64) -> f64 {
@@ -71,6 +82,70 @@ fn a_drum_that_slips_on_a_damped_rope_pays_out_what_the_law_says() {
                 (paid / exact - 1.0).abs() < allowed,
                 "τ {damping}, {dt}: {paid}, {exact}"
             );
+        }
+    }
+}
+
+/// Largest stretch within 0.3 s of a load that stretches its rope at `speed` at first, T = (x + τ ẋ)/ε ≥ 0: by Runge and Kutta.
+fn largest_stretch(law: RowLaw, speed: f64) -> f64 {
+    if law.compliance == 0.0 {
+        return 0.0;
+    }
+    let stiffness = 1.0 / law.compliance;
+    let pull = |x: f64, u: f64| (stiffness * (x + law.damping * u)).max(0.0);
+    let rate = |[x, u]: [f64; 2]| [u, G - pull(x, u) / MASS];
+    let step = |s: [f64; 2], k: [f64; 2], h: f64| [s[0] + h * k[0], s[1] + h * k[1]];
+    let fast = (stiffness / MASS).sqrt() + stiffness * law.damping / MASS;
+    let h = (0.02 / fast).min(1e-4);
+    let (mut state, mut largest, mut t) = ([0.0, speed], 0.0_f64, 0.0);
+    while t < 0.3 && state[1] > 0.0 {
+        let a = rate(state);
+        let b = rate(step(state, a, 0.5 * h));
+        let c = rate(step(state, b, 0.5 * h));
+        let d = rate(step(state, c, h));
+        state = [0, 1].map(|i| state[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+        largest = largest.max(state[0]);
+        t += h;
+    }
+    largest
+}
+
+/// The largest stretch, after which no force came while the rope was slack at both ends of a step.
+fn caught(law: RowLaw, speed: f64, dt: f64) -> f64 {
+    let time = 0.05;
+    let (scene, slack) = falling(law, speed, time);
+    let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
+    let (mut largest, mut before) = (0.0_f64, f64::NEG_INFINITY);
+    while stepper.time() < time + 0.3 - 0.5 * dt {
+        stepper.step().unwrap();
+        let x = -stepper.scene().bodies.position[0].z - slack;
+        let tension = stepper.tension(0).unwrap();
+        let is_slack = before.max(x) < -1e-12;
+        assert!(
+            !is_slack || tension == 0.0,
+            "{law:?}, {speed}: {tension} N at {x}"
+        );
+        (largest, before) = (largest.max(x), x);
+    }
+    largest
+}
+
+#[test]
+fn a_damped_rope_catches_a_load_where_it_is_taut() {
+    for damping in [0.02, 0.05, 0.3, 0.5, 5.0] {
+        for compliance in [0.0, 1e-6, 3e-5, 1e-4] {
+            for speed in [0.3, 1.0, 5.0, 20.0] {
+                let law = RowLaw::new(compliance, damping);
+                let exact = largest_stretch(law, speed);
+                let error = |dt| (caught(law, speed, dt) - exact).abs();
+                let errors = [DT, DT / 4.0, DT / 16.0].map(error);
+                let what = format!("{law:?}, {speed} m/s: {errors:?} of {exact}");
+                assert!(errors[2] < 1e-3 * (1.0 + exact), "{what}");
+                // First order, as soon as the stretch exceeds the path of one step.
+                for (error, dt) in errors.into_iter().zip([DT, DT / 4.0, DT / 16.0]) {
+                    assert!(error < 0.3 * speed * dt + 1e-5, "{what}");
+                }
+            }
         }
     }
 }
@@ -163,6 +238,21 @@ fn lift_in(mut scene: Scene, share: f64, height: f64, parts: usize, damping: f64
     highest
 }
 
+#[test]
+fn a_landing_and_a_catch_within_a_step_keep_the_lift_of_a_pulley() {
+    for (share, height) in [(5.0 / 12.0, 2.0), (0.35, 1.3), (0.45, 2.7)] {
+        let exact = share * share * height;
+        for (parts, damping) in [(1, 0.0), (1, 0.05), (4, 0.0)] {
+            let found = lift(share, height, parts, damping);
+            let off = found / exact - 1.0;
+            assert!(
+                off.abs() < 0.02,
+                "{share}, {height} m, {parts}, {damping}: {off}"
+            );
+        }
+    }
+}
+
 /// Landings of which the floor takes a part in the frame before, with the rope slack or still taut.
 #[test]
 fn a_landing_in_two_frames_keeps_the_lift_of_a_pulley() {
@@ -215,6 +305,93 @@ fn machines_far_away_leave_the_lift_of_a_pulley_as_it_is() {
         let found = lift_in(scene, share, height, 1, 0.0);
         let off = found / exact - 1.0;
         assert!(off.abs() < 0.02, "tied {step} steps from the catch: {off}");
+    }
+}
+
+/// A hook on a rope over a sheave with friction, which a load under it takes down to the ground and up again.
+fn set_down(law: RowLaw, friction: f64) -> Scene {
+    let mut scene = scene("set-down");
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let hook = ball(&mut scene, 20.0, Vector3::new(0.2, 0.0, 5.0));
+    let size = Vector3::repeat(1.0);
+    let at = Vector3::new(0.2, 0.0, 0.7);
+    let load = scene.add_body("load", Body::cuboid(size, 800.0).at(at));
+    scene.add_collider(Collider::new("load", Some(load), Shape::Cuboid { size }));
+    let top = Frame::body(load, Vector3::z() * 0.5);
+    let sling = vec![hook, top];
+    rope(&mut scene, sling, 3.8 + 1e-4, law);
+    let frames = vec![
+        Frame::world(Vector3::new(-4.0, 0.0, 9.8)),
+        Frame::world(Vector3::new(0.0, 0.0, 10.0)).along(&Vector3::y()),
+        hook,
+    ];
+    let sheave = Sheave {
+        friction,
+        ..Sheave::new(0.2)
+    };
+    let cable = MasslessCable {
+        sheaves: vec![None, Some(sheave), None],
+        winch: Some(Winch::new()),
+        ..MasslessCable::new(frames, 1.0, law)
+    };
+    let path = crate::slip::tests::cable_length(&scene, &cable);
+    let cable = MasslessCable {
+        length: path - 0.002,
+        ..cable
+    };
+    scene.reeve("hoist", &cable, 0).unwrap();
+    scene
+}
+
+/// Friction against the slip, tensions at the limit only where the rope slips, and at rest the lengths of its law.
+#[test]
+fn a_damped_rope_over_a_sheave_goes_on_to_slip_when_its_load_is_set_down() {
+    for damping in [0.0, 0.05, 0.5] {
+        for friction in [0.02, 0.1, 0.3] {
+            let law = RowLaw::new(3e-7, damping);
+            let mut stepper = Stepper::new(set_down(law, friction), options(DT, 1)).unwrap();
+            let parts = ["hoist", "hoist-2"].map(|name| stepper.scene().constraint(name).unwrap());
+            let mut slipped = [0.0; 2];
+            for (stage, speed) in [0.3, 0.0, -0.3, 0.0].into_iter().enumerate() {
+                let winch = Winch {
+                    speed,
+                    ..Winch::new()
+                };
+                stepper.set_winch(parts[0], winch).unwrap();
+                for step in 0..180 {
+                    stepper.step().unwrap();
+                    let [before, after] = parts.map(|c| stepper.tension(c).unwrap());
+                    let slip = stepper.slip_rates().next().unwrap();
+                    let work = (after - before) * slip;
+                    let what = format!("τ {damping}, μ {friction}, {stage}, {step}");
+                    assert!(work > -1e-6, "{what}: {before} N, {after} N, {slip} m/s");
+                    slipped[usize::from(stage > 1)] += slip.abs() * DT;
+                }
+                let rows = stepper.linearized();
+                let gaps = parts.map(|c| {
+                    let r = rows.row_range(c).start;
+                    let tension = stepper.tension(c).unwrap();
+                    let stretch = rows.compliance[r] * tension;
+                    if tension > 0.0 {
+                        rows.phi[r] - stretch
+                    } else {
+                        rows.phi[r].max(0.0)
+                    }
+                });
+                // Dampers come to rest in a few of their times.
+                let bar = if stage % 2 == 0 {
+                    f64::INFINITY
+                } else {
+                    1e-4 * (1.0 + 100.0 * damping)
+                };
+                let held = gaps.iter().all(|gap| gap.abs() < bar);
+                assert!(held, "τ {damping}, μ {friction}, {stage}: {gaps:?}");
+            }
+            assert!(
+                slipped.iter().all(|way| *way > 0.3),
+                "τ {damping}, μ {friction}: {slipped:?}"
+            );
+        }
     }
 }
 

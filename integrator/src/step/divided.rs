@@ -227,7 +227,7 @@ impl Step {
         }
         let dt = self.substep();
         let least = LEAST * slowest(&self.scene, dt);
-        let thrown_on_springs = self.thrown_on_springs(least);
+        let thrown_on_springs = self.thrown_on_springs();
         if self.active_set.is_empty() {
             return thrown_on_springs;
         }
@@ -258,10 +258,9 @@ impl Step {
         both.reduce(f64::max)
     }
 
-    /// The largest Ω of shapes that are thrown back in the step just taken, faster than `least` (m/s), on elastic rows that pull them:
-    /// none below [`SOFT`], or where a division does not resolve it.
-    fn thrown_on_springs(&self, least: f64) -> Option<f64> {
-        let v = &self.system_data.v;
+    /// The largest Ω of shapes that are thrown back in the step just taken on elastic rows that pull them, however slowly: a gain of
+    /// each bounce makes the next one faster. None below [`SOFT`], or where a division does not resolve it.
+    fn thrown_on_springs(&self) -> Option<f64> {
         let omega = |touch: &ContactPoint| {
             let carriers = touch.carriers().iter().map(|carrier| carrier.body);
             let bodies = carriers.filter(|body| self.scene.bodies.is_dynamic(*body));
@@ -272,8 +271,8 @@ impl Step {
             self.substep() * (stiffness / mass).sqrt()
         };
         let thrown = self.contacts.thrown_back();
-        let fast = thrown.filter(|touch| -touch.normal_rate(|i| v.get(i)) > least);
-        fast.map(omega)
+        thrown
+            .map(omega)
             .filter(|omega| (SOFT..RESOLVED).contains(omega))
             .reduce(f64::max)
     }
