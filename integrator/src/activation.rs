@@ -291,8 +291,8 @@ impl Activation {
     /// A row is struck where it is caught or thrown slack faster than `least` (m/s), where its rate changes by more while it is
     /// taut, where its drive jumps by more, or where its load lands faster: the floor may take the load in two steps, in the
     /// first of which the rope still pulls, and its other end is braked with it. Rows from [`SOFT`] to [`STIFF`] are struck only
-    /// as they close, by a jump of their drive, as their load lands, or where the step `goes_on` from a divided one and they swing
-    /// faster: whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within it take for v².
+    /// by a jump of their drive above [`DRIVEN`], or where it does not jump as they close, as their load lands, or as the step
+    /// `goes_on` from a divided one and they swing faster: whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within it take for v².
     ///
     /// `before` are the rates of the step before, `driven` the drives of both \[m/s], `landing` the speed of a row's load \[m/s],
     /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg]; `thrown` the same of rows that

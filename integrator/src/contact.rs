@@ -176,7 +176,7 @@ impl ContactPoint {
     fn recover(&mut self, scene: &Scene, dt: f64, presumed: f64) {
         let compliance = self.found.surface.compliance;
         let force = match self.impulse[0] {
-            0.0 => presumed,
+            0.0 if self.found.gap < 0.0 => presumed,
             impulse => impulse / dt,
         };
         let rate = 1.0 / (dt + self.damping(scene, force));
@@ -404,14 +404,9 @@ impl Contacts {
     }
 
     /// Finds the contacts of a step of `dt` from the present state; those that the last solve had start from its impulses. At the
-    /// `start` of a run the springs of those that begin inside each other may carry up to the scene's weight: what is laid down at
-    /// its resting depth rests, and what is deeper is pushed out.
+    /// `start` of a run the springs of shapes that begin inside each other may carry up to the weight of all that touches: what is laid
+    /// down at its resting depth rests, and what is deeper is pushed out.
     pub(crate) fn find(&mut self, scene: &Scene, dt: f64, start: bool) -> Result<(), SceneError> {
-        let presumed = if start {
-            scene.mass() * scene.gravity.norm()
-        } else {
-            0.0
-        };
         let found = self.collisions.find(scene, dt)?;
         self.touches.clear();
         let touches = found
@@ -422,6 +417,10 @@ impl Contacts {
         if self.begins {
             self.touches.retain(|touch| touch.rests(scene, slowest, dt));
         }
+        let presumed = match start {
+            true => self.touching_mass(scene) * scene.gravity.norm(),
+            false => 0.0,
+        };
         let factor = dt / self.known_dt;
         self.dt = dt;
         self.taken.clear();
@@ -446,6 +445,16 @@ impl Contacts {
             touch.follow(scene, dt);
         }
         Ok(())
+    }
+
+    /// Mass of the dynamic bodies that begin inside others \[kg].
+    fn touching_mass(&self, scene: &Scene) -> f64 {
+        let inside = self.touches.iter().filter(|t| t.found.gap < 0.0);
+        let bodies = inside.flat_map(|t| t.carriers()).map(|of| of.body);
+        let mut bodies: Vec<_> = bodies.filter(|i| scene.bodies.is_dynamic(*i)).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        bodies.iter().map(|i| scene.bodies.mass[*i]).sum()
     }
 
     /// The impulses are those of a solve of `dt`.

@@ -238,8 +238,8 @@ impl fmt::Display for GeometricStiffness {
 /// Where turns at the beginning of the step explain the disagreement, in scenes without cables, limits of force and shapes that
 /// touch, the step is made of 2 to 32 steps of the scheme, which resolve them, and not of implicit ones, which brake them.
 ///
-/// A step in which a stiff rope is caught or thrown slack, or one that is rigid in its eyes driven at another speed at once, is taken
-/// back, too, and made of 32 to 128 steps of the scheme ([`StepReport::divided`](crate::StepReport::divided)): with 32 about 34
+/// A step in which a stiff rope is caught or thrown slack, its drive jumps, or what hangs on elastic joints bounces, is taken
+/// back, too, and made of 32 to 256 steps of the scheme ([`StepReport::divided`](crate::StepReport::divided)): with 32 about 34
 /// times the solves of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

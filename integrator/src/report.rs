@@ -161,7 +161,8 @@ pub struct StepReport {
     pub unconverged_substeps: usize,
     /// True if the guard took the step back and redid it.
     pub redone: bool,
-    /// Sub-steps that the guard divided, because a rope caught or was thrown slack in them, or bodies turned too far.
+    /// Sub-steps that the guard divided, because a rope caught, was thrown slack or driven by a jump in them, what hangs on
+    /// elastic joints bounced, or bodies turned too far.
     #[cfg_attr(feature = "serde", serde(default))]
     pub divided: usize,
     /// Largest disagreement that the guard found, accepted or not, over the lever arm, without unit; 0 without guard.

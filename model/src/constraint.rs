@@ -337,8 +337,8 @@ impl Constraint {
         each_kind!(self, own => own.winch_mut(t))
     }
 
-    /// Stalls the winch at its empty drum under this tension (N) at time `t` (s), or lets it haul in again. Returns true on a
-    /// change.
+    /// Stalls the winch at its empty drum under this tension (N) at time `t` (s), or lets it haul in again; that of a cable of
+    /// segments has been [cut](crate::Scene::cut_at_winch) to its length then. Returns true on a change.
     pub fn stall(&mut self, tension: f64, t: f64) -> bool {
         each_kind!(self, own => own.stall(tension, t))
     }

@@ -1,19 +1,24 @@
 //! Contacts beside motors and ropes: what one solves for the other must not undo.
 
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::SceneSource;
+use taut_model::{Motor, SceneSource};
+
+const DT: f64 = 1.0 / 60.0;
 
 pub(super) fn stepper(text: &str, dt: f64) -> Stepper {
+    weighed(text, dt, None)
+}
+
+/// A run that ends where it gains more energy than this part of its own.
+fn weighed(text: &str, dt: f64, energy_tolerance: Option<f64>) -> Stepper {
     let source = SceneSource::parse(text, &[]).expect("reads");
     let scene = source.build().expect("builds");
-    Stepper::new(
-        scene,
-        StepOptions {
-            dt,
-            ..StepOptions::default()
-        },
-    )
-    .expect("starts")
+    let options = StepOptions {
+        dt,
+        energy_tolerance,
+        ..StepOptions::default()
+    };
+    Stepper::new(scene, options).expect("starts")
 }
 
 /// A cart of `mass` with a wheel in front and one behind, whose brakes hold half of what friction does.
@@ -153,7 +158,7 @@ fn a_load_bounces_in_a_cabin_that_is_hoisted() {
              through = [{{ body = 'world', point = [0, 0, 30] }}, {{ body = 'cabin', point = [0, 0, 0.1] }}]\nwinch = {{ speed = {} }}\n",
             -speed
         );
-        let mut stepper = stepper(&text, 1.0 / rate);
+        let mut stepper = weighed(&text, 1.0 / rate, Some(0.04));
         let fall = (2.0 * 0.3 / 9.81_f64).sqrt();
         let mut highest = 0.0_f64;
         while stepper.time() < 1.7 * fall {
@@ -166,7 +171,7 @@ fn a_load_bounces_in_a_cabin_that_is_hoisted() {
         highest
     };
     for rate in [60.0, 240.0] {
-        for speed in [0.0, 2.0, 4.0] {
+        for speed in [0.0, 2.0, 4.0, -3.0] {
             let (right, apex) = (0.8_f64.powi(2) * 0.3, apex(speed, rate));
             assert!(
                 (apex / right - 1.0).abs() < 0.02,
@@ -212,6 +217,7 @@ fn a_load_that_bounces_under_an_elastic_cable_gains_nothing() {
     for (mass, segments, room, rate) in [
         (100.0, 5, 0.01, 60.0),
         (100.0, 5, 0.01, 120.0),
+        (100.0, 24, 0.01, 60.0),
         (50.0, 3, 0.05, 120.0),
     ] {
         let text = format!(
@@ -255,5 +261,68 @@ fn a_rope_that_slips_under_a_bouncing_load_is_decided() {
     for step in 0..1920 {
         let report = stepper.step().expect("a step");
         assert_eq!(report.undecided, 0, "step {step}");
+    }
+}
+
+/// The motor of a slider pays for what it bats away, whatever the part of the step in which they meet.
+#[test]
+fn a_motor_pays_for_what_its_plate_throws_back() {
+    for place in [0.3, 0.32, 0.34, 0.36] {
+        for rate in [60.0, 240.0] {
+            let text = format!(
+                "load = 'ball'\ngravity = [0, 0, 0]\n[[body]]\nname = 'plate'\nmass = 1\nshape = {{ box = {{ size = [0.1, 1, 1] }} }}\n\
+                 velocity = [4, 0, 0]\ncollide = {{ friction = 0 }}\n[[body]]\nname = 'ball'\nmass = 1\nshape = {{ sphere = {{ radius = 0.1 }} }}\n\
+                 position = [{place}, 0, 0]\ncollide = {{ restitution = 1, friction = 0 }}\n\
+                 [[joint]]\nname = 'way'\nkind = 'slider'\na = 'world'\nb = 'plate'\npoint = [0, 0, 0]\naxis = [1, 0, 0]\nmotor = {{ speed = 4 }}\n"
+            );
+            let mut stepper = weighed(&text, 1.0 / rate, Some(0.02));
+            while stepper.time() < 0.5 {
+                stepper
+                    .step()
+                    .unwrap_or_else(|e| panic!("{place} m, {rate}/s: {e}"));
+            }
+            let v = stepper.scene().bodies.velocity[1].x;
+            assert!((v - 8.0).abs() < 1e-6, "{place} m, {rate}/s: {v} m/s");
+        }
+    }
+}
+
+/// A load that a drum hauls flies on by v²/2g where the drum's motor is stopped at once.
+#[test]
+fn a_load_flies_on_from_a_drum_that_is_stopped() {
+    for stretch in [0.0, 1e-7] {
+        for by_control in [true, false] {
+            let text = format!(
+                "load = 'load'\n[[body]]\nname = 'load'\nmass = 300\nshape = {{ sphere = {{ radius = 0.2 }} }}\nposition = [0.3, 0, -6]\n\
+                 velocity = [0, 0, 1.5]\n[[body]]\nname = 'drum'\nmass = 200\nshape = {{ cylinder = {{ length = 0.6, radius = 0.3 }} }}\n\
+                 rotation = [1.5707963267948966, 0, 0]\nangular_velocity = [0, -5, 0]\n\
+                 [[joint]]\nname = 'axle'\nkind = 'hinge'\na = 'world'\nb = 'drum'\npoint = [0, 0, 0]\naxis = [0, 1, 0]\nmotor = {{ speed = -5 }}\n\
+                 [[massless_cable]]\nname = 'rope'\nstretch = {stretch}\nslack = 0\n\
+                 through = [{{ body = 'drum', sheave = {{ radius = 0.3, axis = [0, 0, -1], turns = 5.25 }} }}, {{ body = 'load' }}]\n\
+                 [[control]]\nname = 'hoist'\ndrives = [{{ joint = 'axle' }}]\n"
+            );
+            let mut stepper = stepper(&text, DT);
+            for _ in 0..30 {
+                stepper.step().expect("a step");
+            }
+            let below = stepper.scene().bodies.position[0].z;
+            if by_control {
+                stepper.set_control(0, 0.0).expect("a control");
+            } else {
+                let axle = stepper.scene().constraint("axle").expect("a joint");
+                stepper.set_motor(axle, Motor::speed(0.0)).expect("a motor");
+            }
+            let mut highest = f64::NEG_INFINITY;
+            for _ in 0..30 {
+                stepper.step().expect("a step");
+                highest = highest.max(stepper.scene().bodies.position[0].z - below);
+            }
+            let rise = 1.5_f64.powi(2) / (2.0 * 9.81);
+            let missed = 9.81 * DT * DT / 8.0;
+            assert!(
+                (highest - rise).abs() < 0.02 * rise + missed,
+                "{stretch} m/N, by control {by_control}: {highest} m of {rise} m"
+            );
+        }
     }
 }

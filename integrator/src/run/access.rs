@@ -275,7 +275,8 @@ impl Stepper {
     ///
     /// # Errors
     /// [`StepError::NotControllable`] where that has no motor or a number is out of its range; a motor has to hold what
-    /// it held before, a position or a speed, for the rows of a scene to stay the same.
+    /// it held before, a position or a speed, for the rows of a scene to stay the same. Those of a solve as
+    /// [`set_control`](Self::set_control).
     pub fn set_motor(&mut self, constraint: usize, motor: Motor) -> Result<(), StepError> {
         let constraints = &mut self.step.scene.constraints;
         if constraint >= constraints.len() {
@@ -297,6 +298,14 @@ impl Stepper {
             ));
         }
         motor.validate(what)?;
+        let jump = match (own.target, motor.target) {
+            (Target::Speed(before), Target::Speed(after)) => after - before,
+            _ => 0.0,
+        };
+        self.step.catch_up_at_jump(constraint, jump)?;
+        let Some(own) = self.step.scene.constraints[constraint].motor_mut() else {
+            return Ok(());
+        };
         if own.target != motor.target && !matches!(motor.target, Target::Speed(_)) {
             // Another position is energy of its own.
             self.step.record.account.close();

@@ -167,8 +167,8 @@ impl Companion {
         self.run = Some(run);
     }
 
-    /// The order sinks to 1 where the report tells of what happens within a step: rows with bounds alone divide one where a rope
-    /// catches, others where bodies turn, which the parts resolve.
+    /// The order sinks to 1 where the report tells of what happens within a step: with rows with bounds a rope may have caught in
+    /// it; without them it is divided where bodies turn or bounce, which the parts resolve.
     fn sink(&mut self, report: &StepReport, is_bounded: bool) {
         let within = report.redone
             || report.divided > 0 && is_bounded

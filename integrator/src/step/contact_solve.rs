@@ -174,9 +174,7 @@ impl Step {
             self.strike(budget, &change, &mu);
         }
         (self.contacts.blow, self.contacts.joints) = ([impulse, change], mu);
-        if done?.is_some() {
-            self.account_for_blow();
-        } else {
+        if done?.is_none() {
             self.contacts.resting.fill([0.0; 3]);
         }
         self.contacts.end_rebound();
@@ -268,10 +266,12 @@ impl Step {
     /// shapes that move together.
     fn strike(&mut self, budget: Budget, change: &BodyVectors, mu: &[f64]) {
         let (linear, square) = works(&self.scene.bodies, change);
-        let part = budget.part(linear - self.work_of_blow(mu), square);
+        let by_rows = self.work_by_rows(mu);
+        let part = budget.part(linear - self.work_by_contacts() - by_rows, square);
         if part < 1.0 {
             self.contacts.lessen(part);
         }
+        self.account_for_blow(part * by_rows);
         let bodies = &mut self.scene.bodies;
         for i in 0..bodies.len() {
             if bodies.is_dynamic(i) {

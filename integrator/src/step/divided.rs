@@ -264,11 +264,10 @@ impl Step {
         let omega = |touch: &ContactPoint| {
             let carriers = touch.carriers().iter().map(|carrier| carrier.body);
             let bodies = carriers.filter(|body| self.scene.bodies.is_dynamic(*body));
-            let (stiffness, mass) = bodies.fold((0.0_f64, 0.0), |(most, mass), body| {
-                let stiffness = self.stiffness_along(body, &touch.push(body));
-                (most.max(stiffness), mass + self.scene.bodies.mass[body])
-            });
-            self.substep() * (stiffness / mass).sqrt()
+            let square = |body: usize| {
+                self.stiffness_along(body, &touch.push(body)) / self.scene.bodies.mass[body]
+            };
+            self.substep() * bodies.map(square).fold(0.0, f64::max).sqrt()
         };
         let thrown = self.contacts.thrown_back();
         thrown
@@ -278,7 +277,7 @@ impl Step {
     }
 
     /// Σ (t·n)² tᵀ k t of the joints at `body`, with the stiffness k of their rows and the direction t of their pull on it \[N/m]: what
-    /// a cable's joint does not pull with, the turn of its segment takes up.
+    /// a cable's joint does not pull with, the turn of its segment takes up. The joint at a cable's end counts as all of the cable.
     fn stiffness_along(&self, body: usize, n: &Vector3<f64>) -> f64 {
         let rows = &self.system_data.rows;
         let slots = rows.slots.iter().enumerate();
@@ -295,9 +294,18 @@ impl Step {
             let stiffness: f64 = elastic
                 .map(|(r, j)| t.dot(&j).powi(2) / rows.compliance[r])
                 .sum();
-            t.dot(n).powi(2) * stiffness
+            t.dot(n).powi(2) * stiffness / self.joints_in_series(body, slot.constraint)
         };
         own.map(of).sum()
+    }
+
+    /// Compliance along a cable of segments over that of its joint `constraint` at the end which `body` hangs on: joints at ends are
+    /// half as compliant as those between segments. 1 for all other constraints.
+    fn joints_in_series(&self, body: usize, constraint: usize) -> f64 {
+        let mut cables = self.scene.cables.iter();
+        let cable = cables
+            .find(|cable| cable.joints.contains(&constraint) && !cable.bodies.contains(&body));
+        cable.map_or(1.0, |cable| 2.0 * cable.bodies.len() as f64)
     }
 
     /// Direction in which bounded row `k` pulls a body with this J.
@@ -492,10 +500,9 @@ impl Step {
         let least = self.scene.gravity.norm() * self.substep();
         // Contacts as a restored run knows them.
         let rides = !self.contacts.known().0.is_empty();
-        let jumps = rides && faster.abs() > least
-            || least > 0.0
-                && (faster > least && self.pays_out(constraint)
-                    || faster.abs() > least && self.turns_a_drum(constraint));
+        let hauls = faster.abs() * self.lever_of_ropes(constraint) > least;
+        let pays_out = faster > least && self.pays_out(constraint);
+        let jumps = rides && faster.abs() > least || least > 0.0 && (hauls || pays_out);
         // Slip goes on from the step before.
         if jumps && self.slip.is_empty() {
             self.catch_up()?;
@@ -510,16 +517,17 @@ impl Step {
         )
     }
 
-    /// True for a hinge on a body that a massless rope is laid on.
-    fn turns_a_drum(&self, constraint: usize) -> bool {
+    /// Largest lever of massless ropes on the bodies of a hinge \[m]; 0 of other constraints.
+    fn lever_of_ropes(&self, constraint: usize) -> f64 {
         let Constraint::Hinge(hinge) = &self.scene.constraints[constraint] else {
-            return false;
+            return 0.0;
         };
+        let rows = &self.system_data.rows;
         let turned = |body: usize| hinge.frames.iter().any(|f| f.body_index() == Some(body));
-        let ropes = self.system_data.rows.others().iter();
-        let ropes = ropes.filter(|c| self.pays_out(**c));
-        let mut laid = ropes.flat_map(|c| self.scene.constraints[*c].frames());
-        laid.any(|frame| frame.body_index().is_some_and(turned))
+        let ropes = rows.others().iter().filter(|c| self.pays_out(**c));
+        let slots = ropes.flat_map(|c| rows.slot_range(*c));
+        let own = slots.filter(|s| turned(rows.slots[*s].body));
+        own.map(|s| rows.lever(s).norm()).fold(0.0, f64::max)
     }
 
     /// Brings velocities that lag half a step behind up to the present state. No row opens or

@@ -150,24 +150,30 @@ impl Step {
         }
     }
 
-    /// The contacts' impulses are those of a blow after the sub-step: its work.
-    pub(crate) fn account_for_blow(&mut self) {
+    /// The contacts' impulses are those of a blow after the sub-step: its work, with that of drives by the impulses of rows \[J].
+    pub(super) fn account_for_blow(&mut self, by_rows: f64) {
         if self.options.energy_tolerance.is_some() {
-            self.record.account.pending += self.work_by_contacts();
+            self.record.account.pending += self.work_by_contacts() + by_rows;
         }
     }
 
-    /// Work of driven bodies and drives in a blow, by the contacts' impulses and by those of the rows in `mu` \[J].
-    pub(super) fn work_of_blow(&mut self, mu: &[f64]) -> f64 {
+    /// Work of driven bodies and drives in a blow by the impulses `mu` of the rows \[J]. What a cable slips over its sheaves is no
+    /// drive.
+    pub(super) fn work_by_rows(&mut self, mu: &[f64]) -> f64 {
         let mut rates = std::mem::take(&mut self.system.in_rows[0]);
         self.drives(1.0, &mut rates);
-        let by_rows: f64 = rates.iter().zip(mu).map(|(rate, mu)| rate * mu).sum();
+        for (k, bound) in self.system_data.rows.bounds.iter().enumerate() {
+            if self.slip.holds(k) {
+                rates[bound.row] = 0.0;
+            }
+        }
+        let work: f64 = rates.iter().zip(mu).map(|(rate, mu)| rate * mu).sum();
         self.system.in_rows[0] = rates;
-        self.work_by_contacts() - by_rows
+        -work
     }
 
     /// Work of driven bodies by the contacts' impulses \[J].
-    fn work_by_contacts(&self) -> f64 {
+    pub(super) fn work_by_contacts(&self) -> f64 {
         let bodies = &self.scene.bodies;
         let mut work = 0.0;
         for touch in &self.contacts.touches {
