@@ -517,7 +517,7 @@ impl Step {
         )
     }
 
-    /// Largest lever of massless ropes on the bodies of a hinge \[m]; 0 of other constraints.
+    /// Largest lever of the pull of massless ropes on the bodies of a hinge \[m]; 0 of other constraints.
     fn lever_of_ropes(&self, constraint: usize) -> f64 {
         let Constraint::Hinge(hinge) = &self.scene.constraints[constraint] else {
             return 0.0;
@@ -527,7 +527,9 @@ impl Step {
         let ropes = rows.others().iter().filter(|c| self.pays_out(**c));
         let slots = ropes.flat_map(|c| rows.slot_range(*c));
         let own = slots.filter(|s| turned(rows.slots[*s].body));
-        own.map(|s| rows.lever(s).norm()).fold(0.0, f64::max)
+        // Of the pull: the angular part of its row of J.
+        let levers = own.filter_map(|s| rows.block(s).rows().first().map(|j| halves(*j)[1]));
+        levers.fold(0.0, f64::max)
     }
 
     /// Brings velocities that lag half a step behind up to the present state. No row opens or
