@@ -450,7 +450,7 @@ impl Contacts {
     /// Mass of the dynamic bodies that begin inside others \[kg].
     fn touching_mass(&self, scene: &Scene) -> f64 {
         let inside = self.touches.iter().filter(|t| t.found.gap < 0.0);
-        let bodies = inside.flat_map(|t| t.carriers()).map(|of| of.body);
+        let bodies = inside.flat_map(ContactPoint::carriers).map(|of| of.body);
         let mut bodies: Vec<_> = bodies.filter(|i| scene.bodies.is_dynamic(*i)).collect();
         bodies.sort_unstable();
         bodies.dedup();
