@@ -74,8 +74,8 @@ const HALF: f64 = 3.0;
 /// where Ω > 0.1, and so do the divisions end.
 pub(crate) const SOFT: f64 = 0.1;
 
-/// Least Ω of a row whose step a jump of its drive divides. A winch that is set to another speed makes a load dip by 1 to 2 % less
-/// than it would from here on undivided, by a quarter from Ω = 1.7 on, and by all of it from Ω = 6 on.
+/// Least Ω of a row whose step a jump of its drive divides. Undivided, the dip of a load whose winch is set to another speed is 1 to
+/// 2 % short from here on, a quarter from Ω = 1.7 on, and all of it from Ω = 6 on.
 const DRIVEN: f64 = 0.35;
 
 /// Least such jump over the rate that divides a step elsewhere. The swing of the jump before is left to whole steps at that rate, and
@@ -292,7 +292,8 @@ impl Activation {
     /// taut, where its drive jumps by more, or where its load lands faster: the floor may take the load in two steps, in the
     /// first of which the rope still pulls, and its other end is braked with it. Rows from [`SOFT`] to [`STIFF`] are struck only
     /// by a jump of their drive above [`DRIVEN`], or where it does not jump as they close, as their load lands, or as the step
-    /// `goes_on` from a divided one and they swing faster: whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within it take for v².
+    /// `goes_on` from a divided one and they swing faster: whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within
+    /// it take for v².
     ///
     /// `before` are the rates of the step before, `driven` the drives of both \[m/s], `landing` the speed of a row's load \[m/s],
     /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg]; `thrown` the same of rows that

@@ -310,10 +310,8 @@ fn resolved(case: &Case) -> usize {
         return steps.len();
     }
     let presses = |m: &Moment| m.contacts.iter().any(|c| c.force.norm() > 0.0);
-    let first = steps
-        .iter()
-        .position(|m| segments && fast(m) || swings && presses(m));
-    first.unwrap_or(steps.len())
+    let beyond = |m: &Moment| segments && fast(m) || swings && presses(m);
+    steps.iter().position(beyond).unwrap_or(steps.len())
 }
 
 /// Energy of the strained rope that drums wind up, which the balance leaves out: half the strain times their work \[J].
