@@ -222,6 +222,8 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     rows.drive(scene, time - run.step.options.dt, time);
     run.step.history.forget(&rows.phi_t);
     rows.update(scene, time);
+    let (known, dt) = of.step.contacts.known();
+    run.step.contacts.remember_again(known, dt);
     Ok(run)
 }
 

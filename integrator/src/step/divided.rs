@@ -174,7 +174,8 @@ impl Step {
         if !holds && (!is_turn || is_part) {
             return None;
         }
-        let caught = self.uses.bounds.then(|| self.caught()).flatten();
+        let may_catch = self.uses.bounds || self.uses.contacts;
+        let caught = may_catch.then(|| self.caught()).flatten();
         self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
             // Parts of one length in run and companion would have the same error, which no estimate sees.
@@ -226,7 +227,10 @@ impl Step {
         }
         let dt = self.substep();
         let least = LEAST * slowest(&self.scene, dt);
-        let thrown_on_springs = self.thrown_on_springs(least);
+        let thrown_on_springs = self.thrown_on_springs();
+        if self.active_set.is_empty() {
+            return thrown_on_springs;
+        }
         let driven = [&*self.guarded.division.phi_t, &*self.history.phi_t];
         let lands = self.contacts.lands();
         let landing = |k| if lands { self.landing(k, false) } else { 0.0 };
@@ -254,9 +258,9 @@ impl Step {
         both.reduce(f64::max)
     }
 
-    /// The largest Ω of shapes that are thrown back in the step just taken, faster than `least` (m/s), on elastic rows that pull them:
-    /// none below [`SOFT`], or where a division does not resolve it.
-    fn thrown_on_springs(&self, least: f64) -> Option<f64> {
+    /// The largest Ω of shapes that are thrown back in the step just taken on elastic rows that pull them, however slowly: a gain of
+    /// each bounce makes the next one faster. None below [`SOFT`], or where a division does not resolve it.
+    fn thrown_on_springs(&self) -> Option<f64> {
         let omega = |touch: &ContactPoint| {
             let carriers = touch.carriers().iter().map(|carrier| carrier.body);
             let bodies = carriers.filter(|body| self.scene.bodies.is_dynamic(*body));
@@ -265,10 +269,9 @@ impl Step {
             };
             self.substep() * bodies.map(square).fold(0.0, f64::max).sqrt()
         };
-        let v = &self.system_data.v;
         let thrown = self.contacts.thrown_back();
-        let fast = thrown.filter(|touch| -touch.normal_rate(|i| v.get(i)) > least);
-        fast.map(omega)
+        thrown
+            .map(omega)
             .filter(|omega| (SOFT..RESOLVED).contains(omega))
             .reduce(f64::max)
     }
@@ -377,6 +380,7 @@ impl Step {
         if done.is_ok() {
             // To the last bit, as a restored run begins.
             self.time = end;
+            self.cut_at_winches();
             self.system_data.rows.update_state(&self.scene, end);
             self.activation.make_young(&self.system_data.rows);
         }

@@ -90,7 +90,7 @@ impl Step {
     }
 
     /// First segments are as long as the present state has them.
-    fn cut_at_winches(&mut self) {
+    pub(super) fn cut_at_winches(&mut self) {
         let mut cut = false;
         for n in 0..self.winches.fairleads.len() {
             let i = self.winches.fairleads[n];

@@ -299,19 +299,20 @@ fn handed_over(case: &Case, n: usize) -> f64 {
 /// thrown back under a rope that swings noticeably within a step: what the guard is for.
 fn resolved(case: &Case) -> usize {
     let (steps, c) = (&case.run.steps, &case.choices);
-    let most = 0.1 * RATE * c.steps.substeps as f64;
-    let fast = |m: &Moment| {
-        let mut spins = m.bodies.angular_velocity.iter().map(Vector3::norm);
-        spins.any(|spin| spin > most)
-    };
     let segments = c.rope.as_ref().is_some_and(|r| r.segments.is_some());
     let swings = c.restitution > 0.0 && (segments || ringing(case) > SWINGS * SWINGS);
     if c.steps.guard || !segments && !swings {
         return steps.len();
     }
     let presses = |m: &Moment| m.contacts.iter().any(|c| c.force.norm() > 0.0);
-    let beyond = |m: &Moment| segments && fast(m) || swings && presses(m);
+    let beyond = |m: &Moment| segments && spins(case, m) || swings && presses(m);
     steps.iter().position(beyond).unwrap_or(steps.len())
+}
+
+/// True if a body turns by more than 0.1 rad in a sub-step, which needs the guard.
+fn spins(case: &Case, m: &Moment) -> bool {
+    let mut spins = m.bodies.angular_velocity.iter().map(Vector3::norm);
+    spins.any(|spin| spin > 0.1 * case.rate())
 }
 
 /// Energy of the strained rope that drums wind up, which the balance leaves out: half the strain times their work \[J].
@@ -663,7 +664,13 @@ fn ride(case: &Case) -> Fault {
 fn pushed(case: &Case) -> Fault {
     let weight = case.choices.weight();
     let run = case.fine()?;
+    // Segments that whirl are pulled at one end and pushed at the other.
+    let whirls = |m: &Moment| !case.choices.steps.guard && spins(case, m);
+    let steady = run.steps.iter().position(whirls).unwrap_or(run.steps.len());
     first_of(run, |n, m| {
+        if n >= steady {
+            return None;
+        }
         if let Some([told, within, _]) = m.column
             && within < -0.1 * weight
             && told > 0.1 * weight

@@ -10,16 +10,16 @@ use taut_model::SceneSource;
 /// Contacts beyond which a scene is not run with shorter steps.
 const MANY: usize = 8;
 
-/// The first step in which two runs differ in a bit.
-fn differs(a: &Run, b: &Run, from: usize) -> Fault {
-    let steps = a.steps[from..].iter().zip(&b.steps);
+/// The first step in which the steps `a`, which begin with number `from`, and a run of as many differ in a bit.
+fn differs(a: &[Moment], b: &Run, from: usize) -> Fault {
+    let steps = a.iter().zip(&b.steps);
     let mut other = steps.enumerate().filter(|(_, (a, b))| a.bits != b.bits);
     let found = other.next().map(|(n, (a, b))| {
         let k = a.bits.iter().zip(&b.bits).position(|(a, b)| a != b);
         let text = format!("number {k:?} of {} and {}", a.bits.len(), b.bits.len());
         (from + n, text)
     });
-    let ends = (a.steps.len() - from, b.steps.len());
+    let ends = (a.len(), b.steps.len());
     found.or_else(|| (ends.0 != ends.1).then(|| (from + ends.0, format!("{ends:?} steps"))))
 }
 
@@ -28,17 +28,39 @@ fn again(case: &Case, options: StepOptions, steps: usize) -> Option<Run> {
     Some(Run::of(stepper, steps))
 }
 
+/// Steps that are taken up again besides the one midway: after what leaves most behind.
+const RESUMED: usize = 4;
+
 pub(super) fn saved(case: &Case) -> Fault {
-    let half = case.run.steps.len() / 2;
+    let all = case.run.steps.len();
+    let half = all / 2;
+    let leaves = |m: &Moment| m.report.divided + m.report.events > 0 || m.report.redone;
+    let before_last = case.run.steps[..all.saturating_sub(1)].iter().enumerate();
+    let sudden = before_last.filter(|(_, m)| leaves(m));
+    let mut resumed: Vec<usize> = sudden.map(|(n, _)| n + 1).take(RESUMED).collect();
+    resumed.push(half);
+    resumed.sort_unstable();
     let mut stepper = Stepper::new(case.scene.clone(), options(&case.choices)).ok()?;
-    for _ in 0..half {
-        stepper.step().ok()?;
+    let mut done = 0;
+    for from in resumed {
+        while done < from {
+            stepper.step().ok()?;
+            done += 1;
+        }
+        let after = &case.run.steps[from..];
+        let count = if from == half { steps() - half } else { 1 };
+        let fault = match stepper.save().and_then(Stepper::restore) {
+            Ok(restored) => {
+                let own = &after[..count.min(after.len())];
+                differs(own, &Run::of(restored, count), from)
+            }
+            Err(error) => Some((from, error.to_string())),
+        };
+        if fault.is_some() {
+            return fault;
+        }
     }
-    let restored = stepper.save().and_then(Stepper::restore);
-    match restored {
-        Ok(restored) => differs(&case.run, &Run::of(restored, steps() - half), half),
-        Err(error) => Some((half, error.to_string())),
-    }
+    None
 }
 
 pub(super) fn estimated(case: &Case) -> Fault {
@@ -47,7 +69,7 @@ pub(super) fn estimated(case: &Case) -> Fault {
         estimate: own.estimate.is_none().then_some(2),
         ..own
     };
-    differs(&case.run, &again(case, other, steps())?, 0)
+    differs(&case.run.steps, &again(case, other, steps())?, 0)
 }
 
 /// A load that hangs far away over a sheave with friction, and another that an event ties where it hangs.
