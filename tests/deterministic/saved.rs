@@ -346,3 +346,37 @@ fn a_drum_that_runs_empty_goes_on_with_the_same_bits() {
         assert!(stood > 5, "{substeps}: {stood}");
     }
 }
+
+/// A load that bounces while its winch pays out, and an event that sets the winch in each step: a divided step ends at its own
+/// time, to which the rope has to be cut.
+#[test]
+fn a_divided_step_in_which_a_winch_is_set_leaves_nothing_unsaved() {
+    let mut text = "load = 'load'\n[[body]]\nname = 'load'\nmass = 100\nshape = { sphere = { radius = 0.25 } }\nposition = [0, 0, 0]\n\
+                    rotation = [0, 0.5, 0]\nvelocity = [0.05, 0, 0]\ncollide = { friction = 1, restitution = 0.8 }\n\
+                    [[ground]]\nname = 'ground'\npoint = [-0.1438, 0, -0.2633]\nnormal = [0.4794, 0, 0.8776]\nfriction = 1\nrestitution = 0.8\n\
+                    [[cable]]\nname = 'rope'\nfrom = { body = 'world', point = [0, 0, 3.25] }\nto = { body = 'load', point = [0, 0, 0.25] }\n\
+                    segments = 2\nea = 981e3\nei = 9.81\ngj = 9.81\nmass_per_length = 0.1\ndamping = 0\nwinch = { since = 0 }\n\
+                    [[control]]\nname = 'hoist'\ndrives = [{ joint = 'rope' }]\n"
+        .to_owned();
+    for step in 6..60 {
+        let (at, value) = (f64::from(step) * DT, 0.5 - 0.01 * f64::from(step % 5));
+        text += &format!(
+            "[[event]]\nname = 'turn-{step}'\nat = {at}\nset = [{{ control = 'hoist', value = {value} }}]\n"
+        );
+    }
+    let scene = SceneSource::parse(&text, &[]).and_then(|source| source.build());
+    let options = StepOptions {
+        guard: Some(Guard::default()),
+        ..StepOptions::default()
+    };
+    let mut stepper = Stepper::new(scene.expect("a scene"), options).expect("sound");
+    let mut divided = 0;
+    for step in 0..60 {
+        let saved = stepper.save().expect("a sound state");
+        let mut again = Stepper::restore(saved).expect("a sound run");
+        divided += stepper.step().expect("a stable run").divided;
+        again.step().expect("a stable run");
+        assert_eq!(observed(&stepper), observed(&again), "step {step}");
+    }
+    assert!(divided > 3, "{divided} divided steps");
+}
