@@ -12,7 +12,7 @@
 //! step before and its load is thrown back in this one, the step is divided too, with the Ω of a row that is caught.
 //!
 //! Shapes that are thrown back on an elastic row reverse its swing within the step. A whole step has one acceleration for both ways,
-//! and each bounce may gain Ω²/3 of the energy. From Ω = [`SOFT`] to [`RESOLVED`] such a step is divided, in scenes with bounded rows.
+//! and each bounce may gain Ω²/3 of the energy. From Ω = [`SOFT`] to [`RESOLVED`] such a step is divided.
 //!
 //! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
 //! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row swings
