@@ -197,9 +197,15 @@ fn shocked(case: &Case, n: usize) -> bool {
     let other = |pair: &[Moment]| {
         taut(&pair[0]) != taut(&pair[1])
             || pair[0].report.contacts.touching != pair[1].report.contacts.touching
+            || presses(&pair[0]) != presses(&pair[1])
     };
     let sudden = |m: &Moment| m.report.redone || m.report.events > 0 || m.report.undecided > 0;
     steps.iter().any(sudden) || steps.windows(2).any(other)
+}
+
+/// True if shapes press on each other within the step.
+fn presses(m: &Moment) -> bool {
+    m.contacts.iter().any(|c| c.force.norm() > 0.0)
 }
 
 /// Documented accuracy of the balance in shocks, and elsewhere.
@@ -304,7 +310,6 @@ fn resolved(case: &Case) -> usize {
     if c.steps.guard || !segments && !swings {
         return steps.len();
     }
-    let presses = |m: &Moment| m.contacts.iter().any(|c| c.force.norm() > 0.0);
     let beyond = |m: &Moment| segments && spins(case, m) || swings && presses(m);
     steps.iter().position(beyond).unwrap_or(steps.len())
 }
