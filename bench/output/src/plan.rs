@@ -3,8 +3,10 @@
 use crate::plot::{Axis, Chart, Look, Mark, Series};
 use crate::row::{self, Row, heading, rows_of};
 use crate::settings::distinct;
+use serde::Deserialize;
 use serde_json::Value;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// The plot of work against precision, of which `taut report --picture` makes a file.
 pub const PRECISION: &str = "work-precision";
@@ -16,7 +18,8 @@ pub const FLOOR: f64 = 1e-17;
 const MOST_PANELS: usize = 36;
 
 /// A plot of a list of rows: a panel for each set of values in some columns, in it a series for each set in others.
-#[derive(Debug)]
+#[derive(Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Plan {
     /// Name in pages and files.
     pub id: &'static str,
@@ -26,13 +29,13 @@ pub struct Plan {
     /// The list of rows in the data; the list without a name is the data itself.
     pub list: &'static str,
     /// Rows that take part: one of these values in each of these columns.
-    pub only: &'static [(&'static str, &'static [&'static str])],
+    pub only: BTreeMap<&'static str, Vec<&'static str>>,
     /// Columns in which a row that takes part has what the first row has.
-    pub as_first: &'static [&'static str],
+    pub as_first: Vec<&'static str>,
     /// Columns that the rows of a panel share; a row without a value takes part in all.
-    pub panels: &'static [&'static str],
+    pub panels: Vec<&'static str>,
     /// Columns that the rows of a series share: its name.
-    pub series: &'static [&'static str],
+    pub series: Vec<&'static str>,
     pub x: Quantity,
     pub y: Quantity,
     /// Shows only the lowest of the points at one x.
@@ -47,86 +50,66 @@ pub struct Plan {
     pub orders: bool,
 }
 
+impl Default for Plan {
+    /// All rows of the data, a series for each solver.
+    fn default() -> Self {
+        Self {
+            id: "",
+            title: "",
+            text: "",
+            list: "",
+            only: BTreeMap::new(),
+            as_first: Vec::new(),
+            panels: Vec::new(),
+            series: vec!["backend"],
+            x: Quantity::default(),
+            y: Quantity::default(),
+            lowest: false,
+            least: 1,
+            least_places: 1,
+            mark: Mark::LineAndPoints,
+            orders: false,
+        }
+    }
+}
+
 /// Quantity of an axis: the magnitude of a sum of columns if logarithmic, the sum if linear, or the
 /// text of a column.
-#[derive(Debug)]
+#[derive(Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Quantity {
     /// Columns to add.
-    pub columns: &'static [&'static str],
+    pub columns: Vec<&'static str>,
     /// With the unit.
     pub label: &'static str,
     /// Factor from the sum to the unit of the label.
     pub factor: f64,
-    /// The smallest that is shown on a logarithmic axis; a linear one where it is 0.
-    pub floor: f64,
-    /// The column holds text: the axis has a place for each distinct one.
-    pub is_text: bool,
+    pub scale: Scale,
 }
 
-/// Errors on a logarithmic axis.
-pub const fn error(column: &'static [&'static str], label: &'static str) -> Quantity {
-    Quantity {
-        columns: column,
-        label,
-        factor: 1.0,
-        floor: FLOOR,
-        is_text: false,
+impl Default for Quantity {
+    fn default() -> Self {
+        Self {
+            columns: Vec::new(),
+            label: "",
+            factor: 1.0,
+            scale: Scale::Errors,
+        }
     }
 }
 
-/// Positive numbers on a logarithmic axis.
-pub const fn positive(
-    columns: &'static [&'static str],
-    label: &'static str,
-    factor: f64,
-) -> Quantity {
-    Quantity {
-        columns,
-        label,
-        factor,
-        floor: f64::MIN_POSITIVE,
-        is_text: false,
-    }
+/// Scale of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// Logarithmic, from [`FLOOR`] on.
+    Errors,
+    /// Logarithmic.
+    Positive,
+    Linear,
+    /// A place for each distinct text of the column.
+    Texts,
 }
-
-/// Numbers on a linear axis.
-pub const fn linear(
-    columns: &'static [&'static str],
-    label: &'static str,
-    factor: f64,
-) -> Quantity {
-    Quantity {
-        floor: 0.0,
-        ..positive(columns, label, factor)
-    }
-}
-
-/// Texts, each with a place on the axis.
-pub const fn texts(columns: &'static [&'static str], label: &'static str) -> Quantity {
-    Quantity {
-        is_text: true,
-        ..linear(columns, label, 1.0)
-    }
-}
-
-/// A plot of all rows of the data, a series for each solver.
-pub const PLAIN: Plan = Plan {
-    id: "",
-    title: "",
-    text: "",
-    list: "",
-    only: &[],
-    as_first: &[],
-    panels: &[],
-    series: &["backend"],
-    x: error(&[], ""),
-    y: error(&[], ""),
-    lowest: false,
-    least: 1,
-    least_places: 1,
-    mark: Mark::LineAndPoints,
-    orders: false,
-};
 
 /// A plot of several panels.
 pub struct Plot {
@@ -159,7 +142,7 @@ impl Plan {
     /// The plot of a benchmark's data.
     pub fn plot(&self, data: &Value) -> Plot {
         let takes_part = |row: &Row| {
-            let fits = |(column, values): &(&str, &[&str])| {
+            let fits = |(column, values): (&&str, &Vec<&str>)| {
                 shown(row, column).is_some_and(|text| values.contains(&text.as_str()))
             };
             self.only.iter().all(fits)
@@ -234,7 +217,7 @@ impl Plan {
             let aside = apart * (series.len() as f64 - 0.5 * (in_panel as f64 - 1.0));
             let points = own(name).into_iter().flat_map(|row| {
                 let mut points = self.points(row, &texts);
-                if self.x.is_text {
+                if self.x.scale == Scale::Texts {
                     points.iter_mut().for_each(|p| p[0] += aside);
                 }
                 points
@@ -300,18 +283,16 @@ impl Plan {
 
 impl Quantity {
     fn axis(&self, texts: Vec<String>) -> Axis {
-        if self.is_text {
-            Axis::of_names(self.label, texts)
-        } else if self.floor > 0.0 {
-            Axis::log(self.label)
-        } else {
-            Axis::linear(self.label)
+        match self.scale {
+            Scale::Texts => Axis::of_names(self.label, texts),
+            Scale::Errors | Scale::Positive => Axis::log(self.label),
+            Scale::Linear => Axis::linear(self.label),
         }
     }
 
     /// Distinct texts of the rows; empty for a numeric quantity.
     fn texts(&self, rows: &[&Row]) -> Vec<String> {
-        if !self.is_text {
+        if self.scale != Scale::Texts {
             return Vec::new();
         }
         distinct(rows.iter().filter_map(|row| self.text(row)))
@@ -323,12 +304,12 @@ impl Quantity {
 
     /// The place of a row, among the texts where it has one.
     fn of(&self, row: &Row, texts: &[String]) -> Option<f64> {
-        if self.is_text {
+        if self.scale == Scale::Texts {
             let own = self.text(row)?;
             return texts.iter().position(|t| *t == own).map(|i| i as f64);
         }
         let mut sum = 0.0;
-        for column in self.columns {
+        for column in &self.columns {
             sum += row.get(*column)?.as_f64()?;
         }
         Some(self.place(sum))
@@ -336,10 +317,10 @@ impl Quantity {
 
     fn place(&self, value: f64) -> f64 {
         let value = value * self.factor;
-        if self.floor > 0.0 {
-            value.abs().max(self.floor)
-        } else {
-            value
+        match self.scale {
+            Scale::Errors => value.abs().max(FLOOR),
+            Scale::Positive => value.abs().max(f64::MIN_POSITIVE),
+            Scale::Linear | Scale::Texts => value,
         }
     }
 }
@@ -349,17 +330,26 @@ mod tests {
     use super::*;
     use serde_json::json;
 
+    fn axis(scale: Scale, columns: &[&'static str], factor: f64) -> Quantity {
+        Quantity {
+            columns: columns.to_vec(),
+            factor,
+            scale,
+            ..Quantity::default()
+        }
+    }
+
     #[test]
     fn rows_become_panels_of_series() {
         let plan = Plan {
             list: "records",
-            only: &[("stable", &["yes"])],
-            as_first: &["dt"],
-            panels: &["segments", "start"],
-            x: positive(&["segments"], "segments (1)", 1.0),
-            y: positive(&["factor_ns", "solve_ns"], "time (µs)", 1e-3),
+            only: BTreeMap::from([("stable", vec!["yes"])]),
+            as_first: vec!["dt"],
+            panels: vec!["segments", "start"],
+            x: axis(Scale::Positive, &["segments"], 1.0),
+            y: axis(Scale::Positive, &["factor_ns", "solve_ns"], 1e-3),
             lowest: true,
-            ..PLAIN
+            ..Plan::default()
         };
         let row = |backend: &str, start: Option<&str>, ns: f64| {
             json!({ "segments": 24, "start": start, "backend": backend, "dt": 0.5, "stable": true,
@@ -409,11 +399,11 @@ mod tests {
     #[test]
     fn panels_beyond_the_most_are_told_of() {
         let plan = Plan {
-            panels: &["k"],
-            x: error(&["k"], "k (1)"),
-            y: error(&["k"], "k (1)"),
+            panels: vec!["k"],
+            x: axis(Scale::Errors, &["k"], 1.0),
+            y: axis(Scale::Errors, &["k"], 1.0),
             text: "Said.",
-            ..PLAIN
+            ..Plan::default()
         };
         let rows: Vec<Value> = (1..=50)
             .map(|k| json!({ "k": k, "backend": "cg" }))
@@ -430,9 +420,9 @@ mod tests {
     #[test]
     fn a_list_is_a_line_over_its_steps() {
         let plan = Plan {
-            x: linear(&[], "steps (1)", 1.0),
-            y: linear(&["means"], "energy (1)", 1.0),
-            ..PLAIN
+            x: axis(Scale::Linear, &[], 1.0),
+            y: axis(Scale::Linear, &["means"], 1.0),
+            ..Plan::default()
         };
         let plot = plan.plot(&json!([{ "backend": "cg", "steps": 20, "means": [0.0, -1.0] }]));
         assert_eq!(plot.charts[0].series[0].points, [[5.0, 0.0], [15.0, -1.0]]);
@@ -441,9 +431,9 @@ mod tests {
     #[test]
     fn texts_have_places_and_their_series_stand_beside_each_other() {
         let plan = Plan {
-            x: texts(&["stiffness"], "stiffness"),
-            y: positive(&["stable_to"], "ratio (1)", 1.0),
-            ..PLAIN
+            x: axis(Scale::Texts, &["stiffness"], 1.0),
+            y: axis(Scale::Positive, &["stable_to"], 1.0),
+            ..Plan::default()
         };
         let row = |backend: &str, stiffness: &str, to: f64| {
             json!({ "backend": backend, "stiffness": stiffness,

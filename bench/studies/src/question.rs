@@ -6,7 +6,7 @@
 //! | `mark` | a list of its rows, and a column that no other study has, by which rows without a name are known; the list without a name is the data itself |
 //! | `takes` | its options by name, in the order of the help |
 //! | `legend` | what stands above its tables |
-//! | any other | pairs of texts that the study's own code asks for |
+//! | `pairs` | lists of pairs of texts that the study's own code asks for, by name |
 //!
 //! | `[[sheet]]` | meaning |
 //! |---|---|
@@ -15,30 +15,82 @@
 //! | `shared`, `columns`, `across` | [`Column`]s: `key`, `heading`, `unit`; `show`, one of `time`, `ratio`, `rate`, `error:DIGITS`, `fixed:DIGITS`, `digits:FACTOR`, or `=FUNCTION`; `best`, `least` or `=FUNCTION` |
 //! | `takes`, `counts` | functions of rows |
 //!
-//! `[[plot]]` has the fields of a [`Plan`]; the `scale` of an axis is `positive`, `linear` or `texts`, or else that of errors.
+//! `[[plot]]` has the fields of a [`Plan`].
 
-use taut_output::plan::{self, Plan, Quantity};
-use taut_output::plot::Mark;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use taut_output::plan::Plan;
 use taut_output::row::{Row, has_no_error, iterations, number_of};
 use taut_output::sheet::{Across, Best, Column, Sheet, Show};
-use toml::{Table, Value};
+
+type Text = &'static str;
 
 /// What a study is asked, as its file says.
 #[derive(Debug)]
 pub struct Question {
-    pub title: &'static str,
-    pub about: &'static str,
-    pub details: &'static str,
-    pub examples: &'static [&'static str],
-    pub writes: &'static str,
-    pub mark: [&'static str; 2],
-    pub takes: &'static [&'static str],
-    pub legend: &'static str,
+    pub title: Text,
+    pub about: Text,
+    pub details: Text,
+    pub examples: Vec<Text>,
+    pub writes: Text,
+    pub mark: [Text; 2],
+    pub takes: Vec<Text>,
+    pub legend: Text,
     /// The tables of its rows.
     pub sheets: Vec<Sheet>,
-    named: Vec<(&'static str, Sheet)>,
-    top: &'static Table,
+    named: Vec<(Text, Sheet)>,
+    pairs: BTreeMap<Text, Vec<[Text; 2]>>,
     pub plots: Vec<Plan>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, bound(deserialize = "'de: 'static"))]
+struct File {
+    title: Text,
+    about: Text,
+    details: Text,
+    examples: Vec<Text>,
+    writes: Text,
+    mark: [Text; 2],
+    takes: Vec<Text>,
+    legend: Text,
+    pairs: BTreeMap<Text, Vec<[Text; 2]>>,
+    sheet: Vec<SheetEntry>,
+    plot: Vec<Plan>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, bound(deserialize = "'de: 'static"))]
+struct SheetEntry {
+    name: Text,
+    aside: bool,
+    list: Text,
+    title: Text,
+    shared: Vec<ColumnEntry>,
+    columns: Vec<ColumnEntry>,
+    across: Option<AcrossEntry>,
+    takes: Text,
+    counts: Text,
+    rivals: Vec<Text>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, bound(deserialize = "'de: 'static"))]
+struct AcrossEntry {
+    by: Vec<ColumnEntry>,
+    cells: Vec<ColumnEntry>,
+    several: bool,
+    most: Option<usize>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, bound(deserialize = "'de: 'static"))]
+struct ColumnEntry {
+    key: Text,
+    heading: Text,
+    unit: Text,
+    show: Text,
+    best: Text,
 }
 
 /// A function that a question names.
@@ -67,42 +119,42 @@ impl Question {
     /// If it is no question: it is part of the program.
     #[must_use]
     pub fn read(text: &str, functions: Functions) -> Self {
-        let read: Table = toml::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"));
+        let read: Result<serde_json::Value, _> = toml::from_str(text);
+        let read = read.unwrap_or_else(|e| panic!("{e}: {text}"));
         // It lives as long as the program.
-        let top: &'static Table = Box::leak(Box::new(read));
+        let file = File::deserialize(&*Box::leak(Box::new(read)));
+        let file = file.unwrap_or_else(|e| panic!("{e}: {text}"));
         let reader = Reader { functions };
-        let sheets = tables(top, "sheet").map(|t| (t, reader.sheet(t)));
-        let sheets: Vec<(&Table, Sheet)> = sheets.collect();
-        let of_page = sheets.iter().filter(|(t, _)| !is(t, "aside"));
-        let [list, column] = texts(top, "mark") else {
-            panic!("a mark is a list and a column: {text}")
-        };
+        let sheets = file.sheet.into_iter();
+        let sheets = sheets.map(|entry| (entry.name, entry.aside, reader.sheet(entry)));
+        let sheets: Vec<(Text, bool, Sheet)> = sheets.collect();
+        let of_page = sheets.iter().filter(|(_, aside, _)| !aside);
         Self {
-            title: text_of(top, "title"),
-            about: text_of(top, "about"),
-            details: text_of(top, "details"),
-            examples: texts(top, "examples"),
-            writes: text_of(top, "writes"),
-            mark: [list, column],
-            takes: texts(top, "takes"),
-            legend: text_of(top, "legend"),
-            sheets: of_page.map(|(_, sheet)| *sheet).collect(),
+            title: file.title,
+            about: file.about,
+            details: file.details,
+            examples: file.examples,
+            writes: file.writes,
+            mark: file.mark,
+            takes: file.takes,
+            legend: file.legend,
+            sheets: of_page.map(|(.., sheet)| *sheet).collect(),
             named: sheets
                 .iter()
-                .map(|(t, s)| (text_of(t, "name"), *s))
+                .map(|(name, _, sheet)| (*name, *sheet))
                 .collect(),
-            top,
-            plots: tables(top, "plot").map(plan).collect(),
+            pairs: file.pairs,
+            plots: file.plot,
         }
     }
 
     /// Pairs of texts by the name of their list.
-    pub fn pairs(&self, name: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
-        let all = self.top.get(name).and_then(Value::as_array);
-        all.into_iter().flatten().filter_map(|pair| {
-            let text = |k| pair.get(k).and_then(Value::as_str);
-            text(0).zip(text(1))
-        })
+    pub fn pairs(&self, name: &str) -> impl Iterator<Item = (Text, Text)> {
+        self.pairs
+            .get(name)
+            .into_iter()
+            .flatten()
+            .map(|[a, b]| (*a, *b))
     }
 
     #[must_use]
@@ -134,34 +186,6 @@ macro_rules! question {
     };
 }
 
-fn text_of(table: &'static Table, key: &str) -> &'static str {
-    table.get(key).and_then(Value::as_str).unwrap_or_default()
-}
-
-fn texts(table: &'static Table, key: &str) -> &'static [&'static str] {
-    let all = table.get(key).and_then(Value::as_array);
-    let all: Vec<&str> = all
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str)
-        .collect();
-    all.leak()
-}
-
-fn is(table: &Table, key: &str) -> bool {
-    table.get(key).and_then(Value::as_bool) == Some(true)
-}
-
-fn count(table: &Table, key: &str, usual: usize) -> usize {
-    let count = table.get(key).and_then(Value::as_integer);
-    count.map_or(usual, |count| count as usize)
-}
-
-fn tables(table: &'static Table, key: &str) -> impl Iterator<Item = &'static Table> {
-    let all = table.get(key).and_then(Value::as_array);
-    all.into_iter().flatten().filter_map(Value::as_table)
-}
-
 struct Reader {
     functions: Functions,
 }
@@ -175,8 +199,8 @@ impl Reader {
             .1
     }
 
-    fn holds(&self, table: &'static Table, key: &str) -> fn(&Row) -> bool {
-        match text_of(table, key) {
+    fn holds(&self, name: &str) -> fn(&Row) -> bool {
+        match name {
             "" => |_| true,
             name => match self.function(name) {
                 Function::Holds(holds) => holds,
@@ -185,20 +209,29 @@ impl Reader {
         }
     }
 
-    fn columns(&self, table: &'static Table, key: &str) -> &'static [Column] {
-        let all: Vec<Column> = tables(table, key).map(|t| self.column(t)).collect();
+    fn columns(&self, entries: Vec<ColumnEntry>) -> &'static [Column] {
+        let all: Vec<Column> = entries
+            .into_iter()
+            .map(|entry| self.column(entry))
+            .collect();
         all.leak()
     }
 
-    fn column(&self, table: &'static Table) -> Column {
-        let (show, best) = (text_of(table, "show"), text_of(table, "best"));
+    fn column(&self, entry: ColumnEntry) -> Column {
+        let ColumnEntry {
+            key,
+            heading,
+            unit,
+            show,
+            best,
+        } = entry;
         let (form, digits) = show.split_once(':').unwrap_or((show, "0"));
         let digits: f64 = digits.parse().unwrap_or(f64::NAN);
         let function = |name: &str| name.strip_prefix('=').map(|name| self.function(name));
         Column {
-            key: text_of(table, "key"),
-            heading: text_of(table, "heading"),
-            unit: text_of(table, "unit"),
+            key,
+            heading,
+            unit,
             show: match (function(show), form) {
                 (Some(Function::Text(shown)), _) => Show::Row(shown),
                 (_, "") => Show::Plain,
@@ -219,22 +252,21 @@ impl Reader {
         }
     }
 
-    fn sheet(&self, table: &'static Table) -> Sheet {
-        let across = table.get("across").and_then(Value::as_table);
+    fn sheet(&self, entry: SheetEntry) -> Sheet {
         Sheet {
-            list: text_of(table, "list"),
-            title: text_of(table, "title"),
-            shared: self.columns(table, "shared"),
-            columns: self.columns(table, "columns"),
-            across: across.map(|across| Across {
-                by: self.columns(across, "by"),
-                cells: self.columns(across, "cells"),
-                several: is(across, "several"),
-                most: count(across, "most", usize::MAX),
+            list: entry.list,
+            title: entry.title,
+            shared: self.columns(entry.shared),
+            columns: self.columns(entry.columns),
+            across: entry.across.map(|across| Across {
+                by: self.columns(across.by),
+                cells: self.columns(across.cells),
+                several: across.several,
+                most: across.most.unwrap_or(usize::MAX),
             }),
-            takes: self.holds(table, "takes"),
-            counts: self.holds(table, "counts"),
-            rivals: texts(table, "rivals"),
+            takes: self.holds(entry.takes),
+            counts: self.holds(entry.counts),
+            rivals: entry.rivals.leak(),
         }
     }
 }
@@ -242,56 +274,6 @@ impl Reader {
 /// Steps a second.
 fn rate(row: &Row) -> String {
     number_of(row, "dt").map_or(String::new(), |dt| format!("{:.0}", 1.0 / dt))
-}
-
-fn plan(table: &'static Table) -> Plan {
-    let only = table.get("only").and_then(Value::as_table);
-    let only = only.into_iter().flat_map(|only| {
-        let keys = only.keys();
-        keys.map(move |key| (key.as_str(), texts(only, key)))
-    });
-    let only: Vec<(&str, &[&str])> = only.collect();
-    let series = texts(table, "series");
-    Plan {
-        id: text_of(table, "id"),
-        title: text_of(table, "title"),
-        text: text_of(table, "text"),
-        list: text_of(table, "list"),
-        only: only.leak(),
-        as_first: texts(table, "as_first"),
-        panels: texts(table, "panels"),
-        series: if series.is_empty() {
-            plan::PLAIN.series
-        } else {
-            series
-        },
-        x: quantity(table, "x"),
-        y: quantity(table, "y"),
-        lowest: is(table, "lowest"),
-        least: count(table, "least", 1),
-        least_places: count(table, "least_places", 1),
-        mark: match text_of(table, "mark") {
-            "" => Mark::LineAndPoints,
-            "line" => Mark::Line,
-            "points" => Mark::Points,
-            other => panic!("nothing is drawn as `{other}`"),
-        },
-        orders: is(table, "orders"),
-    }
-}
-
-fn quantity(table: &'static Table, key: &str) -> Quantity {
-    let axis = table.get(key).and_then(Value::as_table);
-    let axis = axis.unwrap_or_else(|| panic!("a plot has no `{key}`"));
-    let (columns, label) = (texts(axis, "columns"), text_of(axis, "label"));
-    let factor = axis.get("factor").and_then(Value::as_float).unwrap_or(1.0);
-    match text_of(axis, "scale") {
-        "" => plan::error(columns, label),
-        "positive" => plan::positive(columns, label, factor),
-        "linear" => plan::linear(columns, label, factor),
-        "texts" => plan::texts(columns, label),
-        other => panic!("no axis is `{other}`"),
-    }
 }
 
 #[cfg(test)]
@@ -305,5 +287,11 @@ mod tests {
             assert!(!question.title.is_empty() && !question.about.is_empty());
             assert!(question.plots.iter().all(|plot| !plot.id.is_empty()));
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "unknown field `collumns`")]
+    fn a_misspelt_key_is_no_empty_column() {
+        let _ = super::Question::read("[[sheet]]\ncollumns = []", &[]);
     }
 }

@@ -52,7 +52,7 @@ impl Study {
 
     /// A command with its options.
     pub fn command(&self, command: Command) -> Command {
-        match self.question().takes {
+        match &self.question().takes[..] {
             [] => (self.options)(command),
             names => taking(command, names, self.options),
         }
