@@ -335,7 +335,8 @@ impl Activation {
             let drive = (driven[1][r] - driven[0][k]).abs();
             let lands = !was_open && landing(k) > least;
             let is_hit = rate > least || lands;
-            let is_caught = was_slack && !is_slack;
+            // A rope that begins just at its length is caught as it is stretched.
+            let is_caught = (was_slack || was_open) && !is_slack;
             let swings = is_caught || lands || goes_on;
             let bar = match drive > JUMP * least {
                 true => DRIVEN,

@@ -13,7 +13,7 @@
 
 use crate::system_data::SystemData;
 use taut_model::linearized::dot;
-use taut_model::{BodyVectors, RowBounds};
+use taut_model::{BodyVectors, Linearized, RowBounds};
 
 /// Solves of one system at most: what an inexact solver leaves undecided stays so.
 const PASSES: usize = 64;
@@ -214,10 +214,33 @@ impl ActiveSet {
     }
 
     /// Before the first solve of a system.
-    pub(crate) fn begin(&mut self) {
+    pub(crate) fn begin(&mut self, rows: &Linearized) {
         self.emptied.fill(false);
         (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
         self.closing = false;
+        self.unite_chains(rows);
+    }
+
+    /// Puts chains that are slack in part where the sum of their gaps has them: parts of a cable at its natural length are slack or
+    /// taut by rounding, and slip passes no length on between a slack and a taut one.
+    fn unite_chains(&mut self, system: &Linearized) {
+        for chain in &self.chains {
+            let is_at = |place| chain.iter().any(|k| self.rows[*k].place == place);
+            if !(is_at(RowState::Upper) && is_at(RowState::Inside)) {
+                continue;
+            }
+            let gaps = chain.iter().map(|k| system.phi[system.bounds[*k].row]);
+            let place = match gaps.sum::<f64>() < 0.0 {
+                true => RowState::Upper,
+                false => RowState::Inside,
+            };
+            for k in chain {
+                let own = &mut self.rows[*k].place;
+                if *own != RowState::Lower {
+                    *own = place;
+                }
+            }
+        }
     }
 
     /// Takes the rows at bounds out of the system of a step `dt` long.

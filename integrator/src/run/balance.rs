@@ -186,7 +186,7 @@ impl Stepper {
             self.step.progress.stage,
             Stage::Advanced { implicit: true, .. }
         );
-        if !implicit && self.has_blow() {
+        if self.step.tally.divided > 0 || !implicit && self.has_blow() {
             return Energy {
                 elastic: opening.elastic + contacts,
                 ..opening

@@ -473,6 +473,9 @@ impl Stepper {
         put_into(&mut stepper.step.system_data.dv, &saved.velocity_change);
         stepper.step.record.account = saved.account;
         if let (Some(rest), Some(watch)) = (&mut stepper.rest, saved.watch) {
+            if watch.asleep.is_some() {
+                stepper.step.tell_known_contacts()?;
+            }
             rest.watch = watch;
         }
         stepper.step.history.known = saved.past.known;

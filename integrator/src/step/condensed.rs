@@ -9,7 +9,7 @@ use crate::response::factor_of;
 impl Step {
     /// The system of the system's data, solved until all rows with bounds keep them.
     pub(super) fn solve_within_bounds(&mut self, dt: f64) -> Result<(), StepError> {
-        self.active_set.begin();
+        self.active_set.begin(&self.system_data.rows);
         self.contacts.keep(&self.system_data.inertia, false);
         let undecided = self.tally.undecided;
         loop {

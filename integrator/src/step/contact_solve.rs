@@ -25,6 +25,17 @@ impl Step {
         Ok(())
     }
 
+    /// Tells the contacts that the last solve is known to have had, found again at the present state: no step of a run that is asleep
+    /// finds them.
+    pub(crate) fn tell_known_contacts(&mut self) -> Result<(), StepError> {
+        let (_, dt) = self.contacts.known();
+        self.contacts.find(&self.scene, dt, false)?;
+        let told = self.contacts.told(&self.system_data);
+        let told = told.map(|(_, contact)| contact).collect();
+        self.record.reported.put_contacts(told);
+        Ok(())
+    }
+
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
         self.contacts.rebounds = true;

@@ -12,7 +12,9 @@
 //! step before and its load is thrown back in this one, the step is divided too, with the Ω of a row that is caught.
 //!
 //! Shapes that are thrown back on an elastic row reverse its swing within the step. A whole step has one acceleration for both ways,
-//! and each bounce may gain Ω²/3 of the energy. From Ω = [`SOFT`] to [`RESOLVED`] such a step is divided.
+//! and each bounce may gain Ω²/3 of the energy. From Ω = [`SOFT`] to [`RESOLVED`] such a step is divided where the
+//! blow is fast, in scenes with bounded rows. Slow rebounds divide none: in a chain whose own modes are faster than the step, the half
+//! kicks at both ends of a division would be added in every second step.
 //!
 //! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
 //! half of a lift by a pulley; parts with Ω < 1 keep its energy. The steps that follow are divided too while the row swings
@@ -174,8 +176,7 @@ impl Step {
         if !holds && (!is_turn || is_part) {
             return None;
         }
-        let may_catch = self.uses.bounds || self.uses.contacts;
-        let caught = may_catch.then(|| self.caught()).flatten();
+        let caught = self.uses.bounds.then(|| self.caught()).flatten();
         self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
             // Parts of one length in run and companion would have the same error, which no estimate sees.
@@ -227,10 +228,7 @@ impl Step {
         }
         let dt = self.substep();
         let least = LEAST * slowest(&self.scene, dt);
-        let thrown_on_springs = self.thrown_on_springs();
-        if self.active_set.is_empty() {
-            return thrown_on_springs;
-        }
+        let thrown_on_springs = self.thrown_on_springs(least);
         let driven = [&*self.guarded.division.phi_t, &*self.history.phi_t];
         let lands = self.contacts.lands();
         let landing = |k| if lands { self.landing(k, false) } else { 0.0 };
@@ -258,9 +256,9 @@ impl Step {
         both.reduce(f64::max)
     }
 
-    /// The largest Ω of shapes that are thrown back in the step just taken on elastic rows that pull them, however slowly: a gain of
-    /// each bounce makes the next one faster. None below [`SOFT`], or where a division does not resolve it.
-    fn thrown_on_springs(&self) -> Option<f64> {
+    /// The largest Ω of shapes that are thrown back in the step just taken, faster than `least` (m/s), on elastic rows that pull them:
+    /// none below [`SOFT`], or where a division does not resolve it.
+    fn thrown_on_springs(&self, least: f64) -> Option<f64> {
         let omega = |touch: &ContactPoint| {
             let carriers = touch.carriers().iter().map(|carrier| carrier.body);
             let bodies = carriers.filter(|body| self.scene.bodies.is_dynamic(*body));
@@ -269,9 +267,10 @@ impl Step {
             };
             self.substep() * bodies.map(square).fold(0.0, f64::max).sqrt()
         };
+        let v = &self.system_data.v;
         let thrown = self.contacts.thrown_back();
-        thrown
-            .map(omega)
+        let fast = thrown.filter(|touch| -touch.normal_rate(|i| v.get(i)) > least);
+        fast.map(omega)
             .filter(|omega| (SOFT..RESOLVED).contains(omega))
             .reduce(f64::max)
     }
@@ -558,21 +557,45 @@ impl Step {
         let rate = &self.history.rate_now;
         let ahead = if past { 0.0 } else { dt };
         Activation::close_by_gaps(&mut self.active_set, system_data, rate, dt, ahead);
-        let before = system_data
-            .rows
-            .bounds
-            .iter()
-            .zip(&self.guarded.division.phi_t);
-        // The drives of cables that slip hold their slip, which is solved for anew.
-        let drives = before
-            .enumerate()
-            .filter(|(k, _)| past && !self.slip.holds(*k));
-        for (_, (bound, phi_t)) in drives {
-            let jump = system_data.rows.phi_t[bound.row] - phi_t;
-            system_data.rows.phi_t[bound.row] -= jump;
-            system_data.rate[bound.row] += jump;
+        match past {
+            true => self.drive_bounds_as_before(),
+            false => self.drive_all_as_before(),
         }
         self.solve_linearized(dt)
+    }
+
+    fn drive_bounds_as_before(&mut self) {
+        for k in 0..self.system_data.rows.bounds.len() {
+            // The drives of cables that slip hold their slip, which is solved for anew.
+            if !self.slip.holds(k) {
+                let row = self.system_data.rows.bounds[k].row;
+                self.drive_as_before(row, self.guarded.division.phi_t[k]);
+            }
+        }
+    }
+
+    /// Winches and motors that were set at this time have not moved yet.
+    fn drive_all_as_before(&mut self) {
+        for c in 0..self.scene.constraints.len() {
+            let constraint = &self.scene.constraints[c];
+            if constraint.winch().is_none() && constraint.motor().is_none() {
+                continue;
+            }
+            for row in self.system_data.rows.row_range(c) {
+                let mut bounds = self.system_data.rows.bounds.iter().enumerate();
+                if !bounds.any(|(k, bound)| bound.row == row && self.slip.holds(k)) {
+                    self.drive_as_before(row, self.history.phi_t[row]);
+                }
+            }
+        }
+    }
+
+    /// Gives a row of the prepared system the drive `phi_t` of the step before.
+    fn drive_as_before(&mut self, row: usize, phi_t: f64) {
+        let SystemData { rows, rate, .. } = &mut self.system_data;
+        let jump = rows.phi_t[row] - phi_t;
+        rows.phi_t[row] -= jump;
+        rate[row] += jump;
     }
 }
 

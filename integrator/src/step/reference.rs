@@ -123,7 +123,7 @@ impl Step {
         let dt = self.substep();
         // The stepper's own solves start from what they know, not from what is found here.
         let (mut bounded, mut slip) = (self.active_set.clone(), self.slip.clone());
-        bounded.begin();
+        bounded.begin(&self.system_data.rows);
         self.contacts.keep(&self.system_data.inertia, false);
         loop {
             bounded.hold(&mut self.system_data, dt);
