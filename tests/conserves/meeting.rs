@@ -325,3 +325,111 @@ fn a_load_flies_on_from_a_drum_that_is_stopped() {
         }
     }
 }
+
+/// A load that leaves its rope's natural length at 3 m/s is caught within the first step, and an undamped rope throws it back to
+/// v²/2g. Rows that began with φ = 0 counted as taut, and stiff ones lost all of the rebound.
+#[test]
+fn a_rope_that_begins_at_its_natural_length_throws_its_load_back() {
+    for (mass, stretch) in [
+        (100.0, 1e-6),
+        (100.0, 1e-7),
+        (100.0, 1e-8),
+        (1e4, 1e-10),
+        (1.0, 1e-6),
+    ] {
+        let text = format!(
+            "load = 'b'\n[[body]]\nname = 'b'\nmass = {mass}\nshape = 'particle'\nposition = [0, 0, -5]\nvelocity = [0, 0, -3]\n\
+             [[massless_cable]]\nname = 'rope'\nthrough = [{{ body = 'world' }}, {{ body = 'b' }}]\nstretch = {stretch}\n"
+        );
+        let mut stepper = stepper(&text, DT);
+        let mut highest = f64::NEG_INFINITY;
+        while stepper.time() < 0.6 {
+            stepper.step().expect("a step");
+            highest = highest.max(stepper.scene().bodies.position[0].z + 5.0);
+        }
+        let exact = 9.0 / (2.0 * 9.81);
+        assert!(
+            (highest / exact - 1.0).abs() < 0.01,
+            "{mass} kg, {stretch} m/N: {highest} of {exact} m"
+        );
+    }
+}
+
+/// Controls that are set at one time act together: neither their order nor a value that another one replaces moves anything.
+#[test]
+fn settings_of_one_time_know_nothing_of_each_other() {
+    let load = |name: &str, x: f64| {
+        format!(
+            "[[body]]\nname = '{name}'\nmass = 100\nshape = {{ sphere = {{ radius = 0.2 }} }}\nposition = [{x}, 0, -5]\n\
+             [[massless_cable]]\nname = 'rope-{name}'\nthrough = [{{ body = 'world', point = [{x}, 0, 0] }}, {{ body = '{name}' }}]\n\
+             tension = 981\nstretch = 1e-6\nwinch = {{}}\n\
+             [[control]]\nname = 'hoist-{name}'\ndrives = [{{ joint = 'rope-{name}', gain = -1 }}]\n"
+        )
+    };
+    let scene = format!("load = 'b'\n{}{}", load("b", 0.0), load("c", 3.0));
+    let after = |settings: &[(usize, f64)]| {
+        let mut stepper = stepper(&scene, DT);
+        for step in 0..30 {
+            if step == 6 {
+                for (control, value) in settings {
+                    stepper.set_control(*control, *value).expect("a control");
+                }
+            }
+            stepper.step().expect("a step");
+        }
+        [0, 1].map(|i| stepper.scene().bodies.position[i].z + 5.0)
+    };
+    for value in after(&[(0, 5.0), (0, 0.0)]) {
+        assert!(value.abs() < 1e-9, "{value} m");
+    }
+    let (one, other) = (after(&[(0, 0.5), (1, -0.5)]), after(&[(1, -0.5), (0, 0.5)]));
+    let alone = after(&[(0, 0.5)]);
+    assert_eq!(one, other);
+    // The other rope divides its steps.
+    assert!((one[0] - alone[0]).abs() < 1e-6, "{one:?}, {alone:?} m");
+}
+
+/// A rope over two sheaves with friction that begins at its natural length: rounding made some of its parts slack and others taut,
+/// and what was slack took no rope from what was not.
+#[test]
+fn parts_of_a_rope_are_slack_together() {
+    for (mass, friction, speed) in [(10.0, 0.3, 0.68), (10.0, 0.1, 1.5), (5.0, 0.2, 1.0)] {
+        for (dt, x) in [(DT, 0.3), (DT, 0.31), (DT / 4.0, 0.3), (DT / 16.0, 0.3)] {
+            let text = format!(
+                "load = 'A'\n[[body]]\nname = 'A'\nmass = {mass}\nshape = 'particle'\nposition = [{x}, 0, -4.9957]\nvelocity = [0, 0, {speed}]\n\
+                 [[body]]\nname = 'B'\nmass = 3\nshape = 'particle'\nposition = [-2.3, 0, -4]\n\
+                 [[massless_cable]]\nname = 'rope'\nstretch = 6.5e-6\nthrough = [{{ body = 'A' }}, \
+                 {{ body = 'world', sheave = {{ radius = 0.3, axis = [0, -1, 0], friction = {friction} }} }}, \
+                 {{ body = 'world', point = [-2, 0, 0], sheave = {{ radius = 0.3, axis = [0, -1, 0], friction = {friction} }} }}, \
+                 {{ body = 'B' }}]\n"
+            );
+            let mut stepper = weighed(&text, dt, Some(0.02));
+            while stepper.time() < 0.8 {
+                if let Err(error) = stepper.step() {
+                    panic!("{mass} kg, μ {friction}, x {x}, {dt} s: {error}");
+                }
+            }
+        }
+    }
+}
+
+/// The balance of a run whose first step is divided begins with that step: a plate at constant speed does m v² of work as it takes
+/// its load along, half of which the blow dissipates, and lifts it.
+#[test]
+fn a_divided_first_step_is_balanced() {
+    let text = "load = 'B'\n[[body]]\nname = 'B'\nmass = 1\nshape = { box = { size = [0.4, 0.4, 0.4] } }\nposition = [0, 0, 0.3]\n\
+                collide = { friction = 0, restitution = 0 }\n\
+                [[body]]\nname = 'plate'\nmobility = 'driven'\nshape = { box = { size = [0.8, 0.8, 0.2] } }\nvelocity = [0, 0, 2]\n\
+                collide = { friction = 0, restitution = 0 }\n\
+                [[massless_cable]]\nname = 'rope'\nthrough = [{ body = 'world', point = [0, 0, 5] }, { body = 'B' }]\nlength = 4.7\nstretch = 0\n";
+    let mut stepper = weighed(text, DT, Some(1e-2));
+    let mut work = 0.0;
+    for step in 0..30 {
+        let report = stepper.step().expect("a step");
+        assert!(step > 0 || report.divided > 0, "{report:?}");
+        work = report.balance.expect("is weighed").work;
+    }
+    let body = &stepper.scene().bodies;
+    let exact = body.velocity[0].norm_squared() + 9.81 * (body.position[0].z - 0.3);
+    assert!((work / exact - 1.0).abs() < 0.03, "{work} of {exact} J");
+}

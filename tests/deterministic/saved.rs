@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 use taut_integrator::{
-    Form, GeometricStiffness, Guard, SavedRun, Scheme, StepOptions, StepReport, Stepper,
+    Form, GeometricStiffness, Guard, SavedRun, Scheme, Sleep, StepOptions, StepReport, Stepper,
 };
 use taut_model::{GantryParams, HoistParams, Motor, Scene, SceneSource};
 use taut_tests::compiled;
@@ -344,6 +344,29 @@ fn a_drum_that_runs_empty_goes_on_with_the_same_bits() {
                 usize::from(format!("{:?}", stepper.scene().constraints).contains("stalled: true"));
         }
         assert!(stood > 5, "{substeps}: {stood}");
+    }
+}
+
+/// A run that is saved asleep tells what its contacts carry: no step of it finds them.
+#[test]
+fn a_run_saved_asleep_tells_its_contacts() {
+    let text = "load = 'b'\n[[body]]\nname = 'b'\nmass = 100\nshape = { box = { size = [1, 1, 1] } }\nposition = [0, 0, 0.5]\n\
+                collide = { friction = 0.4 }\n[[ground]]\nname = 'g'\nfriction = 0.4\n";
+    let scene = SceneSource::parse(text, &[]).and_then(|source| source.build());
+    let options = StepOptions {
+        sleep: Some(Sleep::default()),
+        ..StepOptions::default()
+    };
+    let mut stepper = Stepper::new(scene.expect("a scene"), options).expect("sound");
+    while !stepper.step().expect("a stable run").asleep {
+        assert!(stepper.time() < 10.0);
+    }
+    let load = |stepper: &Stepper| stepper.contacts().map(|c| c.on(0).z).sum::<f64>();
+    let before = load(&stepper);
+    let mut again = Stepper::restore(stepper.save().expect("a sound state")).expect("a sound run");
+    for _ in 0..3 {
+        assert!(again.step().expect("a stable run").asleep);
+        assert!((load(&again) / before - 1.0).abs() < 1e-9 && (before - 981.0).abs() < 1e-3);
     }
 }
 
