@@ -28,8 +28,9 @@ fn again(case: &Case, options: StepOptions, steps: usize) -> Option<Run> {
     Some(Run::of(stepper, steps))
 }
 
-/// Steps that are taken up again besides the one midway: after what leaves most behind.
+/// Steps that are taken up again besides the one midway, after what leaves most behind, and steps taken from each.
 const RESUMED: usize = 4;
+const FOLLOWED: usize = 3;
 
 pub(super) fn saved(case: &Case) -> Fault {
     let all = case.run.steps.len();
@@ -48,7 +49,12 @@ pub(super) fn saved(case: &Case) -> Fault {
             done += 1;
         }
         let after = &case.run.steps[from..];
-        let count = if from == half { steps() - half } else { 1 };
+        let rest = steps() - from;
+        let count = if from == half {
+            rest
+        } else {
+            rest.min(FOLLOWED)
+        };
         let fault = match stepper.save().and_then(Stepper::restore) {
             Ok(restored) => {
                 let own = &after[..count.min(after.len())];

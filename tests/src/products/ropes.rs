@@ -137,19 +137,6 @@ fn turning(case: &Case, n: usize, part: &Part) -> f64 {
 }
 
 /// ε T = φ̄ + τ φ̇ of a taut part whose drum holds, to how far φ moved in the last steps.
-/// Farthest that a load goes in step `n` \[m] where this step or the one before is divided: a swing in parts goes beyond the gaps
-/// at the ends of its steps, and the next step begins with the velocity that they leave. 0 elsewhere.
-fn swung(case: &Case, n: usize) -> f64 {
-    let steps = &case.run.steps[n.saturating_sub(1)..=n];
-    if steps.iter().all(|m| m.report.divided == 0) {
-        return 0.0;
-    }
-    let after = steps.iter().map(|m| &m.bodies);
-    let all = after.chain([case.before(n - steps.len() + 1)]);
-    let speeds = all.flat_map(|bodies| bodies.velocity.iter().map(Vector3::norm));
-    speeds.fold(0.0, f64::max) / RATE
-}
-
 pub(super) fn stretch(case: &Case) -> Fault {
     if case.choices.steps.substeps > 1 || case.choices.load.mass > 1e12 {
         return None;
@@ -166,7 +153,7 @@ pub(super) fn stretch(case: &Case) -> Fault {
             let law = stretched(history);
             let found = mean_gap(phi) + part.damping * (phi[3] - phi[2]) * RATE;
             let parts = if m.report.divided > 0 { 2.0 } else { 1.0 };
-            let moved = (parts * (most - least)).max(swung(case, n)) * (1.0 + part.damping * RATE);
+            let moved = parts * (most - least) * (1.0 + part.damping * RATE);
             let allowed = 1e-6 + 1e-6 * law + moved + turning(case, n, part) * (1.0 + part.damping * RATE);
             ((law - found).abs() > allowed).then(|| {
                 format!(
