@@ -321,7 +321,11 @@ mod tests {
         // The links of a chain and the bend rows between them.
         let chain = named("particles-e").expect("builds");
         assert!(!Topology::of(&chain).closing.is_empty());
-        assert!(Topology::of(&named("hoist").expect("builds")).closing.is_empty());
+        assert!(
+            Topology::of(&named("hoist").expect("builds"))
+                .closing
+                .is_empty()
+        );
     }
 
     /// Neither recursion nor quadratic time.

@@ -13,13 +13,12 @@ use super::control::ControlEntry;
 use super::entries::{BodyEntry, SceneText, written};
 use super::event::EventEntry;
 use super::joint::JointEntry;
-use super::motion::MotionEntry;
-use super::motor::WinchEntry;
 use super::points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 use crate::body::{Body, Mobility};
 use crate::constraint::{Constraint, MasslessCable, Sheave};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
+use crate::motion::Motion;
 use crate::scene::{CableParts, Capstan, Scene};
 
 impl SceneText {
@@ -187,9 +186,12 @@ pub(super) fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
 }
 
 /// The name of what holds a frame, and its motion.
-pub(super) fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
+pub(super) fn side(scene: &Scene, frame: &Frame) -> (String, Option<Motion>) {
     match &frame.side {
-        Side::World(motion) => (WORLD.to_owned(), MotionEntry::of(motion)),
+        Side::World(motion) => {
+            let motion = Some(*motion).filter(|motion| *motion != Motion::Fixed);
+            (WORLD.to_owned(), motion)
+        }
         Side::Body(i) => (scene.body_names[*i].clone(), None),
     }
 }
@@ -225,7 +227,7 @@ impl MasslessCableEntry {
             stretch: Some(law.compliance),
             damping: law.damping,
             tension_only: (!tension_only).then_some(false),
-            winch: winch.as_ref().map(WinchEntry::of),
+            winch: *winch,
             breaks_at: None,
             group: Some(group),
         }
@@ -280,46 +282,48 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
         return None;
     }
+    /// The first name of the own things that are not those built.
     fn first<'a, T: PartialEq>(
-        kind: &str,
-        built: &[T],
-        own: &'a [T],
-        name: impl Fn(usize, &'a T) -> &'a str,
-    ) -> Option<String> {
-        let differs = built
+        [built, own]: [&[T]; 2],
+        mut names: impl Iterator<Item = &'a String>,
+    ) -> Option<&'a String> {
+        let differs = own
             .iter()
-            .zip(own)
-            .position(|(built, own)| built != own)?;
-        let name = name(differs, &own[differs]);
-        Some(format!("something of the {kind} `{name}`"))
+            .zip(built)
+            .position(|(own, built)| own != built)?;
+        names.nth(differs)
     }
-    let bodies = |scene: &Scene| -> Vec<Body> {
-        (0..scene.bodies.len())
-            .map(|i| scene.bodies.get(i))
-            .collect()
-    };
-    let (names, own) = (&scene.body_names, bodies(scene));
-    let found = first("body", &bodies(built), &own, |i, _| &names[i])
-        .or_else(|| first("control", &built.controls, &scene.controls, |_, c| &c.name))
-        .or_else(|| first("event", &built.events, &scene.events, |_, e| &e.name))
-        .or_else(|| {
-            first("collider", &built.colliders, &scene.colliders, |_, c| {
-                &c.name
-            })
-        });
-    if found.is_some() {
-        return found;
-    }
+    let bodies = [built, scene].map(|scene| {
+        let all = (0..scene.bodies.len()).map(|i| scene.bodies.get(i));
+        all.collect::<Vec<Body>>()
+    });
+    let [of_body, of_joint] =
+        [&scene.body_names, &scene.constraint_names].map(|names| names.iter());
+    let of_control = scene.controls.iter().map(|control| &control.name);
+    let of_event = scene.events.iter().map(|event| &event.name);
+    let of_collider = scene.colliders.iter().map(|collider| &collider.name);
     let mut cables = scene.cables.iter();
-    if let Some(cable) = cables.find(|cable| !built.cables.contains(cable)) {
-        return Some(format!("something of the cable `{}`", cable.name));
-    }
-    let names = &scene.constraint_names;
-    let found = first(
-        "constraint",
-        &built.constraints,
-        &scene.constraints,
-        |i, _| &names[i],
-    );
-    found.or_else(|| Some("something of the scene as a whole".to_owned()))
+    let cable = cables.find(|cable| !built.cables.contains(cable));
+    let all = [
+        ("body", first([&bodies[0], &bodies[1]], of_body)),
+        (
+            "control",
+            first([&built.controls, &scene.controls], of_control),
+        ),
+        ("event", first([&built.events, &scene.events], of_event)),
+        (
+            "collider",
+            first([&built.colliders, &scene.colliders], of_collider),
+        ),
+        ("cable", cable.map(|cable| &cable.name)),
+        (
+            "constraint",
+            first([&built.constraints, &scene.constraints], of_joint),
+        ),
+    ];
+    let found = all.iter().find_map(|(kind, name)| Some((kind, (*name)?)));
+    Some(found.map_or_else(
+        || "something of the scene as a whole".to_owned(),
+        |(kind, name)| format!("something of the {kind} `{name}`"),
+    ))
 }

@@ -27,6 +27,17 @@ impl Fault {
         Self { paths, error }
     }
 
+    /// A fault of what was validated, at the key that the name of the quantity ends with.
+    pub(super) fn named(error: SceneError) -> Self {
+        let key = match &error {
+            SceneError::BadValue { what, .. } | SceneError::Conflict { what, .. } => {
+                what.rsplit(' ').next().unwrap_or_default().to_owned()
+            }
+            _ => String::new(),
+        };
+        Self::new(key, error)
+    }
+
     /// Puts the fault into the entry at `path`.
     pub(super) fn within(mut self, path: &str) -> Self {
         for inner in &mut self.paths {
