@@ -161,36 +161,21 @@ impl ColliderEntry {
 
     /// The collider as it is written.
     pub(super) fn of(collider: &Collider, scene: &Scene) -> Self {
-        let Collider {
-            name,
-            body,
-            position,
-            orientation,
-            shape,
-            surface,
-            groups,
-            meets,
-        } = collider;
-        let Surface {
-            friction,
-            restitution,
-            compliance,
-            damping,
-        } = *surface;
-        let default = Surface::default();
+        let (surface, default) = (&collider.surface, Surface::default());
+        let body = collider.body.map(|i| scene.body_names[i].clone());
         Self {
-            name: name.clone(),
-            body: body.map_or_else(|| WORLD.to_owned(), |i| scene.body_names[i].clone()),
-            shape: *shape,
-            position: (*position).into(),
-            orientation: entries::written(orientation),
+            name: collider.name.clone(),
+            body: body.unwrap_or_else(|| WORLD.to_owned()),
+            shape: collider.shape,
+            position: collider.position.into(),
+            orientation: entries::written(&collider.orientation),
             rotation: None,
-            friction: unless(friction, default.friction),
-            restitution: unless(restitution, default.restitution),
-            compliance: unless(compliance, default.compliance),
-            damping: unless(damping, default.damping),
-            groups: (*groups != DEFAULT_GROUP).then(|| names_of(*groups)),
-            meets: (*meets != u32::MAX).then(|| names_of(*meets)),
+            friction: unless(surface.friction, default.friction),
+            restitution: unless(surface.restitution, default.restitution),
+            compliance: unless(surface.compliance, default.compliance),
+            damping: unless(surface.damping, default.damping),
+            groups: (collider.groups != DEFAULT_GROUP).then(|| names_of(collider.groups)),
+            meets: (collider.meets != u32::MAX).then(|| names_of(collider.meets)),
         }
     }
 }

@@ -28,22 +28,7 @@ impl SceneText {
     /// The fault of a scene that is not valid; [`SceneError::NotInText`] names what a text cannot hold.
     pub fn from_scene(scene: &Scene) -> Result<Self, SceneError> {
         scene.validate()?;
-        let Scene {
-            name,
-            gravity,
-            bodies,
-            body_names,
-            constraints,
-            constraint_names,
-            groups,
-            load,
-            start_in_equilibrium,
-            controls,
-            cables: _,
-            capstans,
-            colliders,
-            events,
-        } = scene;
+        let (body_names, constraint_names) = (&scene.body_names, &scene.constraint_names);
         if let Some(i) = scene.fairleads().next() {
             return Err(SceneError::NotInText {
                 what: format!(
@@ -69,21 +54,21 @@ impl SceneText {
             });
         }
         let mut text = Self {
-            name: name.clone(),
-            gravity: (*gravity).into(),
-            equilibrium: *start_in_equilibrium,
-            load: load.map(|i| body_names[i].clone()),
+            name: scene.name.clone(),
+            gravity: scene.gravity.into(),
+            equilibrium: scene.start_in_equilibrium,
+            load: scene.load.map(|i| body_names[i].clone()),
             ..Self::default()
         };
         for (i, name) in body_names.iter().enumerate() {
-            let mut entry = body(name, &bodies.get(i));
+            let mut entry = body(name, &scene.bodies.get(i));
             entry.cable = segments[i].map(str::to_owned);
             text.body.push(entry);
         }
-        for ((name, constraint), group) in constraint_names.iter().zip(constraints).zip(groups) {
-            text.push(scene, name, constraint, *group);
+        for (i, name) in constraint_names.iter().enumerate() {
+            text.push(scene, name, &scene.constraints[i], scene.groups[i]);
         }
-        for Capstan { parts, friction } in capstans {
+        for Capstan { parts, friction } in &scene.capstans {
             let [before, after] = parts.map(|i| &constraint_names[i]);
             let part = text.massless_cable.iter_mut().find(|c| c.name == *after);
             if let Some(part) = part {
@@ -109,11 +94,11 @@ impl SceneText {
             text.order.clone_from(constraint_names);
         }
         let collider = |collider| ColliderEntry::of(collider, scene);
-        text.collider = colliders.iter().map(collider).collect();
+        text.collider = scene.colliders.iter().map(collider).collect();
         let control = |control| ControlEntry::of(control, scene);
-        text.control = controls.iter().map(control).collect();
+        text.control = scene.controls.iter().map(control).collect();
         let event = |event| EventEntry::of(event, scene);
-        text.event = events.iter().map(event).collect();
+        text.event = scene.events.iter().map(event).collect();
         match difference(&text.build()?, scene) {
             None => Ok(text),
             Some(what) => Err(SceneError::NotInText {
@@ -144,37 +129,26 @@ impl SceneText {
 }
 
 fn body(name: &str, body: &Body) -> BodyEntry {
-    let Body {
-        mobility,
-        position,
-        orientation,
-        velocity,
-        angular_velocity,
-        mass,
-        inertia,
-        force,
-        torque,
-    } = body;
-    let diagonal = inertia.diagonal();
-    let principal = same_bits(&Matrix3::from_diagonal(&diagonal), inertia);
-    let (held, fixed) = (*mobility != Mobility::Dynamic, Body::fixed());
-    let left_out = held && same_bits(inertia, &fixed.inertia);
-    let mass_left_out = held && mass.to_bits() == fixed.mass.to_bits();
+    let diagonal = body.inertia.diagonal();
+    let principal = same_bits(&Matrix3::from_diagonal(&diagonal), &body.inertia);
+    let (held, fixed) = (body.mobility != Mobility::Dynamic, Body::fixed());
+    let left_out = held && same_bits(&body.inertia, &fixed.inertia);
+    let mass_left_out = held && body.mass.to_bits() == fixed.mass.to_bits();
     BodyEntry {
         name: name.to_owned(),
-        mobility: *mobility,
-        mass: (!mass_left_out).then_some(*mass),
+        mobility: body.mobility,
+        mass: (!mass_left_out).then_some(body.mass),
         shape: None,
         inertia: (principal && !left_out).then(|| diagonal.into()),
-        inertia_matrix: (!principal).then(|| inertia.transpose().into()),
+        inertia_matrix: (!principal).then(|| body.inertia.transpose().into()),
         collide: None,
-        position: (*position).into(),
-        orientation: written(orientation),
+        position: body.position.into(),
+        orientation: written(&body.orientation),
         rotation: None,
-        velocity: (*velocity).into(),
-        angular_velocity: (*angular_velocity).into(),
-        force: (*force).into(),
-        torque: (*torque).into(),
+        velocity: body.velocity.into(),
+        angular_velocity: body.angular_velocity.into(),
+        force: body.force.into(),
+        torque: body.torque.into(),
         cable: None,
     }
 }
@@ -206,28 +180,20 @@ fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
 impl MasslessCableEntry {
     /// The cable as it is written.
     fn of(scene: &Scene, name: &str, cable: &MasslessCable, group: u32) -> Self {
-        let MasslessCable {
-            frames,
-            sheaves,
-            length,
-            law,
-            tension_only,
-            winch,
-        } = cable;
         let first = scene.constraint(name).ok();
         Self {
             name: name.to_owned(),
-            through: over(points(scene, frames), sheaves),
+            through: over(points(scene, &cable.frames), &cable.sheaves),
             after: None,
-            length: Some(*length),
+            length: Some(cable.length),
             slack: None,
             tension: None,
             strained: first.and_then(|first| scene.too_short(first)).map(|_| true),
             ea: None,
-            stretch: Some(law.compliance),
-            damping: law.damping,
-            tension_only: (!tension_only).then_some(false),
-            winch: *winch,
+            stretch: Some(cable.law.compliance),
+            damping: cable.law.damping,
+            tension_only: (!cable.tension_only).then_some(false),
+            winch: cable.winch,
             breaks_at: None,
             group: Some(group),
         }

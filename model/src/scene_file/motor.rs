@@ -53,24 +53,16 @@ impl MotorEntry {
 
     /// The motor as it is written.
     pub(super) fn of(motor: &Motor) -> Self {
-        let Motor {
-            target,
-            force_limit,
-            law: RowLaw {
-                compliance,
-                damping,
-            },
-        } = *motor;
-        let (speed, position) = match target {
+        let (speed, position) = match motor.target {
             Target::Speed(speed) => (Some(speed), None),
             Target::Position(position) => (None, Some(position)),
         };
         Self {
             speed,
             position,
-            force_limit: unless(force_limit, f64::INFINITY),
-            compliance,
-            damping,
+            force_limit: unless(motor.force_limit, f64::INFINITY),
+            compliance: motor.law.compliance,
+            damping: motor.law.damping,
         }
     }
 }

@@ -79,19 +79,13 @@ impl SheaveEntry {
 
     /// The sheave as it is written.
     pub(super) fn of(sheave: &Sheave) -> Self {
-        let Sheave {
-            radius,
-            turns,
-            friction,
-            shared,
-            lay,
-        } = *sheave;
+        let lay = sheave.lay;
         Self {
-            radius,
+            radius: sheave.radius,
             axis: None,
-            turns,
-            friction,
-            shared: shared.then_some(true),
+            turns: sheave.turns,
+            friction: sheave.friction,
+            shared: sheave.shared.then_some(true),
             on: match lay {
                 Lay::On { arriving, leaving } => Some([arriving, leaving]),
                 Lay::New | Lay::Off { .. } => None,
