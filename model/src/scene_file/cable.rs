@@ -211,7 +211,8 @@ impl CableEntry {
         let text = error.to_string();
         let about = text.split_once("`: ").map_or("", |(_, about)| about);
         let keys = [
-            ("length of segment", &["lengths"][..]),
+            ("damping", &["damping", "damping_ratio"][..]),
+            ("length of segment", &["lengths"]),
             ("sum of", &["lengths"]),
             ("point", &["points", "to"]),
             ("leg", &["points", "to"]),
@@ -222,7 +223,7 @@ impl CableEntry {
         ];
         match keys.iter().find(|(start, _)| about.starts_with(start)) {
             Some((_, keys)) => Fault::at(keys, error),
-            None => Fault::named(error).or_at("damping_ratio").or_at("name"),
+            None => Fault::named(error).or_at("name"),
         }
     }
 }

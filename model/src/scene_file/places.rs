@@ -29,12 +29,14 @@ impl Fault {
 
     /// A fault of what was validated, at the key that the name of the quantity ends with.
     pub(super) fn named(error: SceneError) -> Self {
-        let key = match &error {
-            SceneError::BadValue { what, .. } | SceneError::Conflict { what, .. } => {
-                what.rsplit(' ').next().unwrap_or_default().to_owned()
-            }
-            _ => String::new(),
+        let (SceneError::BadValue { what, .. } | SceneError::Conflict { what, .. }) = &error else {
+            return Self::at(&[], error);
         };
+        let key = what.rsplit(' ').next().unwrap_or_default().to_owned();
+        // What has no quantity ends with a name.
+        if key.contains('`') {
+            return Self::at(&[], error);
+        }
         Self::new(key, error)
     }
 
