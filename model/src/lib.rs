@@ -86,6 +86,7 @@
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | `unlimited` (feature `serde`) | limits that may be infinite, in formats that know finite numbers alone |
+//! | `testing` (tests) | any constraint's Jacobian against finite differences |
 //! | `motion` | [`Motion`]: prescribed motion of points of the world |
 //! | `seed` | small random velocities, from a number |
 //! | `error` | [`SceneError`]: what is wrong with a scene, and where |
