@@ -7,14 +7,8 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Cause of a body's motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(
-    any(feature = "serde", feature = "toml"),
-    derive(serde::Serialize, serde::Deserialize)
-)]
-#[cfg_attr(
-    any(feature = "serde", feature = "toml"),
-    serde(rename_all = "kebab-case")
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Mobility {
     /// Forces and constraints.
@@ -38,7 +32,8 @@ macro_rules! quantities {
             )*
         }
 
-        /// All bodies of a scene; every vector has one entry a body, in the order of [`Bodies::push`].
+        /// All bodies of a scene; every vector has one entry a body, in the order of [`Bodies::push`]. Methods of body `i`
+        /// panic where `i` is not below [`Bodies::len`].
         #[derive(Debug, Clone, PartialEq, Default)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -62,9 +57,6 @@ macro_rules! quantities {
             }
 
             /// A copy of body `i`.
-            ///
-            /// # Panics
-            /// When `i` is not below [`Bodies::len`].
             #[must_use]
             pub fn get(&self, i: usize) -> Body {
                 Body {
@@ -209,9 +201,6 @@ fn diagonal(x: f64, y: f64, z: f64) -> Matrix3<f64> {
 
 impl Bodies {
     /// Velocity \[m/s] and angular velocity \[rad/s] of body `i`, world, one after the other.
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
     #[must_use]
     pub fn rates(&self, i: usize) -> [f64; 6] {
         let (v, w) = (&self.velocity[i], &self.angular_velocity[i]);
@@ -238,9 +227,6 @@ impl Bodies {
 
     /// True if forces and constraints move body `i`; static and driven bodies are as heavy as the
     /// world.
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
     #[must_use]
     pub fn is_dynamic(&self, i: usize) -> bool {
         self.mobility[i] == Mobility::Dynamic
@@ -248,27 +234,18 @@ impl Bodies {
 
     /// True if body `i` is dynamic and a point mass: it never turns and has three degrees of
     /// freedom.
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
     #[must_use]
     pub fn is_point(&self, i: usize) -> bool {
         self.is_dynamic(i) && self.inertia[i] == Matrix3::zeros()
     }
 
     /// Rotation matrix R of body `i`, body to world.
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
     #[must_use]
     pub fn rotation(&self, i: usize) -> Matrix3<f64> {
         self.orientation[i].to_rotation_matrix().into_inner()
     }
 
     /// Inertia of body `i` in the world frame, R I Rᵀ \[kg m²].
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
     #[must_use]
     pub fn inertia_world(&self, i: usize) -> Matrix3<f64> {
         let r = self.rotation(i);
@@ -291,9 +268,6 @@ impl Bodies {
     }
 
     /// Kinetic energy of body `i` \[J], ½ m v·v + ½ ω·Iω.
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
     #[must_use]
     pub fn kinetic_energy(&self, i: usize) -> f64 {
         let omega = self.angular_velocity[i];
@@ -302,9 +276,6 @@ impl Bodies {
     }
 
     /// World position of the body-frame point `point` (m) of body `i` \[m].
-    ///
-    /// # Panics
-    /// When `i` is not below [`Bodies::len`].
     #[must_use]
     pub fn point_world(&self, i: usize, point: &Vector3<f64>) -> Vector3<f64> {
         self.position[i] + self.rotation(i) * point

@@ -11,7 +11,8 @@ use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, WideKernel, dispatch, dispa
 use crate::body::Bodies;
 use crate::lanes::{PACK, PerLanes, follow};
 
-/// Six numbers a body, for all bodies of a scene and the world.
+/// Six numbers a body, for all bodies of a scene and the world. Methods of bodies that there is no room for panic, also those
+/// of its views.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyVectors {
     values: Aligned,
@@ -152,9 +153,6 @@ impl BodyVectors {
     }
 
     /// The numbers of body `i`.
-    ///
-    /// # Panics
-    /// When there is no room for it.
     #[inline]
     #[must_use]
     pub fn get(&self, i: usize) -> [f64; 6] {
@@ -162,9 +160,6 @@ impl BodyVectors {
     }
 
     /// Sets the numbers of body `i`.
-    ///
-    /// # Panics
-    /// When there is no room for it.
     #[inline]
     pub fn set(&mut self, i: usize, x: [f64; 6]) {
         for (k, x) in x.into_iter().enumerate() {
@@ -173,9 +168,6 @@ impl BodyVectors {
     }
 
     /// Adds to the numbers of body `i`.
-    ///
-    /// # Panics
-    /// When there is no room for it.
     #[inline]
     pub fn add(&mut self, i: usize, x: [f64; 6]) {
         for (k, x) in x.into_iter().enumerate() {
@@ -184,9 +176,6 @@ impl BodyVectors {
     }
 
     /// Takes the first and the last three numbers of all bodies.
-    ///
-    /// # Panics
-    /// When there is no room for them.
     pub fn load(&mut self, first: &[Vector3<f64>], last: &[Vector3<f64>]) {
         dispatch_wide(Level::best(), Load(self, first, last));
     }
@@ -298,9 +287,6 @@ pub struct BodyNumbersMut<'a>([&'a mut [f64]; 6]);
 
 impl BodyNumbers<'_> {
     /// The numbers of as many bodies as there are lanes, one after the other.
-    ///
-    /// # Panics
-    /// When there is no room for one of them.
     #[inline(always)]
     #[must_use]
     pub fn load_from<V: Lanes>(&self, first: usize) -> [V; 6] {
@@ -312,9 +298,6 @@ impl BodyNumbers<'_> {
     }
 
     /// The numbers of any bodies.
-    ///
-    /// # Panics
-    /// When there is no room for one of them.
     #[inline(always)]
     #[must_use]
     pub fn load<V: Lanes, const L: usize>(&self, of: &BodyLanes<'_, L>) -> [V; 6] {
@@ -331,9 +314,6 @@ impl BodyNumbers<'_> {
 
 impl BodyNumbersMut<'_> {
     /// As [`BodyNumbers::load_from`].
-    ///
-    /// # Panics
-    /// When there is no room for one of them.
     #[inline(always)]
     #[must_use]
     pub fn load_from<V: Lanes>(&self, first: usize) -> [V; 6] {
@@ -341,9 +321,6 @@ impl BodyNumbersMut<'_> {
     }
 
     /// Writes the numbers of as many bodies as there are lanes, one after the other.
-    ///
-    /// # Panics
-    /// When there is no room for one of them.
     #[inline(always)]
     pub fn store_from<V: Lanes>(&mut self, first: usize, from: &[V; 6]) {
         for (to, from) in self.0.iter_mut().zip(from) {
@@ -352,9 +329,6 @@ impl BodyNumbersMut<'_> {
     }
 
     /// Writes the numbers of the first `count` of some bodies.
-    ///
-    /// # Panics
-    /// When there is no room for one of them.
     #[inline(always)]
     pub fn store<V: Lanes, const L: usize>(
         &mut self,

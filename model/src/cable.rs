@@ -253,7 +253,7 @@ impl Cable {
             Damping::Ratio(ratio) => (ratio, "≥ 0, a part of critical damping"),
         };
         for (what, value, needs) in [
-            ("mass per length", self.density, "> 0 kg/m"),
+            ("mass_per_length", self.density, "> 0 kg/m"),
             ("radius", self.radius, "> 0 m"),
             ("ea", self.stiffness.ea, "> 0 N"),
             ("ei", self.stiffness.ei, "> 0 N m²"),

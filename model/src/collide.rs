@@ -38,7 +38,8 @@ pub enum Shape {
         /// Radius \[m], > 0.
         radius: f64,
     },
-    /// A box.
+    /// A box; `box` in a text.
+    #[cfg_attr(feature = "serde", serde(rename = "box", alias = "cuboid"))]
     Cuboid {
         /// Edge lengths along x, y and z \[m], > 0.
         size: Vector3<f64>,
@@ -50,7 +51,8 @@ pub enum Shape {
         /// Radius \[m], > 0.
         radius: f64,
     },
-    /// A cylinder along z.
+    /// A cylinder along z; `rod` in a text, too.
+    #[cfg_attr(feature = "serde", serde(alias = "rod"))]
     Cylinder {
         /// Length \[m], > 0.
         length: f64,

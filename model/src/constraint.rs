@@ -8,7 +8,8 @@
 //! negative of that on ω_b.
 //!
 //! A new kind takes a file with its struct and its facts (`constraint/facts.rs`), its lines in this file (the module, its
-//! name and the list of kinds), and its keys in the text of scenes (`scene_file/joint.rs`).
+//! name and the list of kinds), and its keys in the text of scenes (`scene_file/joint.rs`). A test compares its Jacobian with
+//! finite differences (`constraint/testing.rs`).
 
 mod cosserat;
 mod distance;
@@ -148,9 +149,9 @@ impl RowKind {
     }
 }
 
-/// The kinds: for each its documentation and its name; its facts are in its own file ([`facts`]).
+/// The kinds: for each its documentation; its facts are in its own file ([`facts`]).
 macro_rules! kinds {
-    ($($(#[doc = $doc:literal])* $kind:ident = $name:literal,)*) => {
+    ($($(#[doc = $doc:literal])* $kind:ident,)*) => {
         /// A constraint between frames: a closed set of kinds, one file each.
         #[derive(Debug, Clone, PartialEq)]
         #[non_exhaustive]
@@ -185,40 +186,30 @@ macro_rules! kinds {
                 }
             };
         }
-
-        impl Constraint {
-            /// The kind's name, such as `spherical`.
-            #[must_use]
-            pub fn kind_name(&self) -> &'static str {
-                match self {
-                    $(Self::$kind(_) => $name,)*
-                }
-            }
-        }
     };
 }
 
 kinds!(
     /// Ball joint, 3 rows.
-    Spherical = "spherical",
+    Spherical,
     /// The angular joint of the paper with scalar bend, up to 5 rows.
-    Paper = "paper",
+    Paper,
     /// Cable joint with two bend directions, up to 6 rows.
-    Cosserat = "cosserat",
+    Cosserat,
     /// All six relative coordinates, 6 rows.
-    Lock = "lock",
+    Lock,
     /// Link of a particle chain, 1 row, or 3 with the transverse ones.
-    Distance = "distance",
+    Distance,
     /// Rotation about one axis, 5 rows, or 6 with a motor.
-    Hinge = "hinge",
+    Hinge,
     /// Translation along one axis, 5 rows, or 6 with a motor.
-    Slider = "slider",
+    Slider,
     /// Total length through any number of points, 1 row.
-    MasslessCable = "massless-cable",
+    MasslessCable,
     /// Angle between two links that share a point, 1 or 2 rows.
-    LinkBend = "link-bend",
+    LinkBend,
     /// Where a cable of segments leaves its winch, 3 rows, or up to 6 clamped.
-    Fairlead = "fairlead",
+    Fairlead,
 );
 
 impl Constraint {

@@ -86,7 +86,7 @@
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | `unlimited` (feature `serde`) | limits that may be infinite, in formats that know finite numbers alone |
-//! | `check` | [`check_jacobian`]: any constraint's Jacobian against finite differences |
+//! | `testing` (tests) | any constraint's Jacobian against finite differences |
 //! | `motion` | [`Motion`]: prescribed motion of points of the world |
 //! | `seed` | small random velocities, from a number |
 //! | `error` | [`SceneError`]: what is wrong with a scene, and where |
@@ -104,7 +104,6 @@
 pub mod body;
 pub mod body_vectors;
 pub mod cable;
-mod check;
 pub mod collide;
 pub mod constraint;
 pub mod contact_scenes;
@@ -130,6 +129,8 @@ pub mod scene;
 pub mod scene_file;
 mod seed;
 pub mod specimen;
+#[cfg(test)]
+mod testing;
 pub mod topology;
 #[cfg(feature = "serde")]
 pub mod unlimited;
@@ -137,7 +138,6 @@ pub mod unlimited;
 pub use body::{Bodies, Body, Mobility};
 pub use body_vectors::{BodyLanes, BodyPack, BodyVectors};
 pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
-pub use check::{JacobianCheck, check_jacobian};
 pub use collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 pub use constraint::{
     BendDefinition, Constraint, Cosserat, Distance, Fairlead, Hinge, JointLaw, Lay, LinkBend,
@@ -165,4 +165,6 @@ pub use scene::{Action, CableParts, Capstan, Control, Drive, Event, Scene, When}
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;
 pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};
+#[cfg(test)]
+use testing::check_jacobian;
 pub use topology::Topology;

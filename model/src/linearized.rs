@@ -440,12 +440,6 @@ impl Linearized {
         self.row_start[i]..self.row_start[i + 1]
     }
 
-    /// First row of each constraint, and the number of all rows.
-    #[must_use]
-    pub fn first_rows(&self) -> &[usize] {
-        &self.row_start
-    }
-
     /// Indices into [`Linearized::slots`] of constraint `i`.
     ///
     /// # Panics

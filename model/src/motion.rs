@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub enum Motion {
     /// The point rests.
     #[default]
@@ -17,7 +18,8 @@ pub enum Motion {
     Smooth {
         /// Whole displacement, world \[m].
         displacement: Vector3<f64>,
-        /// Time at which the motion starts \[s].
+        /// Time at which the motion starts \[s]; in a text default 0.
+        #[cfg_attr(feature = "serde", serde(default))]
         start: f64,
         /// How long it takes \[s], > 0. Peak speed is 15/8, peak acceleration 10/√3 of the mean (|d|/T, |d|/T²).
         duration: f64,
@@ -28,7 +30,8 @@ pub enum Motion {
         radius: f64,
         /// Time of one turn at full speed \[s], > 0.
         period: f64,
-        /// Time at which the motion starts \[s].
+        /// Time at which the motion starts \[s]; in a text default 0.
+        #[cfg_attr(feature = "serde", serde(default))]
         start: f64,
         /// Time of the smooth run-up from rest to full speed \[s], > 0.
         ramp: f64,
@@ -58,6 +61,40 @@ impl Motion {
                 Vector3::new(-2.0 * half * half, angle.sin(), 0.0) * radius
             }
         }
+    }
+
+    /// The key of the first number that it cannot have, the number, and true for a time that has to be > 0.
+    pub(crate) fn fault(&self) -> Option<(&'static str, f64, bool)> {
+        let lost = |x: &f64| !x.is_finite();
+        let numbers = match *self {
+            Self::Fixed => Vec::new(),
+            Self::Smooth {
+                displacement: d,
+                start,
+                duration,
+            } => vec![
+                (
+                    "smooth.displacement",
+                    d[d.iter().position(lost).unwrap_or(0)],
+                    false,
+                ),
+                ("smooth.start", start, false),
+                ("smooth.duration", duration, true),
+            ],
+            Self::Circle {
+                radius,
+                period,
+                start,
+                ramp,
+            } => vec![
+                ("circle.radius", radius, false),
+                ("circle.start", start, false),
+                ("circle.period", period, true),
+                ("circle.ramp", ramp, true),
+            ],
+        };
+        let mut numbers = numbers.into_iter();
+        numbers.find(|(_, x, is_span)| lost(x) || *is_span && *x <= 0.0)
     }
 
     /// True if the displacement is zero at all times.

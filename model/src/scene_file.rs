@@ -23,14 +23,14 @@
 //! |---|---|---|
 //! | top of the text | [`SceneText`] | |
 //! | `[[body]]` | [`BodyEntry`] | `shape`: [`Shape`]; `collide`: [`SurfaceEntry`] |
-//! | `[[joint]]` | [`JointEntry`], by its kind [`Kind`] | `motor`: [`MotorEntry`]; `motion`: [`MotionEntry`] |
-//! | `[[cable]]` | [`CableEntry`], of rigid segments | `from`, `to`: [`EndEntry`]; `winch`: [`WinchEntry`]; |
+//! | `[[joint]]` | [`JointEntry`], by its kind [`Kind`] | `motor`: [`MotorEntry`]; `motion`: [`Motion`](crate::Motion) |
+//! | `[[cable]]` | [`CableEntry`], of rigid segments | `from`, `to`: [`EndEntry`]; `winch`: [`Winch`](crate::Winch); |
 //! | | | `resolution`: [`ResolutionEntry`]; `collide`: [`SurfaceEntry`] |
 //! | `[[massless_cable]]` | [`MasslessCableEntry`] | `through`: [`PointEntry`], with `sheave`: [`SheaveEntry`]; |
-//! | | | `winch`: [`WinchEntry`] |
+//! | | | `winch`: [`Winch`](crate::Winch) |
 //! | `[[bend]]` | [`BendEntry`], of links | `through`: [`PointEntry`] |
 //! | `[[ground]]` | [`GroundEntry`], a half-space | |
-//! | `[[collider]]` | [`ColliderEntry`], other shapes | `shape`: [`ColliderShape`] |
+//! | `[[collider]]` | [`ColliderEntry`], other shapes | `shape`: [`Shape`](crate::Shape) |
 //! | `[[control]]` | [`ControlEntry`] | `drives`: [`DriveEntry`] |
 //! | `[[event]]` | [`EventEntry`] | `force`: [`ForceEntry`]; `distance`: [`DistanceEntry`]; `attach`: [`AttachEntry`]; |
 //! | | | `set`: [`SetEntry`] |
@@ -77,104 +77,9 @@
 //! ```
 //!
 //! A crane: its jib slews about the fixed tower, a trolley runs along the jib, a winch on it holds a hook on a massless
-//! cable, and a load hangs from the hook:
-//! ```
-//! let text = r#"
-//! name = "crane"
-//! load = "load"
-//!
-//! [[body]]
-//! name = "tower"
-//! mobility = "static"
-//! position = [0, 0, 30]                      # m, world
-//!
-//! [[body]]
-//! name = "jib"
-//! mass = 4000                                # kg
-//! shape = { cylinder = { length = 40, radius = 0.5 } }
-//! position = [20, 0, 30]
-//! rotation = [0, 1.5707963267948966, 0]      # its z axis along the world's x
-//!
-//! [[body]]
-//! name = "trolley"
-//! mass = 300
-//! shape = { box = { size = [1, 1, 0.5] } }
-//! position = [12, 0, 29]
-//!
-//! [[body]]
-//! name = "hook"
-//! mass = 200
-//! shape = { sphere = { radius = 0.2 } }
-//! position = [12, 0, 10]
-//!
-//! [[body]]
-//! name = "load"
-//! mass = 3000
-//! shape = { box = { size = [2, 2, 1] } }
-//! position = [12, 0, 7]
-//!
-//! [[joint]]
-//! name = "slew"
-//! kind = "hinge"
-//! a = "tower"
-//! b = "jib"
-//! point = [0, 0, 30]
-//! axis = [0, 0, 1]
-//! motor = { speed = 0, force_limit = 2e5 }   # rad/s, N m
-//!
-//! [[joint]]
-//! name = "rail"
-//! kind = "slider"
-//! a = "jib"
-//! b = "trolley"
-//! point_a = [1, 0, -20]                      # m, in the jib's frame: the tower's end
-//! point_b = [0, 0, 0]
-//! axis = [1, 0, 0]
-//! motor = { speed = 0.5, force_limit = 1e4 } # m/s, N
-//!
-//! [[joint]]
-//! name = "sling"
-//! kind = "distance"
-//! a = "hook"
-//! b = "load"
-//! point_a = [0, 0, -0.2]
-//! point_b = [0, 0, 0.5]
-//! length = 2.3
-//! stretch = 1e-7                             # m/N
-//!
-//! [[massless_cable]]
-//! name = "rope"
-//! through = [{ body = "trolley" }, { body = "hook" }]
-//! length = 19
-//! ea = 2e7                                   # N
-//! winch = { force_limit = 5e4, brake_limit = 9e4, shortest = 2, longest = 60 }
-//!
-//! [[control]]
-//! name = "hoist_speed"                       # upwards, m/s
-//! drives = [{ joint = "rope", gain = -1 }]
-//!
-//! [[control]]
-//! name = "trolley_speed"
-//! drives = [{ joint = "rail" }]
-//!
-//! [[control]]
-//! name = "slew_speed"
-//! drives = [{ joint = "slew" }]
-//! "#;
-//! use taut_model::scene_file::SceneText;
-//! use taut_model::{Constraint, SceneSource};
-//!
-//! let mut scene = SceneSource::parse(text, &[("body.load.mass", "2000")])?.build()?;
-//! assert_eq!(scene.constraint_names, ["slew", "rail", "sling", "rope"]);
-//! assert_eq!(scene.groups, [0; 4]);
-//! assert_eq!(SceneText::from_scene(&scene)?.build()?, scene);
-//! scene.set_control(0, 0.25, 0.0);
-//! assert!(matches!(&scene.constraints[3], Constraint::MasslessCable(rope) if rope.length_at(4.0) == 18.0));
-//!
-//! let fault = SceneSource::parse(&text.replace("ea = 2e7", "ea = -1"), &[])?.build();
-//! let fault = fault.expect_err("a negative stiffness").to_string();
-//! assert_eq!(fault, "line 68, column 1: massless cable `rope`: ea is -1: it has to be > 0 N, or N m²");
-//! # Ok::<(), taut_model::SceneError>(())
+//! cable, and a load hangs from the hook; `taut run crane.toml` follows it:
+//! ```toml
+#![doc = include_str!("scene_file/crane.toml")]
 //! ```
 //!
 //! A drum of 4 kW that lifts a load over a sheave with friction; `taut run drum.toml --columns time,load.z,rope-2.slip --out -`
@@ -204,7 +109,6 @@ mod groups;
 mod joint;
 mod keys;
 mod lean;
-mod motion;
 mod motor;
 mod overrides;
 mod places;
@@ -236,14 +140,13 @@ mod tests_sheaves;
 mod write;
 
 pub use cable::{CableEntry, EndEntry, Hold, ResolutionEntry};
-pub use collide::{CollideEntry, ColliderEntry, ColliderShape, GroundEntry, SurfaceEntry};
+pub use collide::{CollideEntry, ColliderEntry, GroundEntry, SurfaceEntry};
 pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
 pub use event::{AttachEntry, DistanceEntry, EventEntry, ForceEntry, SetEntry};
 pub use joint::{JointEntry, Kind};
 pub use lean::Part;
-pub use motion::MotionEntry;
-pub use motor::{MotorEntry, WinchEntry};
+pub use motor::MotorEntry;
 pub use points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 
 use overrides::merge;

@@ -79,12 +79,6 @@ impl Topology {
             closing,
         }
     }
-
-    /// True if no constraint closes a loop: S of a forest fills nothing in an order from the leaves on.
-    #[must_use]
-    pub fn is_forest(&self) -> bool {
-        self.closing.is_empty()
-    }
 }
 
 impl Scene {
@@ -256,7 +250,7 @@ mod tests {
         ];
         let mut y = scene(5, &sides);
         let t = Topology::of(&y);
-        assert_eq!((t.components, t.is_forest()), (1, true));
+        assert_eq!((t.components, t.closing.is_empty()), (1, true));
         y.group_by_topology();
         assert_eq!(y.groups, [0; 6]);
         assert_eq!(y.validate(), Ok(()));
@@ -290,7 +284,7 @@ mod tests {
             2,
             &[&[None, Some(0)], &[Some(0), Some(1)], &[Some(1), None]],
         ));
-        assert!(t.is_forest());
+        assert!(t.closing.is_empty());
     }
 
     #[test]
@@ -305,11 +299,11 @@ mod tests {
         assert_eq!(Topology::of(&scene).closing, [2]);
         scene.bodies.mobility[1] = Mobility::Driven;
         let t = Topology::of(&scene);
-        assert_eq!((t.components, t.is_forest()), (1, true));
+        assert_eq!((t.components, t.closing.is_empty()), (1, true));
         assert_eq!(t.component_of_body, [Some(0), None, Some(0)]);
         assert_eq!(t.component_of_constraint, [Some(0), Some(0), Some(0), None]);
         scene.bodies.mobility[0] = Mobility::Static;
-        assert!(Topology::of(&scene).is_forest());
+        assert!(Topology::of(&scene).closing.is_empty());
     }
 
     #[test]
@@ -326,8 +320,12 @@ mod tests {
         assert_eq!((t.components, t.closing.as_slice()), (1, &[1, 2][..]));
         // The links of a chain and the bend rows between them.
         let chain = named("particles-e").expect("builds");
-        assert!(!Topology::of(&chain).is_forest());
-        assert!(Topology::of(&named("hoist").expect("builds")).is_forest());
+        assert!(!Topology::of(&chain).closing.is_empty());
+        assert!(
+            Topology::of(&named("hoist").expect("builds"))
+                .closing
+                .is_empty()
+        );
     }
 
     /// Neither recursion nor quadratic time.
@@ -337,6 +335,6 @@ mod tests {
         let sides: Vec<_> = (1..n).map(|i| [Some(i - 1), Some(i)]).collect();
         let sides: Vec<&[_]> = sides.iter().map(<[_; 2]>::as_slice).collect();
         let t = Topology::of(&scene(n, &sides));
-        assert_eq!((t.components, t.is_forest()), (1, true));
+        assert_eq!((t.components, t.closing.is_empty()), (1, true));
     }
 }

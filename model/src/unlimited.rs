@@ -22,3 +22,8 @@ pub fn serialize<S: Serializer>(limit: &f64, serializer: S) -> Result<S::Ok, S::
 pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
+
+/// True if the number is +0, bit for bit: what a text leaves out.
+pub(crate) fn is_zero(number: &f64) -> bool {
+    number.to_bits() == 0
+}

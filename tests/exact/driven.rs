@@ -339,7 +339,7 @@ fn what_cannot_be_set_is_refused() {
         force_limit: -1.0,
         ..Winch::new()
     };
-    says(stepper.set_winch(0, bad), "winch force limit is -1");
+    says(stepper.set_winch(0, bad), "winch.force_limit is -1");
     says(
         stepper.set_winch(7, Winch::new()),
         "constraint number 7, of 1, is not there",

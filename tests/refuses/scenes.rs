@@ -135,7 +135,7 @@ const FAULTS: [(&str, Fault); 6] = [
     ("`segment-3`: velocity is NaN", |b| {
         b.velocity[2].x = f64::NAN;
     }),
-    ("`segment-1`: angular velocity is NaN", |b| {
+    ("`segment-1`: angular_velocity is NaN", |b| {
         b.angular_velocity[0].z = f64::NAN;
     }),
     ("`segment-2`: norm of the orientation is NaN", |b| {

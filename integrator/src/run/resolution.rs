@@ -100,7 +100,7 @@ impl Stepper {
             time: self.step.time,
             dt: self.step.substep(),
             phi: &self.step.system_data.rows.phi,
-            first_rows: self.step.system_data.rows.first_rows(),
+            first_rows: &self.step.system_data.rows.row_start,
             impulses: &self.step.multipliers.mu,
             impulse_time: self.step.multipliers.mu_dt,
             touching: &resolving.touching,

@@ -219,7 +219,7 @@ fn faults_name_the_cable_and_change_nothing() {
         "cuts off too much",
     );
     says(|c| c.name.clear(), "a cable: needs a name");
-    says(|c| c.density = f64::NAN, "mass per length is NaN");
+    says(|c| c.density = f64::NAN, "mass_per_length is NaN");
     says(|c| c.stiffness.gj = -1.0, "gj is -1");
     says(|c| c.damping = Damping::Ratio(-0.1), "damping is -0.1");
     says(

@@ -107,7 +107,7 @@ impl Facts for Fairlead {
         let [a, b] = rows.resolve(&frames, bodies, t);
         let d = gap(&a, &b);
         let lever = b.lever + d;
-        rows.set_lever_of_b(lever);
+        rows.set_lever(1, lever);
         for k in [-b.u(), b.v(), b.w()] {
             rows.along(k.dot(&d), &k, [&a.lever, &lever]);
         }

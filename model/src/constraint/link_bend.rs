@@ -35,14 +35,8 @@ use crate::frame::{Frame, Resolved};
 /// Measure of bending in a [`LinkBend`].
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(
-    any(feature = "serde", feature = "toml"),
-    derive(serde::Serialize, serde::Deserialize)
-)]
-#[cfg_attr(
-    any(feature = "serde", feature = "toml"),
-    serde(rename_all = "kebab-case")
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum BendDefinition {
     /// The angle between the links, 1 row: the paper's.
     Angle,

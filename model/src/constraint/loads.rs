@@ -366,7 +366,7 @@ mod tests {
                 drive,
             };
             let loads = c.loads(&scene.bodies, 0.0, &LAMBDA);
-            assert_eq!(loads, expected, "{}", c.kind_name());
+            assert_eq!(loads, expected, "{c:?}");
         }
     }
 

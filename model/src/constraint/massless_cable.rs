@@ -28,6 +28,8 @@ use super::{RowKind, RowLaw, Rows};
 use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
+#[cfg(feature = "serde")]
+use crate::unlimited::is_zero;
 
 /// A tension less than the limit by this part of it is rounding.
 const STALL: f64 = 1e-9;
@@ -35,30 +37,40 @@ const STALL: f64 = 1e-9;
 /// Pays a cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Winch {
-    /// Speed at which it pays out \[m/s]; negative hauls in. Without effect while the brake is on.
+    /// Speed at which it pays out \[m/s]; negative hauls in; default 0. Without effect while the brake is on.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
     pub speed: f64,
-    /// Largest tension that the winch holds while the brake is off \[N], ≥ 0; above it the drum slips.
+    /// Largest tension that the winch holds while the brake is off \[N], ≥ 0; above it the drum slips; default no limit, as `inf`.
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub force_limit: f64,
-    /// True while the brake is on: the drum then stands still.
+    /// True while the brake is on: the drum then stands still; default `false`.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "std::ops::Not::not"))]
     pub brake: bool,
-    /// Largest tension that the brake holds \[N], ≥ 0; above it the drum slips.
+    /// Largest tension that the brake holds \[N], ≥ 0; above it the drum slips; default no limit, as `inf`.
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub brake_limit: f64,
-    /// Length at which hauling in stops \[m], > 0.
+    /// Length at which hauling in stops \[m], > 0; default 1e-3.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_shortest"))]
     pub shortest: f64,
-    /// Length at which the drum is empty and its end holds any tension \[m].
+    /// Length at which the drum is empty and its end holds any tension \[m]; default no limit, as `inf`.
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub longest: f64,
     /// True while a motor that hauls in stands at the end of its empty drum, under a tension beyond `force_limit`. The step sets
     /// it.
-    #[cfg_attr(feature = "serde", serde(default))]
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "std::ops::Not::not"))]
     pub stalled: bool,
     /// Time from which `speed` holds \[s]; the cable has its `length` then. A winch with a time > 0
     /// rests before it. One with 0, at the start of a run, was running already, so that a load that
-    /// moves with its cable feels no start.
+    /// moves with its cable feels no start. Default 0.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
     pub since: f64,
+}
+
+#[cfg(feature = "serde")]
+fn is_shortest(length: &f64) -> bool {
+    length.to_bits() == Winch::new().shortest.to_bits()
 }
 
 impl Winch {
@@ -82,19 +94,29 @@ impl Winch {
     /// # Errors
     /// The first number that is not.
     pub fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
-        let of = |quantity: &str| format!("{}: winch {quantity}", what());
-        check(of("speed"), self.speed, true, "a number of m/s")?;
-        check(of("since"), self.since, true, "a time in s")?;
-        for (quantity, limit) in [
-            ("force limit", self.force_limit),
-            ("brake limit", self.brake_limit),
+        self.validate_of(false, what)
+    }
+
+    /// [`validate`](Self::validate), or of a part of a cable, whose limits are less by the rope in the other parts.
+    pub(crate) fn validate_of(
+        &self,
+        is_part: bool,
+        what: impl Fn() -> String,
+    ) -> Result<(), SceneError> {
+        let of = |key: &str| format!("{}: winch.{key}", what());
+        check(of("speed"), self.speed, true, "finite (m/s)")?;
+        check(of("since"), self.since, true, "finite (s)")?;
+        for (key, limit) in [
+            ("force_limit", self.force_limit),
+            ("brake_limit", self.brake_limit),
         ] {
-            limited(of(quantity), limit, limit >= 0.0, "≥ 0 N; inf is no limit")?;
+            let needs = "≥ 0 N; leave it out, or inf, for no limit";
+            limited(of(key), limit, limit >= 0.0, needs)?;
         }
         let shortest = self.shortest;
         let needs = "> 0 m: where hauling in stops";
-        check(of("shortest"), shortest, shortest > 0.0, needs)?;
-        let needs = "≥ shortest (m); inf is no limit";
+        check(of("shortest"), shortest, shortest > 0.0 || is_part, needs)?;
+        let needs = "≥ winch.shortest (m); leave it out, or inf, for no limit";
         limited(of("longest"), self.longest, self.longest >= shortest, needs)
     }
 
@@ -371,18 +393,15 @@ impl Facts for MasslessCable {
         self.update_winding(bodies, t)
     }
 
-    /// The limits of a part's winch are those of the whole, less what lies in the other parts.
     fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
         let (length, of) = (self.length, || format!("{}: length", what()));
         check(of(), length, length > 0.0, "> 0 m")?;
-        let Some(mut winch) = self.winch else {
+        let Some(winch) = self.winch else {
             return Ok(());
         };
-        if self.is_part() {
-            (winch.shortest, winch.longest) = (Winch::new().shortest, f64::INFINITY);
-        }
-        winch.validate(what)?;
-        let within = (winch.shortest..=winch.longest).contains(&length);
+        winch.validate_of(self.is_part(), what)?;
+        let limits = if self.is_part() { Winch::new() } else { winch };
+        let within = (limits.shortest..=limits.longest).contains(&length);
         let needs = "between shortest and longest of its winch";
         check(of(), length, within, needs).map(drop)
     }

@@ -48,17 +48,15 @@ impl Motor {
     /// # Errors
     /// The first number that is not.
     pub fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
-        let of = |quantity: &str| format!("{}: motor {quantity}", what());
-        let (Target::Position(target) | Target::Speed(target)) = self.target;
-        check(
-            of("target"),
-            target,
-            true,
-            "a number of m, rad, m/s or rad/s",
-        )?;
+        let of = |key: &str| format!("{}: motor.{key}", what());
+        let (key, target) = match self.target {
+            Target::Position(position) => ("position", position),
+            Target::Speed(speed) => ("speed", speed),
+        };
+        check(of(key), target, true, "finite (m, rad, m/s or rad/s)")?;
         let limit = self.force_limit;
-        let needs = "≥ 0 N or N m; inf is no limit, 0 lets it run free";
-        limited(of("force limit"), limit, limit >= 0.0, needs)?;
+        let needs = "≥ 0 N or N m; leave it out, or inf, for no limit";
+        limited(of("force_limit"), limit, limit >= 0.0, needs)?;
         let RowLaw {
             compliance,
             damping,

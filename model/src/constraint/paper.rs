@@ -23,14 +23,8 @@ use crate::frame::{Frame, Resolved};
 
 /// Pair of vectors whose angle is the paper's twist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(
-    any(feature = "serde", feature = "toml"),
-    derive(serde::Serialize, serde::Deserialize)
-)]
-#[cfg_attr(
-    any(feature = "serde", feature = "toml"),
-    serde(rename_all = "kebab-case")
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum TwistDefinition {
     /// v_a against w_b, orthogonal at rest: the angle minus π/2.

@@ -88,19 +88,11 @@ impl<'a> Rows<'a> {
         sides
     }
 
-    /// The lever arm of side a, where the force acts elsewhere than at its attachment point.
-    pub(super) fn set_lever_of_a(&mut self, lever: Vector3<f64>) {
-        if self.starts[0].is_some()
-            && let Some(to) = self.levers.first_mut()
-        {
-            *to = lever;
-        }
-    }
-
-    /// The lever arm of side b, likewise.
-    pub(super) fn set_lever_of_b(&mut self, lever: Vector3<f64>) {
-        if self.starts[1].is_some()
-            && let Some(to) = self.levers.get_mut(usize::from(self.starts[0].is_some()))
+    /// The lever arm of a joint's side, where the force acts elsewhere than at its attachment point.
+    pub(super) fn set_lever(&mut self, side: usize, lever: Vector3<f64>) {
+        let block = side.min(usize::from(self.starts[0].is_some()));
+        if self.starts[side].is_some()
+            && let Some(to) = self.levers.get_mut(block)
         {
             *to = lever;
         }

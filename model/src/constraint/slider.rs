@@ -64,7 +64,7 @@ impl Facts for Slider {
         lock::rotation_rows(&a, &b, rows);
         let d = gap(&a, &b);
         let lever = a.lever - d;
-        rows.set_lever_of_a(lever);
+        rows.set_lever(0, lever);
         for k in [a.v(), a.w()] {
             rows.along(k.dot(&d), &k, [&lever, &b.lever]);
         }

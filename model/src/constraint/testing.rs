@@ -6,9 +6,9 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::{Constraint, RowLaw};
 use crate::body::Body;
-use crate::check::{JacobianCheck, check_jacobian};
 use crate::frame::Frame;
 use crate::scene::Scene;
+use crate::testing::{JacobianCheck, check_jacobian};
 
 /// Largest relative error of a row that the tests accept.
 pub(super) const BAR: f64 = 1e-7;

@@ -282,7 +282,7 @@ impl<'a> Search<'a> {
 }
 
 /// Two unit vectors across `direction` and each other.
-fn across(direction: &Vector3<f64>) -> Option<[Vector3<f64>; 2]> {
+pub(super) fn across(direction: &Vector3<f64>) -> Option<[Vector3<f64>; 2]> {
     let axes = crate::frame::axes_along(direction)?;
     Some([1, 2].map(|k| axes.column(k).into_owned()))
 }

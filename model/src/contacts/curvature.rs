@@ -30,8 +30,8 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::Contact;
+use super::axis::across;
 use super::solid::{Core, Solid};
-use crate::frame::axes_along;
 
 /// Radius of edges and corners over the size of their shape.
 const SHARP: f64 = 1e-3;
@@ -123,10 +123,9 @@ impl Contact {
     /// that rolls on a plane, and 0 for corners, faces and turns about n.
     #[must_use]
     pub fn rolling(&self, turn: &Vector3<f64>) -> Vector3<f64> {
-        let Some(axes) = axes_along(&self.normal) else {
+        let Some(plane) = across(&self.normal) else {
             return Vector3::zeros();
         };
-        let plane = [1, 2].map(|k| axes.column(k).into_owned());
         let [own, other] = self.curvature.map(|of| of.matrix(&plane));
         let along = turn.cross(&self.normal);
         let along = Vector2::new(along.dot(&plane[0]), along.dot(&plane[1]));
@@ -138,10 +137,9 @@ impl Contact {
     /// part of the body's geometric stiffness.
     #[must_use]
     pub fn turning(&self, side: usize, centre: &Vector3<f64>) -> Matrix3<f64> {
-        let Some(axes) = axes_along(&self.normal) else {
+        let Some(plane) = across(&self.normal) else {
             return Matrix3::zeros();
         };
-        let plane = [1, 2].map(|k| axes.column(k).into_owned());
         let [own, other] = [side, 1 - side].map(|i| self.curvature[i].matrix(&plane));
         let below = (centre - self.points[side]).dot(&self.normal);
         let a = if side == 0 { below } else { -below };

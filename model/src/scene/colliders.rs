@@ -24,8 +24,7 @@ impl Scene {
         if self.colliders.is_empty() {
             return Ok(());
         }
-        let names: Vec<String> = self.colliders.iter().map(|c| c.name.clone()).collect();
-        unique("collider", &names)?;
+        unique("collider", self.colliders.iter().map(|c| &c.name))?;
         (0..self.colliders.len()).try_for_each(|i| self.validate_collider(i))
     }
 

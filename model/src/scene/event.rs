@@ -1,6 +1,7 @@
 //! Events: one-shot actions while a scene runs. A rope breaks, a load is let go, a hook catches it.
 
 use super::Scene;
+use super::validate::unique;
 use crate::constraint::{Constraint, Distance, RowLaw, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
@@ -152,11 +153,9 @@ impl Scene {
     }
 
     pub(super) fn validate_events(&self) -> Result<(), SceneError> {
-        let names: Vec<String> = self.events.iter().map(|e| e.name.clone()).collect();
-        super::validate::unique("event", &names)?;
+        unique("event", self.events.iter().map(|e| &e.name))?;
         for event in &self.events {
-            let made: Vec<String> = event.attached().cloned().collect();
-            super::validate::unique("joint", &made)?;
+            unique("joint", event.attached())?;
         }
         (0..self.events.len()).try_for_each(|i| self.validate_event(i))
     }

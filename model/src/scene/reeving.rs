@@ -39,24 +39,12 @@ pub struct Capstan {
 /// Rest state of a part at a capstan: everything of it that slip and a moving cut change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Laid {
-    length: f64,
+    /// Length at rest \[m].
+    pub(crate) length: f64,
     compliance: f64,
     winch: Option<Winch>,
-    cut: f64,
-}
-
-impl Laid {
-    /// Length at rest \[m].
-    #[must_use]
-    pub fn length(&self) -> f64 {
-        self.length
-    }
-
     /// Angle on the sheave at which the part is fastened \[rad].
-    #[must_use]
-    pub fn cut(&self) -> f64 {
-        self.cut
-    }
+    pub(crate) cut: f64,
 }
 
 impl Scene {

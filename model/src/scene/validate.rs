@@ -30,16 +30,19 @@ impl Bodies {
     pub fn validate_state(&self, i: usize, name: &str) -> Result<(), SceneError> {
         let of = |quantity: &str| format!("body `{name}`: {quantity}");
         finite(|| of("position"), self.position[i].iter())?;
-        finite(|| of("velocity"), self.velocity[i].iter())?;
-        finite(|| of("angular velocity"), self.angular_velocity[i].iter())?;
-        let rates = self.velocity[i].amax().max(self.angular_velocity[i].amax());
-        if self.mobility[i] == Mobility::Static && rates != 0.0 {
-            let needs = "0 for a static body: make it driven to move it";
-            check(of("velocity"), rates, false, needs)?;
+        let turning = &self.angular_velocity[i];
+        for (key, rate) in [
+            ("velocity", &self.velocity[i]),
+            ("angular_velocity", turning),
+        ] {
+            finite(|| of(key), rate.iter())?;
+            if self.mobility[i] == Mobility::Static && rate.amax() != 0.0 {
+                let needs = "0 for a static body: make it driven to move it";
+                check(of(key), rate.amax(), false, needs)?;
+            }
         }
-        let turning = self.angular_velocity[i].amax();
-        if self.is_point(i) && turning != 0.0 {
-            check(of("angular velocity"), turning, false, NEVER_TURNS)?;
+        if self.is_point(i) && turning.amax() != 0.0 {
+            check(of("angular_velocity"), turning.amax(), false, NEVER_TURNS)?;
         }
         let norm = self.orientation[i].as_vector().norm();
         if norm.is_nan() || (norm - 1.0).abs() > 1e-9 {
@@ -61,8 +64,8 @@ impl Scene {
             return Err(SceneError::Empty);
         }
         self.validate_lengths()?;
-        unique("body", &self.body_names)?;
-        unique("joint", &self.constraint_names)?;
+        unique("body", self.body_names.iter())?;
+        unique("joint", self.constraint_names.iter())?;
         finite(|| "gravity".into(), self.gravity.iter())?;
         for i in 0..self.bodies.len() {
             self.validate_body(i)?;
@@ -82,8 +85,7 @@ impl Scene {
     }
 
     fn validate_controls(&self) -> Result<(), SceneError> {
-        let names: Vec<String> = self.controls.iter().map(|c| c.name.clone()).collect();
-        unique("control", &names)?;
+        unique("control", self.controls.iter().map(|c| &c.name))?;
         let mut driven_by: HashMap<usize, &str> = HashMap::new();
         for control in &self.controls {
             let what = || format!("control `{}`", control.name);
@@ -125,8 +127,7 @@ impl Scene {
     }
 
     fn validate_cables(&self) -> Result<(), SceneError> {
-        let names: Vec<String> = self.cables.iter().map(|c| c.name.clone()).collect();
-        unique("cable", &names)?;
+        unique("cable", self.cables.iter().map(|c| &c.name))?;
         let leads = |cable: &CableParts, i: usize| {
             cable.joints.first() == Some(&i) && cable.stock.is_some()
         };
@@ -388,32 +389,24 @@ pub(crate) fn validate_motion(
     of: impl Fn(&str) -> String,
     motion: &Motion,
 ) -> Result<(), SceneError> {
-    let (all, spans): (Vec<f64>, Vec<f64>) = match *motion {
-        Motion::Fixed => return Ok(()),
-        Motion::Smooth {
-            displacement: d,
-            start,
-            duration,
-        } => (vec![d.x, d.y, d.z, start], vec![duration]),
-        Motion::Circle {
-            radius,
-            period,
-            start,
-            ramp,
-        } => (vec![radius, start], vec![period, ramp]),
+    let (what, value, needs) = match motion.fault() {
+        None => return Ok(()),
+        Some((_, span, true)) => {
+            let needs = "> 0 s (duration, period, run-up)";
+            ("time span of the motion", span, needs)
+        }
+        Some((_, number, false)) => ("motion", number, "finite"),
     };
-    finite(|| of("motion"), all.iter())?;
-    for span in spans {
-        let needs = "> 0 s (duration, period, run-up)";
-        check(of("time span of the motion"), span, span > 0.0, needs)?;
-    }
-    Ok(())
+    check(of(what), value, false, needs).map(drop)
 }
 
 /// Refuses two equal names.
-pub(crate) fn unique(kind: &'static str, names: &[String]) -> Result<(), SceneError> {
-    let mut seen = HashSet::with_capacity(names.len());
-    match names.iter().find(|name| !seen.insert(name.as_str())) {
+pub(crate) fn unique<'a>(
+    kind: &'static str,
+    mut names: impl Iterator<Item = &'a String>,
+) -> Result<(), SceneError> {
+    let mut seen = HashSet::new();
+    match names.find(|name| !seen.insert(name.as_str())) {
         Some(name) => Err(SceneError::Duplicate {
             kind,
             name: name.clone(),

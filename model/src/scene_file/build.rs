@@ -6,7 +6,6 @@ use super::cable::CableEntry;
 use super::collide::collide_body;
 use super::entries::SceneText;
 use super::groups::Groups;
-use super::motion::MotionEntry;
 use super::places::{Fault, each};
 use crate::cable::strand::Strand;
 use crate::constraint::Constraint;
@@ -15,6 +14,7 @@ use crate::frame::Side;
 use crate::motion::Motion;
 use crate::names::near_names;
 use crate::scene::reeving::{Part, part_name};
+use crate::scene::validate::validate_motion;
 use crate::scene::{CableParts, Capstan, Scene};
 
 /// The name that stands for the world in a constraint.
@@ -31,8 +31,12 @@ impl<'a> Entry<'a> {
         Self { list, name }
     }
 
+    pub(super) fn owner(&self) -> String {
+        format!("{} `{}`", self.list, self.name)
+    }
+
     pub(super) fn what(&self, quantity: &str) -> String {
-        format!("{} `{}`: {quantity}", self.list, self.name)
+        format!("{}: {quantity}", self.owner())
     }
 
     pub(super) fn conflict(&self, key: &str, reason: &'static str) -> Fault {
@@ -121,16 +125,18 @@ impl<'a> Names<'a> {
         of: &Entry<'_>,
         key: &str,
         name: &str,
-        motion: Option<&MotionEntry>,
+        motion: Option<&Motion>,
         motion_key: &str,
     ) -> Result<Side, Fault> {
         if name == WORLD {
-            let motion = motion.map_or(Ok(Motion::Fixed), |m| m.build(of, motion_key))?;
+            let motion = motion.copied().unwrap_or_default();
+            validate_motion(|quantity| of.what(quantity), &motion).map_err(|error| {
+                let key = motion.fault().map_or("", |(key, ..)| key);
+                Fault::new(format!("{motion_key}.{key}"), error)
+            })?;
             return Ok(Side::World(motion));
         }
-        let what = format!("{} `{}`", of.list, of.name);
-        let body = self.find(what, name);
-        body.map(Side::Body).map_err(|error| Fault::new(key, error))
+        self.body(of, key, name).map(Side::Body)
     }
 
     /// The holder of a point whose keys `body`, `point` and `motion` stand at `path`: a motion is for points of the world.
@@ -139,7 +145,7 @@ impl<'a> Names<'a> {
         of: &Entry<'_>,
         path: &str,
         (body, point): (&str, &[f64; 3]),
-        motion: Option<&MotionEntry>,
+        motion: Option<&Motion>,
     ) -> Result<Side, Fault> {
         let at = |key: &str| format!("{path}.{key}");
         of.finite(&at("point"), point)?;
@@ -152,7 +158,7 @@ impl<'a> Names<'a> {
 
     /// Number of the body called `name`, under `key` of the entry `of`.
     pub(super) fn body(&self, of: &Entry<'_>, key: &str, name: &str) -> Result<usize, Fault> {
-        let body = self.find(format!("{} `{}`", of.list, of.name), name);
+        let body = self.find(of.owner(), name);
         body.map_err(|error| Fault::new(key, error))
     }
 
@@ -198,9 +204,7 @@ impl SceneText {
         let mut seen = HashSet::with_capacity(self.body.len());
         each("body", &self.body, |i, entry| {
             scene.add_body(entry.name.clone(), entry.build()?);
-            let keys = ["orientation", "inertia", "inertia_matrix", "shape"];
-            let sound = scene.validate_body(i);
-            sound.map_err(|error| of_keys(error, &keys))?;
+            scene.validate_body(i).map_err(of_body)?;
             // A name that two bodies have hides one of them from the constraints.
             if !seen.insert(entry.name.as_str()) {
                 return Err(duplicate("body", &entry.name));
@@ -225,10 +229,8 @@ impl SceneText {
         for built in all {
             let group = built.group.unwrap_or(0);
             let i = scene.add_constraint(built.name, built.constraint, group);
-            scene.validate_constraint(i).map_err(|error| {
-                let keys = keys_of(&error);
-                of_keys(error, &keys).within(&built.path)
-            })?;
+            let sound = scene.validate_constraint(i);
+            sound.map_err(|error| of_constraint(error).within(&built.path))?;
             if let Some(cable) = built.cable {
                 let known = scene.cables.iter_mut().rfind(|c| c.name == cable);
                 let Some(known) = known else {
@@ -448,24 +450,24 @@ fn duplicate(kind: &'static str, name: &str) -> Fault {
     Fault::new("name", SceneError::Duplicate { kind, name })
 }
 
-/// A fault of the scene at one of the `keys` of an entry.
-fn of_keys(error: SceneError, keys: &[&str]) -> Fault {
-    let keys = match error {
-        SceneError::BadValue { .. } if keys.first() == Some(&"orientation") => &keys[..1],
-        SceneError::Inertia { .. } => &keys[1..],
-        _ => keys,
+/// A fault of a body, whose inertia may be given by other keys.
+fn of_body(error: SceneError) -> Fault {
+    let fault = match error {
+        SceneError::Inertia { .. } => Fault::new("inertia", error),
+        _ => Fault::named(error),
     };
-    Fault::at(keys, error)
+    fault.or_at("inertia_matrix").or_at("shape")
 }
 
-/// The keys that a constraint's fault may stand at.
-fn keys_of(error: &SceneError) -> Vec<&'static str> {
-    match error {
-        SceneError::Axes { side, .. } if side == "a" => vec!["axes_a", "through"],
-        SceneError::Axes { side, .. } if side == "b" => vec!["axes_b", "through"],
-        SceneError::Axes { .. } => vec!["through"],
-        SceneError::BothWorld { .. } | SceneError::SameBody { .. } => vec!["b", "through"],
-        SceneError::NoRows { .. } => vec!["kind"],
-        _ => Vec::new(),
-    }
+/// A fault of a constraint at the keys that it may stand at.
+fn of_constraint(error: SceneError) -> Fault {
+    let keys: &[&str] = match &error {
+        SceneError::Axes { side, .. } if side == "a" => &["axes_a", "through"],
+        SceneError::Axes { side, .. } if side == "b" => &["axes_b", "through"],
+        SceneError::Axes { .. } => &["through"],
+        SceneError::BothWorld { .. } | SceneError::SameBody { .. } => &["b", "through"],
+        SceneError::NoRows { .. } => &["kind"],
+        _ => return Fault::named(error),
+    };
+    Fault::at(keys, error)
 }

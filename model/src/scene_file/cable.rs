@@ -7,13 +7,13 @@ use super::build::{Entry, Names};
 use super::collide::CollideEntry;
 use super::groups::Groups;
 use super::keys::described;
-use super::motion::MotionEntry;
-use super::motor::WinchEntry;
 use super::places::Fault;
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
+use crate::constraint::Winch;
 use crate::error::SceneError;
 use crate::frame::{Frame, Side};
 use crate::material::{Material, RoundCable};
+use crate::motion::Motion;
 use crate::scene::resolution::Resolution;
 
 described! {
@@ -64,7 +64,7 @@ described! {
         /// Tension at which each of its joints breaks \[N]: events called `NAME-joint-1 breaks` …; default never.
         pub breaks_at: Option<f64>,
         /// Winch at its start, which hauls it in and pays it out: as of a cable without mass; default none.
-        pub winch: Option<WinchEntry>,
+        pub winch: Option<Winch>,
         /// Rule by which its segments merge and split: `{ bend, phase, shortest, longest, hysteresis, pause, most }`, or `{}` for
         /// the defaults; default none.
         pub resolution: Option<ResolutionEntry>,
@@ -130,7 +130,7 @@ pub struct EndEntry {
     #[serde(default)]
     pub held: Hold,
     /// Motion of a point of the world.
-    pub motion: Option<MotionEntry>,
+    pub motion: Option<Motion>,
 }
 
 /// How an end of a cable is held.
@@ -169,7 +169,6 @@ impl CableEntry {
             (None, Some(ratio)) => Damping::Ratio(ratio),
             (time, None) => Damping::Time(time.unwrap_or(0.0)),
         };
-        let winch = self.winch.as_ref().map(|winch| winch.build(&of, false));
         let resolution = self.resolution.as_ref().map(|rule| rule.build(&of));
         let surface = self.collide.as_ref().and_then(CollideEntry::surface);
         let collide = surface.as_ref().map(|s| s.build(&of, "collide."));
@@ -180,7 +179,7 @@ impl CableEntry {
             meets,
             points: self.points.iter().copied().map(Vector3::from).collect(),
             segments,
-            winch: winch.transpose()?,
+            winch: self.winch,
             resolution: resolution.transpose()?,
             density: self.mass_per_length.unwrap_or(round.density),
             stiffness: round.stiffness,
@@ -212,23 +211,20 @@ impl CableEntry {
         let text = error.to_string();
         let about = text.split_once("`: ").map_or("", |(_, about)| about);
         let keys = [
-            ("mass per length", &["mass_per_length"][..]),
-            ("damping", &["damping", "damping_ratio"]),
+            ("damping", &["damping", "damping_ratio"][..]),
             ("length of segment", &["lengths"]),
             ("sum of", &["lengths"]),
             ("point", &["points", "to"]),
             ("leg", &["points", "to"]),
-            ("winch", &["winch"]),
             ("resolution", &["resolution"]),
             ("length is", &["winch"]),
             ("segment", &["segments", "lengths", "points"]),
-            ("joint", &["joint"]),
             ("smallest dimension", &["collide", "radius"]),
-            ("ei", &["ei"]),
-            ("gj", &["gj"]),
         ];
-        let found = keys.iter().find(|(start, _)| about.starts_with(start));
-        Fault::at(found.map_or(&["name"][..], |(_, keys)| keys), error)
+        match keys.iter().find(|(start, _)| about.starts_with(start)) {
+            Some((_, keys)) => Fault::at(keys, error),
+            None => Fault::named(error).or_at("name"),
+        }
     }
 }
 

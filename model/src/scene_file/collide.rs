@@ -87,7 +87,7 @@ described! {
         pub body: String,
         /// The shape, in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` or
         /// `{ capsule = { length, radius } }` along z, `length` between the centres of its ends; or `"half-space"` below z = 0.
-        pub shape: ColliderShape,
+        pub shape: Shape,
         /// Origin of the shape, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
         #[serde(default, skip_serializing_if = "is_zero")]
         pub position: [f64; 3],
@@ -95,62 +95,6 @@ described! {
         pub orientation: Option<[f64; 4]>,
         /// Rotation vector from the shape's frame to the body's: axis times angle \[rad].
         pub rotation: Option<[f64; 3]>,
-    }
-}
-
-/// A shape of a [`ColliderEntry`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-#[non_exhaustive]
-pub enum ColliderShape {
-    /// A ball.
-    Sphere {
-        /// Radius \[m].
-        radius: f64,
-    },
-    /// A box.
-    Box {
-        /// Edge lengths along the axes of its frame \[m].
-        size: [f64; 3],
-    },
-    /// A cylinder along z with half a ball on each end.
-    Capsule {
-        /// Distance between the centres of the half balls \[m].
-        length: f64,
-        /// Radius \[m].
-        radius: f64,
-    },
-    /// A cylinder along z; `rod` in a text, too.
-    #[serde(alias = "rod")]
-    Cylinder {
-        /// Length \[m].
-        length: f64,
-        /// Radius \[m].
-        radius: f64,
-    },
-    /// Everything below z = 0.
-    HalfSpace,
-}
-
-impl ColliderShape {
-    fn build(&self) -> Shape {
-        match *self {
-            Self::Sphere { radius } => Shape::Sphere { radius },
-            Self::Box { size } => Shape::Cuboid { size: size.into() },
-            Self::Capsule { length, radius } => Shape::Capsule { length, radius },
-            Self::Cylinder { length, radius } => Shape::Cylinder { length, radius },
-            Self::HalfSpace => Shape::HalfSpace,
-        }
-    }
-
-    fn of(shape: &Shape) -> Self {
-        match *shape {
-            Shape::Sphere { radius } => Self::Sphere { radius },
-            Shape::Cuboid { size } => Self::Box { size: size.into() },
-            Shape::Capsule { length, radius } => Self::Capsule { length, radius },
-            Shape::Cylinder { length, radius } => Self::Cylinder { length, radius },
-            Shape::HalfSpace => Self::HalfSpace,
-        }
     }
 }
 
@@ -169,30 +113,14 @@ impl SurfaceEntry {
     /// The surface of the entry `of`; `within` is what stands before its keys.
     pub(super) fn build(&self, of: &Entry<'_>, within: &str) -> Result<Surface, Fault> {
         let default = Surface::default();
-        let least = |key: &str, value: Option<f64>, default: f64, most: f64, needs| {
-            let value = value.unwrap_or(default);
-            let ok = (0.0..=most).contains(&value);
-            of.check(&format!("{within}{key}"), value, ok, needs)
+        let surface = Surface {
+            friction: self.friction.unwrap_or(default.friction),
+            restitution: self.restitution.unwrap_or(default.restitution),
+            compliance: self.compliance.unwrap_or(default.compliance),
+            damping: self.damping.unwrap_or(default.damping),
         };
-        let max = f64::MAX;
-        Ok(Surface {
-            friction: least("friction", self.friction, default.friction, max, "≥ 0")?,
-            restitution: least(
-                "restitution",
-                self.restitution,
-                default.restitution,
-                1.0,
-                "from 0 to 1",
-            )?,
-            compliance: least(
-                "compliance",
-                self.compliance,
-                default.compliance,
-                max,
-                "≥ 0 m/N; 0 is rigid",
-            )?,
-            damping: least("damping", self.damping, default.damping, max, "≥ 0 s")?,
-        })
+        let sound = surface.validate(|key| of.what(&format!("{within}{key}")));
+        sound.map_err(Fault::named).map(|()| surface)
     }
 }
 
@@ -224,8 +152,7 @@ impl ColliderEntry {
             WORLD => None,
             name => Some(names.body(&of, "body", name)?),
         };
-        of.finite("position", &self.position)?;
-        let mut collider = Collider::new(&*self.name, body, self.shape.build());
+        let mut collider = Collider::new(&*self.name, body, self.shape);
         collider.position = self.position.into();
         collider.orientation = entries::turn(self.orientation, self.rotation, &of)?;
         collider.surface = self.surface().build(&of, "")?;
@@ -234,36 +161,21 @@ impl ColliderEntry {
 
     /// The collider as it is written.
     pub(super) fn of(collider: &Collider, scene: &Scene) -> Self {
-        let Collider {
-            name,
-            body,
-            position,
-            orientation,
-            shape,
-            surface,
-            groups,
-            meets,
-        } = collider;
-        let Surface {
-            friction,
-            restitution,
-            compliance,
-            damping,
-        } = *surface;
-        let default = Surface::default();
+        let (surface, default) = (&collider.surface, Surface::default());
+        let body = collider.body.map(|i| scene.body_names[i].clone());
         Self {
-            name: name.clone(),
-            body: body.map_or_else(|| WORLD.to_owned(), |i| scene.body_names[i].clone()),
-            shape: ColliderShape::of(shape),
-            position: (*position).into(),
-            orientation: entries::written(orientation),
+            name: collider.name.clone(),
+            body: body.unwrap_or_else(|| WORLD.to_owned()),
+            shape: collider.shape,
+            position: collider.position.into(),
+            orientation: entries::written(&collider.orientation),
             rotation: None,
-            friction: unless(friction, default.friction),
-            restitution: unless(restitution, default.restitution),
-            compliance: unless(compliance, default.compliance),
-            damping: unless(damping, default.damping),
-            groups: (*groups != DEFAULT_GROUP).then(|| names_of(*groups)),
-            meets: (*meets != u32::MAX).then(|| names_of(*meets)),
+            friction: unless(surface.friction, default.friction),
+            restitution: unless(surface.restitution, default.restitution),
+            compliance: unless(surface.compliance, default.compliance),
+            damping: unless(surface.damping, default.damping),
+            groups: (collider.groups != DEFAULT_GROUP).then(|| names_of(collider.groups)),
+            meets: (collider.meets != u32::MAX).then(|| names_of(collider.meets)),
         }
     }
 }
@@ -299,15 +211,9 @@ impl SceneText {
     ) -> Result<(), Fault> {
         let mut add_own = |mut collider: Collider, surface: &SurfaceEntry| {
             (collider.groups, collider.meets) = groups.masks(surface);
-            add(scene, collider).map_err(|error| {
-                let key = match &error {
-                    SceneError::Duplicate { .. } => "name",
-                    SceneError::BadValue { what, .. } if what.contains("orientation") => {
-                        "orientation"
-                    }
-                    _ => "shape",
-                };
-                Fault::new(key, error)
+            add(scene, collider).map_err(|error| match &error {
+                SceneError::Duplicate { .. } => Fault::new("name", error),
+                _ => Fault::named(error).or_at("shape"),
             })
         };
         each("ground", &self.ground, |_, entry| {

@@ -179,7 +179,7 @@ impl BodyEntry {
         let held = self.mobility != Mobility::Dynamic;
         let fixed = Body::fixed();
         let mass = match self.mass {
-            Some(mass) => of.check("mass", mass, mass > 0.0, "> 0 kg")?,
+            Some(mass) => mass,
             None if held => fixed.mass,
             None => {
                 let reason = "is missing: give it in kg, or make the body static or driven";
@@ -190,38 +190,14 @@ impl BodyEntry {
             (Some(shape), None, None) => shape.body(mass, &of)?,
             (None, None, None) if held => Body::new(mass, fixed.inertia),
             (None, Some(moments), None) => {
-                of.finite("inertia", moments)?;
                 Body::new(mass, Matrix3::from_diagonal(&(*moments).into()))
             }
-            (None, None, Some(rows)) => {
-                of.finite("inertia_matrix", rows.as_flattened())?;
-                Body::new(mass, Matrix3::from(*rows).transpose())
-            }
+            (None, None, Some(rows)) => Body::new(mass, Matrix3::from(*rows).transpose()),
             _ => {
                 let reason = "give exactly one of shape, inertia, inertia_matrix";
                 return Err(of.conflict("inertia", reason));
             }
         };
-        for (key, vector) in [
-            ("position", Some(&self.position)),
-            ("rotation", self.rotation.as_ref()),
-            ("velocity", Some(&self.velocity)),
-            ("angular_velocity", Some(&self.angular_velocity)),
-            ("force", Some(&self.force)),
-            ("torque", Some(&self.torque)),
-        ] {
-            of.finite(key, vector.map_or(&[][..], |v| v))?;
-        }
-        if self.mobility == Mobility::Static {
-            let needs = "0 for a static body: make it driven to move it";
-            for (key, rates) in [
-                ("velocity", self.velocity),
-                ("angular_velocity", self.angular_velocity),
-            ] {
-                let rate = rates.into_iter().find(|x| *x != 0.0).unwrap_or(0.0);
-                of.check(key, rate, rate == 0.0, needs)?;
-            }
-        }
         body.mobility = self.mobility;
         body.position = self.position.into();
         body.orientation = turn(self.orientation, self.rotation, &of)?;

@@ -13,13 +13,12 @@ use super::control::ControlEntry;
 use super::entries::{BodyEntry, SceneText, written};
 use super::event::EventEntry;
 use super::joint::JointEntry;
-use super::motion::MotionEntry;
-use super::motor::WinchEntry;
 use super::points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 use crate::body::{Body, Mobility};
 use crate::constraint::{Constraint, MasslessCable, Sheave};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
+use crate::motion::Motion;
 use crate::scene::{CableParts, Capstan, Scene};
 
 impl SceneText {
@@ -29,22 +28,7 @@ impl SceneText {
     /// The fault of a scene that is not valid; [`SceneError::NotInText`] names what a text cannot hold.
     pub fn from_scene(scene: &Scene) -> Result<Self, SceneError> {
         scene.validate()?;
-        let Scene {
-            name,
-            gravity,
-            bodies,
-            body_names,
-            constraints,
-            constraint_names,
-            groups,
-            load,
-            start_in_equilibrium,
-            controls,
-            cables: _,
-            capstans,
-            colliders,
-            events,
-        } = scene;
+        let (body_names, constraint_names) = (&scene.body_names, &scene.constraint_names);
         if let Some(i) = scene.fairleads().next() {
             return Err(SceneError::NotInText {
                 what: format!(
@@ -70,21 +54,21 @@ impl SceneText {
             });
         }
         let mut text = Self {
-            name: name.clone(),
-            gravity: (*gravity).into(),
-            equilibrium: *start_in_equilibrium,
-            load: load.map(|i| body_names[i].clone()),
+            name: scene.name.clone(),
+            gravity: scene.gravity.into(),
+            equilibrium: scene.start_in_equilibrium,
+            load: scene.load.map(|i| body_names[i].clone()),
             ..Self::default()
         };
         for (i, name) in body_names.iter().enumerate() {
-            let mut entry = body(name, &bodies.get(i));
+            let mut entry = body(name, &scene.bodies.get(i));
             entry.cable = segments[i].map(str::to_owned);
             text.body.push(entry);
         }
-        for ((name, constraint), group) in constraint_names.iter().zip(constraints).zip(groups) {
-            text.push(scene, name, constraint, *group);
+        for (i, name) in constraint_names.iter().enumerate() {
+            text.push(scene, name, &scene.constraints[i], scene.groups[i]);
         }
-        for Capstan { parts, friction } in capstans {
+        for Capstan { parts, friction } in &scene.capstans {
             let [before, after] = parts.map(|i| &constraint_names[i]);
             let part = text.massless_cable.iter_mut().find(|c| c.name == *after);
             if let Some(part) = part {
@@ -110,11 +94,11 @@ impl SceneText {
             text.order.clone_from(constraint_names);
         }
         let collider = |collider| ColliderEntry::of(collider, scene);
-        text.collider = colliders.iter().map(collider).collect();
+        text.collider = scene.colliders.iter().map(collider).collect();
         let control = |control| ControlEntry::of(control, scene);
-        text.control = controls.iter().map(control).collect();
+        text.control = scene.controls.iter().map(control).collect();
         let event = |event| EventEntry::of(event, scene);
-        text.event = events.iter().map(event).collect();
+        text.event = scene.events.iter().map(event).collect();
         match difference(&text.build()?, scene) {
             None => Ok(text),
             Some(what) => Err(SceneError::NotInText {
@@ -145,37 +129,26 @@ impl SceneText {
 }
 
 fn body(name: &str, body: &Body) -> BodyEntry {
-    let Body {
-        mobility,
-        position,
-        orientation,
-        velocity,
-        angular_velocity,
-        mass,
-        inertia,
-        force,
-        torque,
-    } = body;
-    let diagonal = inertia.diagonal();
-    let principal = same_bits(&Matrix3::from_diagonal(&diagonal), inertia);
-    let (held, fixed) = (*mobility != Mobility::Dynamic, Body::fixed());
-    let left_out = held && same_bits(inertia, &fixed.inertia);
-    let mass_left_out = held && mass.to_bits() == fixed.mass.to_bits();
+    let diagonal = body.inertia.diagonal();
+    let principal = same_bits(&Matrix3::from_diagonal(&diagonal), &body.inertia);
+    let (held, fixed) = (body.mobility != Mobility::Dynamic, Body::fixed());
+    let left_out = held && same_bits(&body.inertia, &fixed.inertia);
+    let mass_left_out = held && body.mass.to_bits() == fixed.mass.to_bits();
     BodyEntry {
         name: name.to_owned(),
-        mobility: *mobility,
-        mass: (!mass_left_out).then_some(*mass),
+        mobility: body.mobility,
+        mass: (!mass_left_out).then_some(body.mass),
         shape: None,
         inertia: (principal && !left_out).then(|| diagonal.into()),
-        inertia_matrix: (!principal).then(|| inertia.transpose().into()),
+        inertia_matrix: (!principal).then(|| body.inertia.transpose().into()),
         collide: None,
-        position: (*position).into(),
-        orientation: written(orientation),
+        position: body.position.into(),
+        orientation: written(&body.orientation),
         rotation: None,
-        velocity: (*velocity).into(),
-        angular_velocity: (*angular_velocity).into(),
-        force: (*force).into(),
-        torque: (*torque).into(),
+        velocity: body.velocity.into(),
+        angular_velocity: body.angular_velocity.into(),
+        force: body.force.into(),
+        torque: body.torque.into(),
         cable: None,
     }
 }
@@ -187,9 +160,12 @@ pub(super) fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
 }
 
 /// The name of what holds a frame, and its motion.
-pub(super) fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
+pub(super) fn side(scene: &Scene, frame: &Frame) -> (String, Option<Motion>) {
     match &frame.side {
-        Side::World(motion) => (WORLD.to_owned(), MotionEntry::of(motion)),
+        Side::World(motion) => {
+            let motion = Some(*motion).filter(|motion| *motion != Motion::Fixed);
+            (WORLD.to_owned(), motion)
+        }
         Side::Body(i) => (scene.body_names[*i].clone(), None),
     }
 }
@@ -204,28 +180,20 @@ fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
 impl MasslessCableEntry {
     /// The cable as it is written.
     fn of(scene: &Scene, name: &str, cable: &MasslessCable, group: u32) -> Self {
-        let MasslessCable {
-            frames,
-            sheaves,
-            length,
-            law,
-            tension_only,
-            winch,
-        } = cable;
         let first = scene.constraint(name).ok();
         Self {
             name: name.to_owned(),
-            through: over(points(scene, frames), sheaves),
+            through: over(points(scene, &cable.frames), &cable.sheaves),
             after: None,
-            length: Some(*length),
+            length: Some(cable.length),
             slack: None,
             tension: None,
             strained: first.and_then(|first| scene.too_short(first)).map(|_| true),
             ea: None,
-            stretch: Some(law.compliance),
-            damping: law.damping,
-            tension_only: (!tension_only).then_some(false),
-            winch: winch.as_ref().map(WinchEntry::of),
+            stretch: Some(cable.law.compliance),
+            damping: cable.law.damping,
+            tension_only: (!cable.tension_only).then_some(false),
+            winch: cable.winch,
             breaks_at: None,
             group: Some(group),
         }
@@ -280,46 +248,48 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
         return None;
     }
+    /// The first name of the own things that are not those built.
     fn first<'a, T: PartialEq>(
-        kind: &str,
-        built: &[T],
-        own: &'a [T],
-        name: impl Fn(usize, &'a T) -> &'a str,
-    ) -> Option<String> {
-        let differs = built
+        [built, own]: [&[T]; 2],
+        mut names: impl Iterator<Item = &'a String>,
+    ) -> Option<&'a String> {
+        let differs = own
             .iter()
-            .zip(own)
-            .position(|(built, own)| built != own)?;
-        let name = name(differs, &own[differs]);
-        Some(format!("something of the {kind} `{name}`"))
+            .zip(built)
+            .position(|(own, built)| own != built)?;
+        names.nth(differs)
     }
-    let bodies = |scene: &Scene| -> Vec<Body> {
-        (0..scene.bodies.len())
-            .map(|i| scene.bodies.get(i))
-            .collect()
-    };
-    let (names, own) = (&scene.body_names, bodies(scene));
-    let found = first("body", &bodies(built), &own, |i, _| &names[i])
-        .or_else(|| first("control", &built.controls, &scene.controls, |_, c| &c.name))
-        .or_else(|| first("event", &built.events, &scene.events, |_, e| &e.name))
-        .or_else(|| {
-            first("collider", &built.colliders, &scene.colliders, |_, c| {
-                &c.name
-            })
-        });
-    if found.is_some() {
-        return found;
-    }
+    let bodies = [built, scene].map(|scene| {
+        let all = (0..scene.bodies.len()).map(|i| scene.bodies.get(i));
+        all.collect::<Vec<Body>>()
+    });
+    let [of_body, of_joint] =
+        [&scene.body_names, &scene.constraint_names].map(|names| names.iter());
+    let of_control = scene.controls.iter().map(|control| &control.name);
+    let of_event = scene.events.iter().map(|event| &event.name);
+    let of_collider = scene.colliders.iter().map(|collider| &collider.name);
     let mut cables = scene.cables.iter();
-    if let Some(cable) = cables.find(|cable| !built.cables.contains(cable)) {
-        return Some(format!("something of the cable `{}`", cable.name));
-    }
-    let names = &scene.constraint_names;
-    let found = first(
-        "constraint",
-        &built.constraints,
-        &scene.constraints,
-        |i, _| &names[i],
-    );
-    found.or_else(|| Some("something of the scene as a whole".to_owned()))
+    let cable = cables.find(|cable| !built.cables.contains(cable));
+    let all = [
+        ("body", first([&bodies[0], &bodies[1]], of_body)),
+        (
+            "control",
+            first([&built.controls, &scene.controls], of_control),
+        ),
+        ("event", first([&built.events, &scene.events], of_event)),
+        (
+            "collider",
+            first([&built.colliders, &scene.colliders], of_collider),
+        ),
+        ("cable", cable.map(|cable| &cable.name)),
+        (
+            "constraint",
+            first([&built.constraints, &scene.constraints], of_joint),
+        ),
+    ];
+    let found = all.iter().find_map(|(kind, name)| Some((kind, (*name)?)));
+    Some(found.map_or_else(
+        || "something of the scene as a whole".to_owned(),
+        |(kind, name)| format!("something of the {kind} `{name}`"),
+    ))
 }

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use super::build::{Entry, Names};
 use super::from_scene::{same_bits, side};
 use super::keys::described;
-use super::motion::MotionEntry;
 use super::motor::{MotorEntry, unless};
 use super::places::Fault;
 use crate::body::Bodies;
@@ -16,7 +15,9 @@ use crate::constraint::{
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, axes_along, hanging_axes};
+use crate::motion::Motion;
 use crate::scene::Scene;
+use crate::unlimited::is_zero;
 
 /// Kind of a joint in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -118,18 +119,13 @@ described! {
         /// Angle that a hinge's pose is counted from, whole turns with it \[rad]; default 0.
         pub angle_reference: Option<f64>,
         /// Motion of the world side.
-        pub motion: Option<MotionEntry>,
+        pub motion: Option<Motion>,
         /// Name of the cable whose joint it is; default none.
         pub cable: Option<String>,
         /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
         /// never.
         pub breaks_at: Option<f64>,
     }
-}
-
-/// True if the number is +0, bit for bit.
-pub(super) fn is_zero(number: &f64) -> bool {
-    number.to_bits() == 0
 }
 
 impl JointEntry {
@@ -317,9 +313,6 @@ impl JointEntry {
             }
         }
         self.check_rows(of)?;
-        if let Some(s) = self.safeguard {
-            of.check("safeguard", s, s > 0.0 && s < 1.0, "between 0 and 1")?;
-        }
         let number = |value: Option<f64>| [value.unwrap_or(0.0)];
         of.finite("angle_reference", &number(self.angle_reference))?;
         of.finite("twist_reference", &number(self.twist_reference))

@@ -318,7 +318,7 @@ fn massless(
                 through.push(PointEntry {
                     body: body.clone(),
                     point,
-                    motion: joint.motion.clone(),
+                    motion: joint.motion,
                     ..PointEntry::default()
                 });
             }

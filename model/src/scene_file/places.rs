@@ -27,6 +27,19 @@ impl Fault {
         Self { paths, error }
     }
 
+    /// A fault of what was validated, at the key that the name of the quantity ends with.
+    pub(super) fn named(error: SceneError) -> Self {
+        let (SceneError::BadValue { what, .. } | SceneError::Conflict { what, .. }) = &error else {
+            return Self::at(&[], error);
+        };
+        let key = what.rsplit(' ').next().unwrap_or_default().to_owned();
+        // What has no quantity ends with a name.
+        if key.contains('`') {
+            return Self::at(&[], error);
+        }
+        Self::new(key, error)
+    }
+
     /// Puts the fault into the entry at `path`.
     pub(super) fn within(mut self, path: &str) -> Self {
         for inner in &mut self.paths {

@@ -4,15 +4,16 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
-use super::joint::is_zero;
 use super::keys::described;
-use super::motion::MotionEntry;
-use super::motor::WinchEntry;
 use super::places::Fault;
 use crate::body::Bodies;
-use crate::constraint::{BendDefinition, Constraint, Lay, LinkBend, MasslessCable, RowLaw, Sheave};
+use crate::constraint::{
+    BendDefinition, Constraint, Lay, LinkBend, MasslessCable, RowLaw, Sheave, Winch,
+};
 use crate::frame::{Frame, axes_along, hanging_axes};
+use crate::motion::Motion;
 use crate::scene::reeving::Part;
+use crate::unlimited::is_zero;
 
 /// A point of a body or of the world.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -26,7 +27,7 @@ pub struct PointEntry {
     /// Columns u, v, w of the frame, of which sheaves alone use any, as a written scene holds them for `axis`; default hanging.
     pub axes: Option<[[f64; 3]; 3]>,
     /// Motion of a point of the world.
-    pub motion: Option<MotionEntry>,
+    pub motion: Option<Motion>,
     /// The sheave whose hub it is, in massless cables: `{ radius, axis, … }`.
     pub sheave: Option<SheaveEntry>,
 }
@@ -78,19 +79,13 @@ impl SheaveEntry {
 
     /// The sheave as it is written.
     pub(super) fn of(sheave: &Sheave) -> Self {
-        let Sheave {
-            radius,
-            turns,
-            friction,
-            shared,
-            lay,
-        } = *sheave;
+        let lay = sheave.lay;
         Self {
-            radius,
+            radius: sheave.radius,
             axis: None,
-            turns,
-            friction,
-            shared: shared.then_some(true),
+            turns: sheave.turns,
+            friction: sheave.friction,
+            shared: sheave.shared.then_some(true),
             on: match lay {
                 Lay::On { arriving, leaving } => Some([arriving, leaving]),
                 Lay::New | Lay::Off { .. } => None,
@@ -135,7 +130,7 @@ described! {
         pub tension_only: Option<bool>,
         /// Winch that pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit,
         /// brake, brake_limit, shortest, longest }`.
-        pub winch: Option<WinchEntry>,
+        pub winch: Option<Winch>,
         /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
         /// never.
         pub breaks_at: Option<f64>,
@@ -175,7 +170,8 @@ impl MasslessCableEntry {
         }
         let frames = through(&of, &self.through, bodies, names)?;
         let is_part = self.through.iter().any(PointEntry::is_shared);
-        let winch = self.winch.as_ref().map(|winch| winch.build(&of, is_part));
+        let sound = (self.winch.iter()).try_for_each(|w| w.validate_of(is_part, || of.owner()));
+        sound.map_err(Fault::named)?;
         let sheave = |point: &PointEntry| point.sheave.as_ref().map(SheaveEntry::build);
         let mut sheaves: Vec<_> = self.through.iter().map(sheave).collect();
         if sheaves.iter().all(Option::is_none) {
@@ -199,7 +195,7 @@ impl MasslessCableEntry {
             length,
             law: law(&of, "stretch", compliance, self.damping)?,
             tension_only: self.tension_only.unwrap_or(true),
-            winch: winch.transpose()?,
+            winch: self.winch,
             ..laid
         };
         let parts = cable.in_parts(&self.name, bodies, 0.0);

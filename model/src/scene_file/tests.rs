@@ -145,3 +145,20 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_crane_of_the_documentation_is_a_scene() -> Result<(), SceneError> {
+    let text = include_str!("crane.toml");
+    let mut scene = SceneSource::parse(text, &[("body.load.mass", "2000")])?.build()?;
+    assert_eq!(scene.constraint_names, ["slew", "rail", "sling", "rope"]);
+    assert_eq!(scene.groups, [0; 4]);
+    assert_eq!(SceneText::from_scene(&scene)?.build()?, scene);
+    scene.set_control(0, 0.25, 0.0);
+    let rope = scene.constraints[3].massless_cable().expect("the rope");
+    assert_eq!(rope.length_at(4.0), 18.0);
+    says(
+        &fault(&text.replace("ea = 2e7", "ea = -1"), &[]),
+        "line 67, column 1: massless cable `rope`: ea is -1: it has to be > 0 N, or N m²",
+    );
+    Ok(())
+}

@@ -54,7 +54,7 @@ fn due(scene: &Scene, speed: f64, time: f64, touching: Option<usize>) -> [Vec<us
         time,
         dt: 0.01,
         phi: &rows.phi,
-        first_rows: rows.first_rows(),
+        first_rows: &rows.row_start,
         impulses: &lambda,
         impulse_time: 1.0,
         touching: &touches,

@@ -106,7 +106,7 @@ fn nothing_turns_a_point_mass() {
         assert_eq!(s.validate(), Ok(()));
         s.bodies.angular_velocity[2].x = 1.0;
     };
-    says(after(turning), "angular velocity is 1: it has to be 0");
+    says(after(turning), "angular_velocity is 1: it has to be 0");
     let twisted = |s: &mut Scene| {
         hung(Vector3::zeros())(s);
         s.bodies.torque[2].z = -2.0;

@@ -1,4 +1,4 @@
-//! Checks a constraint's Jacobian against finite differences on the manifold.
+//! Shared by the tests of constraints: a Jacobian against finite differences on the manifold.
 //!
 //! Each body is moved to x + δ and exp(δ)⊗e, one component of δ at a time. The derivative of φ is a central difference
 //! extrapolated to step zero (Ridders: a Richardson tableau that keeps the entry with the smallest estimated error),
@@ -12,16 +12,15 @@ use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// Result of [`check_jacobian`].
-#[non_exhaustive]
 #[derive(Debug, Clone, PartialEq)]
-pub struct JacobianCheck {
+pub(crate) struct JacobianCheck {
     /// Error of each row, relative to the largest entry of that row: entries on velocities and on angular velocities
     /// are each compared with the largest of their own part (at least 10⁻³ of the row's largest).
-    pub relative_error: Vec<f64>,
+    pub(crate) relative_error: Vec<f64>,
     /// Estimated error of the finite differences themselves, one a row, in the same measure.
-    pub uncertainty: Vec<f64>,
+    pub(crate) uncertainty: Vec<f64>,
     /// The largest of `relative_error`.
-    pub max: f64,
+    pub(crate) max: f64,
 }
 
 /// Compares the Jacobian of constraint number `constraint` at t = 0 with extrapolated finite differences.
@@ -32,8 +31,7 @@ pub struct JacobianCheck {
 ///
 /// # Panics
 /// When there is no such constraint, or it names a body that is not there.
-#[must_use]
-pub fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck {
+pub(crate) fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck {
     let mut c = scene.constraints[constraint].clone();
     // Differences must not see the angle wrap.
     c.update_winding(&scene.bodies, 0.0);
