@@ -302,9 +302,7 @@ fn a_load_flies_on_from_a_drum_that_is_stopped() {
                  [[control]]\nname = 'hoist'\ndrives = [{{ joint = 'axle' }}]\n"
             );
             let mut stepper = stepper(&text, DT);
-            for _ in 0..30 {
-                stepper.step().expect("a step");
-            }
+            taut_tests::steps(&mut stepper, 30);
             let below = stepper.scene().bodies.position[0].z;
             if by_control {
                 stepper.set_control(0, 0.0).expect("a control");

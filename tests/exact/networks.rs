@@ -37,9 +37,7 @@ fn networks_hang_in_equilibrium_and_carry_their_weight() {
                     (carried / weight - 1.0).abs() < 1e-7,
                     "{place}: {carried} {weight}"
                 );
-                for _ in 0..30 {
-                    stepper.step().expect("solvable");
-                }
+                taut_tests::steps(&mut stepper, 30);
                 let way = (load_position(stepper.scene()) - before).norm();
                 assert!(way < 1e-7, "{place}: {way:e}");
             }

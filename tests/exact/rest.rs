@@ -65,10 +65,7 @@ fn the_static_shape_depends_on_nothing_dynamic() {
     let turned = shape.bodies.orientation[5].angle_to(&shape.bodies.orientation[0]);
     assert!(turned > 0.3, "{turned}");
     let mut worst = Worst::default();
-    let base = || StepOptions {
-        guard: None,
-        ..StepOptions::default()
-    };
+    let base = || taut_tests::changed(StepOptions::default(), |o| o.guard = None);
     let mut see = |damping: f64, options: StepOptions| {
         let place = format!(
             "τ = {damping}, Δt = {}, {}, K {}, {}/{}",
@@ -143,9 +140,7 @@ fn the_equilibrium_depends_on_neither_backend_nor_start() {
         *v = Vector3::new((3.0 * i as f64).sin(), (5.0 * i as f64).cos(), 0.0);
     }
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
-    for _ in 0..30 {
-        stepper.step().expect("stable");
-    }
+    taut_tests::steps(&mut stepper, 30);
     let thrown = stepper.into_scene();
     assert!(distance(&thrown, &shape) > 0.01);
     let found = static_equilibrium(thrown, &backend()).expect("an equilibrium");
@@ -160,9 +155,7 @@ fn a_scene_can_start_in_equilibrium() {
     scene.start_in_equilibrium = true;
     let shape = static_equilibrium(scene.clone(), &backend()).expect("an equilibrium");
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
-    for _ in 0..120 {
-        stepper.step().expect("stable");
-    }
+    taut_tests::steps(&mut stepper, 120);
     let mut worst = Worst::default();
     worst.see(distance(stepper.scene(), &shape), "after 2 s");
     worst.expect_measured("drift from equilibrium", 1.1e-12);

@@ -1,6 +1,6 @@
 //! Statements of the README and of the crates' front pages, compared with the workspace.
 
-use super::sources::{MAY_KNOW, read, root};
+use super::sources::{MAY_KNOW, packages, read, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use taut_solver::Backend;
@@ -93,10 +93,7 @@ fn the_map_of_the_crates_is_that_of_the_manifests() {
         .collect();
     let expected: BTreeMap<_, BTreeSet<String>> = MAY_KNOW
         .iter()
-        .map(|(folder, known)| {
-            let known = known.iter().map(|&name| name.to_owned());
-            ((*folder).to_owned(), known.collect())
-        })
+        .map(|(folder, known)| ((*folder).to_owned(), packages(known)))
         .collect();
     assert_eq!(found, expected);
 }
