@@ -1,4 +1,4 @@
-//! What tests of all modules step and build with.
+//! Steps and parts of scenes for the tests of all modules.
 
 use crate::{StepOptions, Stepper};
 use nalgebra::Vector3;

@@ -181,7 +181,6 @@ fn a_load_bounces_in_a_cabin_that_is_hoisted() {
     }
 }
 
-/// What is laid down at its resting depth on a surface that yields rests there from the first step on.
 #[test]
 fn a_body_at_its_resting_depth_rests() {
     for compliance in [1e-7, 1e-6, 1e-5] {

@@ -4,7 +4,6 @@ use taut_integrator::{StepOptions, Stepper};
 use taut_measure::trajectory::load_position;
 use taut_model::{Held, JointKind, Network, NetworkParams};
 
-/// Each network is at rest where a simulation starts, carries its weight there, and stays.
 #[test]
 fn networks_hang_in_equilibrium_and_carry_their_weight() {
     for network in Network::ALL {

@@ -148,7 +148,6 @@ fn the_equilibrium_depends_on_neither_backend_nor_start() {
     worst.expect_measured("equilibrium", 2.1e-13);
 }
 
-/// A run that starts at rest in its equilibrium stays there.
 #[test]
 fn a_scene_can_start_in_equilibrium() {
     let mut scene = bent(0.0);
@@ -234,7 +233,6 @@ fn a_load_on_slings_comes_to_rest_from_beside() {
     assert!(worst.error() < 1e-9, "{}", worst.error());
 }
 
-/// Iterations that converge lead to the same shape.
 #[test]
 fn converged_iterations_find_the_same_shape() {
     let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");

@@ -382,7 +382,6 @@ fn systems_and_blocks_without_rows_are_solved() {
     }
 }
 
-/// An answer that no double holds is an error, not an infinity.
 #[test]
 fn an_answer_that_overflows_is_an_error() {
     let (a, b) = beyond(1e-200, 1e150);

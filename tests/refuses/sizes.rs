@@ -123,7 +123,6 @@ fn announced_sizes_cost_nothing() {
     assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
 }
 
-/// Counts in scene files beyond what can be built are refused before anything is.
 #[test]
 fn counts_beyond_what_can_be_built_are_refused() {
     for (name, key) in [
@@ -145,7 +144,6 @@ fn counts_beyond_what_can_be_built_are_refused() {
     }
 }
 
-/// Bodies that nothing moves, and nothing else: they stay where they are.
 #[test]
 fn scenes_of_static_bodies_alone_stay_as_they_are() {
     for backend in compiled() {

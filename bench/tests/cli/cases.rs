@@ -321,7 +321,6 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
     }
 }
 
-/// Two runs do not write one file.
 #[test]
 fn a_file_of_cases_has_one_writer() {
     let at = folder("one_writer");

@@ -87,7 +87,6 @@ fn the_cure_of_an_error_is_that_of_its_largest_part() {
     refused(&at, short, &["--time", "at least one step"]);
 }
 
-/// Where and when the widest gap was, in events or not.
 #[test]
 fn the_widest_gap_has_a_name_and_a_time() {
     let at = folder("widest");

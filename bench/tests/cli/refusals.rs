@@ -115,7 +115,6 @@ fn bad_scene_files_are_refused() {
     refused(&at, "run folder.toml", &["folder.toml", "cannot read"]);
 }
 
-/// Where a file cannot be written the run is not called good.
 #[test]
 fn files_that_cannot_be_written_are_an_error() {
     let at = folder("unwritable");

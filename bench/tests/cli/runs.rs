@@ -85,7 +85,6 @@ fn the_summary_of_a_run_has_its_fields() {
     );
 }
 
-/// A file with the same parameters is the same scene: the same numbers come out.
 #[test]
 fn a_scene_file_is_the_named_scene_with_its_parameters() {
     let at = folder("scene_file");

@@ -3,7 +3,6 @@ use std::fs;
 
 const INPUTS: &str = "time,trolley_speed,hoist_speed\n0,0,0\n0.2,0.5,0\n0.4,0.5,0.3\n0.6,0,0\n";
 
-/// A run that is saved on its way and one that is resumed there: the same to the last bit, samples included.
 #[test]
 fn a_resumed_run_is_the_run_itself() {
     let at = folder("resumed");

@@ -481,3 +481,27 @@ fn a_winch_feeds_the_whole_cable_over_sheaves_that_grip_it() {
     }
     stepper.save().unwrap();
 }
+
+#[test]
+fn a_saved_gantry_on_sheaves_goes_on_with_the_same_bits() {
+    for sheave_friction in [0.0, 0.1] {
+        let params = taut_model::GantryParams {
+            parts: 4,
+            sheaves: true,
+            sheave_friction,
+            ..taut_model::GantryParams::default()
+        };
+        let mut whole = Stepper::new(params.build().unwrap(), options()).unwrap();
+        let driven = taut_model::Controls {
+            trolley_speed: 0.5,
+            hoist_speed: 0.2,
+        };
+        whole.set_controls(&driven).unwrap();
+        whole.steps(30);
+        let mut restored = Stepper::restore(whole.save().unwrap()).unwrap();
+        whole.steps(30);
+        restored.steps(30);
+        assert_eq!(whole.scene(), restored.scene(), "{sheave_friction}");
+        assert_eq!(whole.multipliers(), restored.multipliers());
+    }
+}

@@ -115,7 +115,6 @@ fn what_is_removed_is_gone_for_good() {
     assert!(twice.to_string().starts_with(words), "{twice}");
 }
 
-/// A body added at rest moves as one that was there from the start.
 #[test]
 fn a_body_added_at_rest_falls_as_one_that_was_there() {
     let scene = || {

@@ -137,7 +137,6 @@ fn a_blow_does_not_count_twice() {
     }
 }
 
-/// The estimate of the error goes on from what it was.
 #[test]
 fn the_estimate_is_kept() {
     let estimated = |scheme| options("dense", scheme, DT).with(|o| o.estimate = Some(2));
