@@ -330,7 +330,7 @@ mod tests {
             let joint = joint.unwrap();
             for segment in 0..segments {
                 let hook = scene.add_body(format!("hook-{segment}"), Body::sphere(0.1, 1.0));
-                let frames = [segment, hook].map(|body| centre(body));
+                let frames = [segment, hook].map(centre);
                 let joint = Constraint::Spherical(Spherical { frames, ..joint });
                 scene.add_constraint(format!("hook-joint-{segment}"), joint, 0);
             }

@@ -113,7 +113,7 @@ fn a_hook_catches_what_comes_near_and_keeps_the_momentum() {
     runner.velocity = Vector3::x() * 1.5;
     scene.add_body("runner", runner);
     scene.add_body("block", Body::sphere(0.1, 6.0).at(Vector3::x()));
-    let between = Box::new([0, 1].map(|body| centre(body)));
+    let between = Box::new([0, 1].map(centre));
     scene.events.push(Event {
         name: "caught".into(),
         when: When::Distance {
@@ -214,7 +214,7 @@ fn events_of_what_is_not_there_are_refused_by_name() {
         ([0, 0], "joint `hook` ties body `load` to itself"),
         ([9, 9], "names the body `number 9`"),
     ] {
-        let between = Box::new(ends.map(|i| centre(i)));
+        let between = Box::new(ends.map(centre));
         let name = "hook".to_owned();
         says(now(), vec![Action::Attach { name, between }], words);
     }
@@ -352,7 +352,7 @@ fn picked() -> Scene {
     scene.add_body("truck", Body::sphere(0.1, 9.0).at(at(2.0)));
     let tie = |a: usize, b: usize| Action::Attach {
         name: "grip".into(),
-        between: Box::new([a, b].map(|body| centre(body))),
+        between: Box::new([a, b].map(centre)),
     };
     let release = || Action::Detach("grip".into());
     for (name, time, then) in [

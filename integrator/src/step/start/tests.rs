@@ -15,7 +15,7 @@ fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>
         if k > 0 {
             let apart = scene.bodies.position[body] - scene.bodies.position[body - 1];
             let link = Distance {
-                frames: [body - 1, body].map(|i| centre(i)),
+                frames: [body - 1, body].map(centre),
                 length: apart.norm(),
                 law: RowLaw::new(compliance, 0.0),
                 transverse: false,
