@@ -451,9 +451,7 @@ mod tests {
         for scene in scenes {
             let name = scene.name.clone();
             let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
-            for _ in 0..20 {
-                stepper.step().unwrap();
-            }
+            stepper.steps(20);
             stepper
                 .step
                 .linearize(stepper.step.options.stiffness)

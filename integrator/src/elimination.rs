@@ -205,6 +205,7 @@ pub(crate) fn factorized(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::centre;
 
     fn auto(scene: &Scene, backend: &Backend) -> EliminationOrder {
         let rows = Linearized::new(scene);
@@ -315,7 +316,7 @@ mod tests {
     /// Hooks on all segments, listed behind the cable, are carried along it in the scene's order: too many of them.
     #[test]
     fn many_leaves_at_the_end_are_not_carried_along() {
-        use taut_model::{Body, Constraint, Frame, HoistParams, Spherical, nalgebra::Vector3};
+        use taut_model::{Body, Constraint, HoistParams, Spherical};
         let with_hooks = |segments| {
             let params = HoistParams {
                 segments,
@@ -329,7 +330,7 @@ mod tests {
             let joint = joint.unwrap();
             for segment in 0..segments {
                 let hook = scene.add_body(format!("hook-{segment}"), Body::sphere(0.1, 1.0));
-                let frames = [segment, hook].map(|body| Frame::body(body, Vector3::zeros()));
+                let frames = [segment, hook].map(centre);
                 let joint = Constraint::Spherical(Spherical { frames, ..joint });
                 scene.add_constraint(format!("hook-joint-{segment}"), joint, 0);
             }

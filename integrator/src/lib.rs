@@ -88,7 +88,7 @@
 //! | `run/events` | events after a step: ropes that break, hooks that catch |
 //! | `run/resolution` | cables that merge and split their segments by rule |
 //! | `run/balance` | energy of a motion beyond the work of its drives |
-//! | `run/estimate` | the error of the load's position, by a companion run of longer steps |
+//! | `run/estimate` | the error of the load's position, by a coarse run of longer steps |
 //! | `run/sleep` | scenes at rest, whose steps cost no solve |
 //! | `run/saved` | runs saved and taken up again, to the same bits |
 //! | `run/identity` | stable handles of bodies and constraints |
@@ -143,6 +143,8 @@ mod serde_forms;
 mod slip;
 mod step;
 mod system_data;
+#[cfg(test)]
+mod testing;
 
 pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};

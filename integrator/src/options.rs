@@ -439,7 +439,7 @@ pub struct StepOptions {
     /// The balance costs some passes over rows and bodies a step. `None` disables it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub energy_tolerance: Option<f64>,
-    /// Steps k ≥ 2 that one step of the companion run covers, which estimates the error of the load
+    /// Steps k ≥ 2 that one step of the coarse run covers, which estimates the error of the load
     /// ([`StepReport::error`](crate::StepReport::error)). It costs about 1/k of the time of a step.
     /// `None` disables it.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -606,7 +606,10 @@ mod tests {
         };
         let d = StepOptions::default;
         for dt in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(field(&StepOptions { dt, ..d() }), "dt");
+            let options = StepOptions { dt, ..d() };
+            assert_eq!(field(&options), "dt");
+            let words = options.validate().unwrap_err().to_string();
+            assert!(words.contains("positive finite number of seconds"));
         }
         for alpha in [-0.1, f64::NAN, f64::INFINITY] {
             let stiffness = GeometricStiffness::Inertia { alpha };
@@ -627,10 +630,7 @@ mod tests {
             tolerance: 0.0,
         };
         assert_eq!(field(&StepOptions { contacts, ..d() }), "contacts.sweeps");
-        let guard = |guard| StepOptions {
-            guard: Some(guard),
-            ..d()
-        };
+        let guard = |guard| d().with(|o| o.guard = Some(guard));
         let g = Guard::default;
         assert_eq!(
             field(&guard(Guard {

@@ -1,7 +1,7 @@
 //! Runs: steps of a scene, one after the other, and what happens between them.
 //!
 //! [`Stepper::step`] names all of it in its order. What a scene or its options do not ask for is not called: rest to watch,
-//! events, winches, rules of resolution, companion and balance of energy.
+//! events, winches, rules of resolution, coarse run and balance of energy.
 
 mod access;
 pub(crate) mod balance;
@@ -23,7 +23,7 @@ use taut_solver::{Backend, Capabilities, DenseOptions, Foreign, LinearSolver};
 pub use change::Edit;
 pub(crate) use saved::beginning::Beginning;
 
-use estimate::Companion;
+use estimate::CoarseRun;
 use identity::Identities;
 use resolution::{Resolved, Resolving};
 use sleep::Rest;
@@ -37,10 +37,10 @@ pub struct Stepper {
     resolving: Option<Box<Resolving>>,
     /// Observations of rest; `None` in a scene that may not sleep.
     rest: Option<Rest>,
-    /// State that a stopped step goes back to; `None` without a flag, and in the companion run.
+    /// State that a stopped step goes back to; `None` without a flag, and in the coarse run.
     beginning: Option<Box<Beginning>>,
-    /// Companion run that estimates the error.
-    companion: Option<Box<Companion>>,
+    /// Coarse run that estimates the error.
+    coarse: Option<Box<CoarseRun>>,
 }
 
 impl Stepper {
@@ -103,18 +103,18 @@ impl Stepper {
             resolving: Resolving::new(scene).map(Box::new),
             rest: Rest::new(scene, options),
             beginning: None,
-            companion: None,
+            coarse: None,
             step,
         }
     }
 
     /// Goes on as a run in another state, with what is no part of a state: the flag that stops it, the state that a stopped step
-    /// goes back to, the companion, of one its coarseness, and the events of the last step.
+    /// goes back to, the coarse run, of one its coarseness, and the events of the last step.
     fn go_on_as(&mut self, mut other: Self) {
         other.step.effort = std::mem::take(&mut self.step.effort);
         other.step.guarded.division.coarseness = self.step.guarded.division.coarseness;
         other.beginning = self.beginning.take();
-        other.companion = self.companion.take();
+        other.coarse = self.coarse.take();
         other.fired = std::mem::take(&mut self.fired);
         *self = other;
     }

@@ -553,6 +553,7 @@ fn turning_length(constraint: &Constraint) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::centre;
     use nalgebra::Vector3;
     use taut_model::{Distance, Frame, HoistParams, RowLaw};
 
@@ -567,7 +568,7 @@ mod tests {
             };
             let mut scene = params.build().unwrap();
             let link = Distance {
-                frames: [Frame::world(Vector3::x()), Frame::body(0, Vector3::zeros())],
+                frames: [Frame::world(Vector3::x()), centre(0)],
                 length: 0.7,
                 law: RowLaw::RIGID,
                 transverse: false,

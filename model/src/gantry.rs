@@ -218,8 +218,7 @@ mod tests {
                 ..GantryParams::default()
             };
             let scene = params.build().expect("builds");
-            let mut lin = Linearized::new(&scene);
-            lin.update(&scene, 0.0);
+            let lin = Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-12), "{:?}", lin.phi);
             for i in 0..scene.constraints.len() {
                 let check = check_jacobian(&scene, i);
@@ -245,8 +244,7 @@ mod tests {
                 ..GantryParams::default()
             };
             let scene = params.build().expect("builds");
-            let mut lin = Linearized::new(&scene);
-            lin.update(&scene, 0.0);
+            let lin = Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-12), "{:?}", lin.phi);
             let capstans = if friction > 0.0 { 2 * (parts - 1) } else { 0 };
             assert_eq!(scene.capstans.len(), capstans);
@@ -277,8 +275,7 @@ mod tests {
         for (i, (_, value)) in controls.values().into_iter().enumerate() {
             scene.set_control(i, value, 0.0);
         }
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let mut lin = Linearized::at(&scene, 0.0);
         lin.drive(&scene, 0.0, 0.1);
         let driven: Vec<_> = lin.phi_t.iter().filter(|rate| **rate != 0.0).collect();
         // The motor's row, and two falls of each cable shorten by 0.25 m/s.
@@ -295,8 +292,7 @@ mod tests {
         };
         let mut scene = params.build().expect("builds");
         scene.set_control(scene.control("rope_2_speed").expect("there"), 0.25, 0.0);
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let mut lin = Linearized::at(&scene, 0.0);
         lin.drive(&scene, 0.0, 0.1);
         let ropes = ["rope-1", "rope-2"].map(|name| {
             let rope = scene.constraint(name).expect("there");

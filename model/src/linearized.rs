@@ -505,6 +505,15 @@ mod tests {
     use crate::{Motion, Side};
     use nalgebra::Vector3;
 
+    impl Linearized {
+        /// Rows of a scene in its state at the time `t` (s).
+        pub(crate) fn at(scene: &Scene, t: f64) -> Self {
+            let mut rows = Self::new(scene);
+            rows.update(scene, t);
+            rows
+        }
+    }
+
     fn hoist() -> Scene {
         let params = HoistParams {
             segments: 3,
@@ -551,8 +560,7 @@ mod tests {
             *v = Vector3::new(0.3, -0.1, 0.2) * (1.0 + i as f64);
         }
         let (t, dt) = (0.5, 1e-6);
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, t);
+        let mut lin = Linearized::at(&scene, t);
         lin.drive(&scene, t, t + dt);
         let mut next = scene.clone();
         for i in 0..next.bodies.len() {
@@ -597,8 +605,7 @@ mod tests {
     #[test]
     fn laws_are_those_of_the_rows() {
         let scene = hoist();
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         for (i, c) in scene.constraints.iter().enumerate() {
             for (k, row) in lin.row_range(i).enumerate() {
                 assert_eq!(lin.compliance[row], c.row(k).1.compliance);
@@ -616,8 +623,7 @@ mod tests {
                 ..HoistParams::default()
             };
             let scene = scene.hanging_equilibrium().expect("builds");
-            let mut lin = Linearized::new(&scene);
-            lin.update(&scene, 0.0);
+            let lin = Linearized::at(&scene, 0.0);
             for i in 0..lin.constraints() {
                 for (k, row) in lin.row_range(i).enumerate() {
                     if k != 2 {
@@ -639,8 +645,7 @@ mod tests {
         if let crate::Constraint::Distance(link) = &mut scene.constraints[1] {
             link.transverse = false;
         }
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let mut lin = Linearized::at(&scene, 0.0);
         assert_eq!(lin.row_start, [0, 3, 4, 7]);
         let rows: Vec<_> = lin.transverse.iter().map(Transverse::rows).collect();
         assert_eq!(rows, [1..3, 5..7]);

@@ -474,6 +474,7 @@ mod tests {
     fn no_named_scene_is_in_doubt() {
         for name in named::NAMES {
             let scene = named(name).expect("builds");
+            assert_eq!((scene.name.as_str(), scene.validate()), (name, Ok(())));
             assert_eq!(scene.notes(), [], "{name}");
         }
     }

@@ -194,8 +194,7 @@ mod tests {
         assert_eq!(scene.groups, [0, 0, 0, 0, 1]);
         assert_eq!(scene.body_names[0], "particle-1");
         assert_eq!(scene.constraint_names[4], "link-5");
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         assert_eq!(*lin.phi, [0.0; 5]);
         assert_eq!(*lin.compliance, [1e-8; 5]);
         assert!((0..5).all(|i| check_jacobian(&scene, i).max < 1e-9));
@@ -210,8 +209,7 @@ mod tests {
                 ..ParticleChainParams::default()
             };
             let mut scene = params.build().expect("builds");
-            let mut lin = Linearized::new(&scene);
-            lin.update(&scene, 0.0);
+            let lin = Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|phi| *phi == 0.0));
             // A straight chain has no direction to bend in.
             for (i, x) in scene.bodies.position.iter_mut().enumerate() {
@@ -270,8 +268,7 @@ mod tests {
             ..ParticleChainParams::default()
         };
         let scene = params.build().expect("builds");
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         assert_eq!((lin.rows(), lin.transverse.len()), (21, 7));
         for (s, slot) in lin.slots.iter().enumerate() {
             let sign = [1.0, -1.0][usize::from(slot.body == slot.constraint)];
@@ -359,8 +356,7 @@ mod tests {
             match params.build() {
                 Ok(scene) => {
                     prop_assert_eq!(scene.validate(), Ok(()));
-                    let mut lin = Linearized::new(&scene);
-                    lin.update(&scene, 0.0);
+                    let lin = Linearized::at(&scene, 0.0);
                     prop_assert!(lin.phi.iter().chain(&lin.jacobian).all(|x| x.is_finite()));
                 }
                 Err(error) => prop_assert!(!error.to_string().contains('\n')),

@@ -324,8 +324,7 @@ mod tests {
                     ..ReevedParams::new(reeved)
                 };
                 let scene = params.build().expect("builds");
-                let mut lin = Linearized::new(&scene);
-                lin.update(&scene, 0.0);
+                let lin = Linearized::at(&scene, 0.0);
                 assert!(
                     lin.phi.iter().all(|phi| phi.abs() < 1e-12),
                     "{}: {:?}",

@@ -277,12 +277,6 @@ mod tests {
     use nalgebra::UnitQuaternion;
     use std::f64::consts::{PI, TAU};
 
-    fn phi(scene: &Scene) -> Linearized {
-        let mut lin = Linearized::new(scene);
-        lin.update(scene, 0.0);
-        lin
-    }
-
     #[test]
     fn defaults_are_a_straight_square_of_steel() {
         for specimen in Specimen::ALL {
@@ -297,7 +291,12 @@ mod tests {
             assert_eq!((scene.bodies.len(), scene.constraints.len()), (25, 25));
             assert!((found.stiffness.ea - 2e7).abs() < 1e-6);
             assert!((found.stiffness.ei - 2e11 * 1e-8 / 12.0).abs() < 1e-10);
-            assert!(phi(&scene).phi.iter().all(|phi| phi.abs() < 1e-15));
+            assert!(
+                Linearized::at(&scene, 0.0)
+                    .phi
+                    .iter()
+                    .all(|phi| phi.abs() < 1e-15)
+            );
             let (force, torque) = (scene.bodies.force[24], scene.bodies.torque[24]);
             let loads = [force.x, torque.x, torque.z].map(|load| load != 0.0);
             assert_eq!(loads, Specimen::ALL.map(|s| s == specimen));
@@ -350,7 +349,7 @@ mod tests {
         assert!(end.norm() < 1e-15);
         scene.bodies.position[n] = end;
         scene.bodies.orientation[n] = UnitQuaternion::from_scaled_axis(Vector3::z() * TAU);
-        let lin = phi(&scene);
+        let lin = Linearized::at(&scene, 0.0);
         for j in 0..=n {
             let rows = &lin.phi[lin.row_range(j)];
             let angle = TAU * params.resolve().expect("sound").joint_length(j);
@@ -376,7 +375,7 @@ mod tests {
         assert_eq!(scene.bodies.force[24], Vector3::zeros());
         let bearing = &scene.constraints[25];
         assert_eq!(bearing.rows(), 5);
-        let gap = phi(&scene).phi[6 * 25];
+        let gap = Linearized::at(&scene, 0.0).phi[6 * 25];
         assert!((gap - 0.01).abs() < 1e-15);
     }
 

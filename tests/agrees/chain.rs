@@ -101,10 +101,7 @@ fn system(ratio: f64, cap: f64) -> (SymBlockMatrix, Vec<f64>) {
         damping: 0.0,
         ..ParticleChainParams::default()
     };
-    let options = StepOptions {
-        dt: DT,
-        ..StepOptions::paper()
-    };
+    let options = taut_tests::changed(StepOptions::paper(), |o| o.dt = DT);
     let scene = params.build().expect("sound parameters");
     let mut stepper = Stepper::new(scene, options).expect("sound");
     stepper.reference_multipliers().expect("solvable");

@@ -72,7 +72,7 @@ fn nothing_false_is_claimed_of(systems: u64) {
         let mut solver = backend.with_tolerance(FALSE).create().expect("compiled");
         let study = claims_study(&mut *solver, 0..systems).expect("sound patterns");
         assert_eq!(study.false_claims, 0, "{backend}: {study:?}");
-        assert!(study.claims > 0, "{backend}: {study:?}");
+        assert!(study.claims > study.systems / 10, "{backend}: {study:?}");
     });
 }
 

@@ -20,17 +20,11 @@ fn scenes(kind: &str) -> [(&'static str, Scene); 6] {
 }
 
 fn options(choice: &Choice, elimination: Elimination) -> StepOptions {
-    StepOptions {
-        elimination,
-        ..choice.options(DT)
-    }
+    taut_tests::changed(choice.options(DT), |o| o.elimination = elimination)
 }
 
 fn order(scene: &Scene, elimination: Elimination) -> EliminationOrder {
-    let options = StepOptions {
-        elimination,
-        ..StepOptions::default()
-    };
+    let options = taut_tests::changed(StepOptions::default(), |o| o.elimination = elimination);
     let stepper = Stepper::new(scene.clone(), options).expect("sound");
     stepper.elimination().clone()
 }
@@ -41,10 +35,7 @@ fn flops(scene: &Scene, elimination: Elimination) -> u64 {
 
 /// Rows of the border of `banded` in an order; more than any where it has none.
 fn border_rows(scene: &Scene, elimination: Elimination) -> usize {
-    let options = StepOptions {
-        elimination,
-        ..StepOptions::default()
-    };
+    let options = taut_tests::changed(StepOptions::default(), |o| o.elimination = elimination);
     let stepper = Stepper::new(scene.clone(), options).expect("sound");
     let pattern = stepper.system().0.pattern().clone();
     let as_it_is: Vec<usize> = (0..pattern.blocks()).collect();

@@ -45,9 +45,7 @@ fn swinging(network: Network) -> Scene {
 
 fn stepped(scene: &Scene, options: StepOptions, steps: usize) -> Stepper {
     let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
-    for _ in 0..steps {
-        stepper.step().expect("solvable");
-    }
+    taut_tests::steps(&mut stepper, steps);
     stepper
 }
 

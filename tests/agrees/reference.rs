@@ -15,10 +15,7 @@ const DT: f64 = 1.0 / 60.0;
 fn the_reference_multipliers_are_those_of_the_dense_oracle() {
     let mut worst = Worst::default();
     let mut compare = |scene: Scene, place: String| {
-        let options = StepOptions {
-            refinements: 0,
-            ..Choice::kkt(oracle()).options(DT)
-        };
+        let options = taut_tests::changed(Choice::kkt(oracle()).options(DT), |o| o.refinements = 0);
         let mut stepper = Stepper::new(scene, options).expect("sound");
         let reference = stepper.reference_multipliers().expect("solvable");
         stepper.solve().expect("solvable");
@@ -59,10 +56,7 @@ fn a_rigid_chain_at_rest_carries_the_weight_below_each_joint() {
         let exact = hanging_impulses(&scene);
         let mut stepper = Stepper::new(
             scene,
-            StepOptions {
-                dt: DT,
-                ..StepOptions::default()
-            },
+            taut_tests::changed(StepOptions::default(), |o| o.dt = DT),
         )
         .expect("sound");
         let reference = stepper.reference_multipliers().expect("solvable");
@@ -145,10 +139,9 @@ fn every_solver_agrees_on_machines() {
         };
         for seed in 1..=10 {
             let orders = Elimination::ALL;
-            let options = StepOptions {
-                elimination: orders[seed as usize % orders.len()],
-                ..patient.options(DT)
-            };
+            let options = taut_tests::changed(patient.options(DT), |o| {
+                o.elimination = orders[seed as usize % orders.len()]
+            });
             let mut stepper = Stepper::new(random_machine(seed), options).expect("sound");
             for step in 0..6 {
                 let exact = stepper.reference_multipliers().expect("solvable");

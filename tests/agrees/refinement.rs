@@ -75,10 +75,7 @@ fn solving_the_same_state_again_costs_few_iterations() {
 /// Forward errors of the multipliers with 0, 1 and 2 refinements.
 fn errors(choice: &Choice, scene: &Scene) -> [f64; 3] {
     [0, 1, 2].map(|refinements| {
-        let options = StepOptions {
-            refinements,
-            ..choice.options(DT)
-        };
+        let options = taut_tests::changed(choice.options(DT), |o| o.refinements = refinements);
         let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
         let exact = stepper.reference_multipliers().expect("solvable");
         stepper.solve().expect("solvable");
@@ -132,10 +129,9 @@ fn one_refinement_reaches_roundoff_with_thin_segments() {
 #[test]
 fn refinement_with_the_formed_matrix_does_not() {
     let backend = Backend::Dense(DenseOptions::default());
-    let options = StepOptions {
-        refinements: 0,
-        ..Choice::schur(backend.clone()).options(DT)
-    };
+    let options = taut_tests::changed(Choice::schur(backend.clone()).options(DT), |o| {
+        o.refinements = 0
+    });
     let mut stepper = Stepper::new(rigid_chain(16, 3e7), options).expect("sound");
     let exact = stepper.reference_multipliers().expect("solvable");
     stepper.solve().expect("solvable");

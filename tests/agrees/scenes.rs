@@ -1,4 +1,4 @@
-use taut_integrator::{StepOptions, Stepper};
+use taut_integrator::Stepper;
 use taut_measure::Choice;
 use taut_model::{JointKind, Linearized, Scene};
 use taut_solver::{Status, forward_error, norm_inf, residual};
@@ -46,10 +46,7 @@ fn measure(
         return None;
     }
     let errors = SEGMENTS.map(|segments| {
-        let options = StepOptions {
-            refinements,
-            ..choice.options(DT)
-        };
+        let options = taut_tests::changed(choice.options(DT), |o| o.refinements = refinements);
         let scene = hoist(joint, pose, segments, ratio);
         let tension = tension(&scene);
         let mut stepper = Stepper::new(scene, options).expect("sound");

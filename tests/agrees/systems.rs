@@ -161,6 +161,7 @@ fn all_backends_pass_the_public_check() {
         let agreement = check(&mut *solver, &Claims::of(&backend));
         let agreement = agreement.unwrap_or_else(|e| panic!("{name}: {e}"));
         println!("{name}: {agreement:?}");
+        assert!(agreement.systems >= 24, "{name}");
         assert_eq!(agreement.iterations > 0, backend.is_iterative(), "{name}");
     }
 }

@@ -157,9 +157,7 @@ fn a_winch_that_slips_holds_its_load_against_a_beam() {
                  winch = {{ speed = -0.5, force_limit = 14715.0 }}\n"
             );
             let mut stepper = stepper(&text, 1.0 / 60.0);
-            for _ in 0..150 {
-                stepper.step().expect("a step");
-            }
+            taut_tests::steps(&mut stepper, 150);
             let bodies = &stepper.scene().bodies;
             let (z, speed) = (bodies.position[1].z, bodies.velocity[1].norm());
             assert!(

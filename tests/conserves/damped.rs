@@ -20,10 +20,7 @@ const SUSPENSIONS: [&str; 4] = [
 /// A run of the scene `text` at 60 steps a second under this guard.
 fn guarded(text: &str, guard: Guard) -> Stepper {
     let source = SceneSource::parse(text, &[]).expect("reads");
-    let options = StepOptions {
-        guard: Some(guard),
-        ..StepOptions::default()
-    };
+    let options = taut_tests::changed(StepOptions::default(), |o| o.guard = Some(guard));
     Stepper::new(source.build().expect("builds"), options).expect("starts")
 }
 

@@ -181,7 +181,6 @@ fn a_load_bounces_in_a_cabin_that_is_hoisted() {
     }
 }
 
-/// What is laid down at its resting depth on a surface that yields rests there from the first step on.
 #[test]
 fn a_body_at_its_resting_depth_rests() {
     for compliance in [1e-7, 1e-6, 1e-5] {
@@ -301,9 +300,7 @@ fn a_load_flies_on_from_a_drum_that_is_stopped() {
                  [[control]]\nname = 'hoist'\ndrives = [{{ joint = 'axle' }}]\n"
             );
             let mut stepper = stepper(&text, DT);
-            for _ in 0..30 {
-                stepper.step().expect("a step");
-            }
+            taut_tests::steps(&mut stepper, 30);
             let below = stepper.scene().bodies.position[0].z;
             if by_control {
                 stepper.set_control(0, 0.0).expect("a control");

@@ -16,9 +16,7 @@ fn dense(form: Form) -> StepOptions {
 
 fn after(scene: &Scene, options: StepOptions, steps: usize) -> Scene {
     let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
-    for _ in 0..steps {
-        stepper.step().expect("a stable run");
-    }
+    taut_tests::steps(&mut stepper, steps);
     stepper.scene().clone()
 }
 
@@ -53,10 +51,7 @@ fn a_free_cable_keeps_its_momentum_to_rounding() {
 #[test]
 fn a_free_cable_keeps_its_angular_momentum_to_second_order() {
     let drift = |scene: &Scene, dt: f64| {
-        let options = StepOptions {
-            dt,
-            ..dense(Form::Schur)
-        };
+        let options = taut_tests::changed(dense(Form::Schur), |o| o.dt = dt);
         let end = after(scene, options, (0.5 / dt).round() as usize);
         // About the centre of mass, so that the drift is not that of x × p.
         let about = |scene: &Scene| {

@@ -22,9 +22,7 @@ fn path(params: &HoistParams, options: StepOptions, time: f64) -> Vec<Vector3<f6
     let mut stepper = Stepper::new(scene, options).expect("sound");
     let frames = (time / DT).round() as usize;
     let frame = |_| {
-        for _ in 0..per_frame {
-            stepper.step().expect("stable");
-        }
+        taut_tests::steps(&mut stepper, per_frame);
         stepper.scene().bodies.position[params.segments]
     };
     (0..frames).map(frame).collect()
@@ -36,10 +34,7 @@ fn the_default_scheme_is_of_second_order() {
     for mass_ratio in [1e3, 1e5] {
         let params = swing(mass_ratio, 0);
         let with = |dt| {
-            let options = StepOptions {
-                dt,
-                ..StepOptions::default()
-            };
+            let options = taut_tests::changed(StepOptions::default(), |o| o.dt = dt);
             path(&params, options, 5.0)
         };
         let fine = with(1.0 / 1920.0);
@@ -86,9 +81,7 @@ fn sub_steps_are_steps() {
             for _ in 0..90 {
                 let report = whole.step().expect("stable");
                 assert!(report.solves >= substeps);
-                for _ in 0..substeps {
-                    parts.step().expect("stable");
-                }
+                taut_tests::steps(&mut parts, substeps);
             }
             let what = format!("{scheme}, {substeps} sub-steps");
             assert_eq!(whole.time(), parts.time(), "{what}");

@@ -12,9 +12,7 @@ const DT: f64 = 1.0 / 60.0;
 
 fn run(scene: Scene, options: StepOptions, steps: usize) -> Vec<u64> {
     let mut stepper = Stepper::new(scene, options).expect("sound");
-    for _ in 0..steps {
-        stepper.step().expect("a stable run");
-    }
+    taut_tests::steps(&mut stepper, steps);
     bits(&stepper)
 }
 
@@ -41,9 +39,7 @@ fn a_scene_written_in_motion_goes_on_with_the_same_bits() {
     sources.extend((1..=6).map(random_machine));
     for scene in sources {
         let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
-        for _ in 0..20 {
-            stepper.step().expect("a stable run");
-        }
+        taut_tests::steps(&mut stepper, 20);
         let mut moved = stepper.scene().clone();
         moved.start_in_equilibrium = false;
         let text = SceneText::from_scene(&moved).expect("a text");
@@ -109,9 +105,7 @@ fn every_solver_ends_where_the_reference_does() {
     ] {
         let place = |options: StepOptions| {
             let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
-            for _ in 0..60 {
-                stepper.step().expect("a stable run");
-            }
+            taut_tests::steps(&mut stepper, 60);
             load_position(stepper.scene())
         };
         let reference = place(reference_choice().options(DT));
@@ -155,9 +149,7 @@ fn a_direct_step_does_not_depend_on_the_past() {
     let step_from = |scene: &Scene, options: &StepOptions, sets_tension: bool, warmed_up: bool| {
         let mut stepper = Stepper::new(scene.clone(), options.clone()).expect("sound");
         if warmed_up {
-            for _ in 0..7 {
-                stepper.step().expect("solvable");
-            }
+            taut_tests::steps(&mut stepper, 7);
         }
         if warmed_up || sets_tension {
             stepper.set_state(&scene.bodies, 0.0).expect("same scene");

@@ -14,9 +14,7 @@ const DT: f64 = 1.0 / 60.0;
 
 fn stepped(scene: &Scene, options: StepOptions, steps: usize) -> Stepper {
     let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
-    for _ in 0..steps {
-        stepper.step().expect("stable");
-    }
+    taut_tests::steps(&mut stepper, steps);
     stepper
 }
 

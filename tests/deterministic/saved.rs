@@ -202,9 +202,7 @@ fn every_solver_goes_on_with_the_same_bits() {
 #[test]
 fn what_was_set_by_hand_is_saved() {
     let mut stepper = Stepper::new(gantry(), StepOptions::default()).expect("sound");
-    for _ in 0..5 {
-        stepper.step().expect("a stable run");
-    }
+    taut_tests::steps(&mut stepper, 5);
     let rail = (stepper.scene().constraints.iter())
         .position(|c| c.motor().is_some())
         .expect("a motor");
@@ -256,10 +254,7 @@ fn a_redone_step_is_not_advanced_again() {
         tolerance: f64::MIN_POSITIVE,
         ..Guard::default()
     };
-    let options = StepOptions {
-        guard: Some(guard),
-        ..StepOptions::default()
-    };
+    let options = taut_tests::changed(StepOptions::default(), |o| o.guard = Some(guard));
     let mut stepper = Stepper::new(swinging(), options).expect("sound");
     assert!(stepper.step().expect("a stable run").redone);
     assert!(stepper.save().is_ok());

@@ -85,10 +85,7 @@ fn the_schur_matrix_is_its_definition_and_positive_definite() {
         for (seed, scene) in scenes(20) {
             let expected = equations(&scene, seed, &options).schur();
             for elimination in Elimination::ALL {
-                let options = StepOptions {
-                    elimination,
-                    ..options.clone()
-                };
+                let options = taut_tests::changed(options.clone(), |o| o.elimination = elimination);
                 let assembled = schur(&solved(&scene, seed, options));
                 let error = (&assembled - &expected).amax() / expected.amax();
                 let place = place(seed, &scene);

@@ -1,7 +1,7 @@
 //! Bounds, motors, winches, driven bodies: against what mechanics says.
 
 use nalgebra::Vector3;
-use taut_integrator::{Scheme, StepOptions, Stepper};
+use taut_integrator::{Scheme, Stepper};
 use taut_measure::Choice;
 use taut_model::{
     Body, Constraint, Control, Distance, Drive, Frame, Hinge, MasslessCable, Mobility, Motor,
@@ -100,13 +100,9 @@ fn a_winch_lifts_at_its_speed() {
         let mut stepper = stepper(hung(100.0, 0.01, Some(Winch::new())), &choice);
         stepper.set_control(0, 0.25).expect("a control");
         let start = height(&stepper);
-        for _ in 0..120 {
-            stepper.step().expect("steps");
-        }
+        taut_tests::steps(&mut stepper, 120);
         stepper.set_control(0, 0.0).expect("a control");
-        for _ in 0..600 {
-            stepper.step().expect("steps");
-        }
+        taut_tests::steps(&mut stepper, 600);
         let risen = height(&stepper) - start;
         // It bounces about its rest, by a jerk of 0.25 m/s at 31.6 rad/s at most, and more compliant the longer it is.
         assert!((risen - 0.5).abs() < 0.01, "{choice}: {risen}");
@@ -252,9 +248,7 @@ fn a_driven_body_carries_and_feels_nothing() {
     scene.add_constraint("link", Constraint::Distance(link), 0);
     for choice in compiled() {
         let mut stepper = stepper(scene.clone(), &choice);
-        for _ in 0..60 {
-            stepper.step().expect("steps");
-        }
+        taut_tests::steps(&mut stepper, 60);
         let bodies = &stepper.scene().bodies;
         // It hangs straight down at the speed of what it hangs on: rest in another frame.
         assert!((bodies.position[carrier].x - 0.6).abs() < 1e-13, "{choice}");
@@ -292,10 +286,7 @@ fn the_bounds_are_those_of_the_exact_solution() {
         Scheme::THIRD_DIFFERENCE,
     ];
     for (choice, scheme) in compiled().iter().flat_map(|c| schemes.map(|s| (c, s))) {
-        let options = StepOptions {
-            scheme,
-            ..choice.plain_options(DT)
-        };
+        let options = taut_tests::changed(choice.plain_options(DT), |o| o.scheme = scheme);
         let mut stepper = Stepper::new(scene.clone(), options).expect("a stepper");
         stepper.begin().expect("begins");
         let mut slack = 0;
@@ -344,11 +335,4 @@ fn what_cannot_be_set_is_refused() {
         stepper.set_winch(7, Winch::new()),
         "constraint number 7, of 1, is not there",
     );
-    for (body, words) in [
-        (0, "body `ball` is not driven"),
-        (5, "body number 5, of 1, is not there"),
-    ] {
-        let set = stepper.set_velocity(body, Vector3::x(), Vector3::zeros());
-        says(set, words);
-    }
 }

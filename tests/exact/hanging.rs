@@ -1,7 +1,7 @@
 //! The experiments on the hanging cable: the same functions that the tables of `taut static` come from.
 
 use nalgebra::Vector3;
-use taut_integrator::{Form, StepOptions, Stepper};
+use taut_integrator::{Form, Stepper};
 use taut_measure::Choice;
 use taut_model::{Body, Frame, HoistParams, Scene};
 use taut_solver::{Backend, DenseOptions};
@@ -73,10 +73,7 @@ fn every_direct_solver_holds_the_cable_in_equilibrium() {
 
 /// Iterations needed for each level; `None` beyond `limit`.
 fn needed(choice: &Choice, ratio: f64, warm_start: bool, limit: usize) -> Vec<Option<usize>> {
-    let options = StepOptions {
-        warm_start,
-        ..choice.options(DT)
-    };
+    let options = taut_tests::changed(choice.options(DT), |o| o.warm_start = warm_start);
     let (params, family) = (params(SEGMENTS, ratio), choice.family());
     let rows = iterations_needed(&params, &options, &family, &LEVELS, limit).expect("stable");
     for (row, level) in rows.iter().zip(LEVELS) {

@@ -4,7 +4,6 @@ use taut_integrator::{StepOptions, Stepper};
 use taut_measure::trajectory::load_position;
 use taut_model::{Held, JointKind, Network, NetworkParams};
 
-/// Each network is at rest where a simulation starts, carries its weight there, and stays.
 #[test]
 fn networks_hang_in_equilibrium_and_carry_their_weight() {
     for network in Network::ALL {
@@ -37,9 +36,7 @@ fn networks_hang_in_equilibrium_and_carry_their_weight() {
                     (carried / weight - 1.0).abs() < 1e-7,
                     "{place}: {carried} {weight}"
                 );
-                for _ in 0..30 {
-                    stepper.step().expect("solvable");
-                }
+                taut_tests::steps(&mut stepper, 30);
                 let way = (load_position(stepper.scene()) - before).norm();
                 assert!(way < 1e-7, "{place}: {way:e}");
             }

@@ -65,10 +65,7 @@ fn the_static_shape_depends_on_nothing_dynamic() {
     let turned = shape.bodies.orientation[5].angle_to(&shape.bodies.orientation[0]);
     assert!(turned > 0.3, "{turned}");
     let mut worst = Worst::default();
-    let base = || StepOptions {
-        guard: None,
-        ..StepOptions::default()
-    };
+    let base = || taut_tests::changed(StepOptions::default(), |o| o.guard = None);
     let mut see = |damping: f64, options: StepOptions| {
         let place = format!(
             "τ = {damping}, Δt = {}, {}, K {}, {}/{}",
@@ -143,9 +140,7 @@ fn the_equilibrium_depends_on_neither_backend_nor_start() {
         *v = Vector3::new((3.0 * i as f64).sin(), (5.0 * i as f64).cos(), 0.0);
     }
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
-    for _ in 0..30 {
-        stepper.step().expect("stable");
-    }
+    taut_tests::steps(&mut stepper, 30);
     let thrown = stepper.into_scene();
     assert!(distance(&thrown, &shape) > 0.01);
     let found = static_equilibrium(thrown, &backend()).expect("an equilibrium");
@@ -153,16 +148,13 @@ fn the_equilibrium_depends_on_neither_backend_nor_start() {
     worst.expect_measured("equilibrium", 2.1e-13);
 }
 
-/// A run that starts at rest in its equilibrium stays there.
 #[test]
 fn a_scene_can_start_in_equilibrium() {
     let mut scene = bent(0.0);
     scene.start_in_equilibrium = true;
     let shape = static_equilibrium(scene.clone(), &backend()).expect("an equilibrium");
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
-    for _ in 0..120 {
-        stepper.step().expect("stable");
-    }
+    taut_tests::steps(&mut stepper, 120);
     let mut worst = Worst::default();
     worst.see(distance(stepper.scene(), &shape), "after 2 s");
     worst.expect_measured("drift from equilibrium", 1.1e-12);
@@ -241,7 +233,6 @@ fn a_load_on_slings_comes_to_rest_from_beside() {
     assert!(worst.error() < 1e-9, "{}", worst.error());
 }
 
-/// Iterations that converge lead to the same shape.
 #[test]
 fn converged_iterations_find_the_same_shape() {
     let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");

@@ -34,10 +34,7 @@ fn refusal(scene: Scene) -> String {
 
 /// A second of steps: the highest speed, in m/s, or the error that ended it. All numbers stay finite.
 fn live(scene: Scene, dt: f64) -> Result<f64, StepError> {
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
+    let options = taut_tests::changed(StepOptions::default(), |o| o.dt = dt);
     let mut stepper = Stepper::new(scene, options)?;
     let mut fastest = 0.0_f64;
     for _ in 0..60 {

@@ -8,7 +8,6 @@ use taut_model::{
 use taut_output::check;
 use taut_solver::{Backend, DenseOptions, SolveError};
 use taut_studies::hard;
-use taut_studies::scenes::reference_choice;
 use taut_tests::claims::audit;
 
 const DT: f64 = 1.0 / 60.0;
@@ -45,23 +44,6 @@ fn run(scene: Scene, options: StepOptions) -> Result<bool, StepError> {
         stepper.step()?;
     }
     Ok(finite(&stepper))
-}
-
-#[test]
-fn a_step_without_sub_steps_is_refused() {
-    let options = StepOptions {
-        substeps: 0,
-        ..reference_choice().options(DT)
-    };
-    let e = run(small(), options).expect_err("a fault");
-    let named = matches!(
-        e,
-        StepError::InvalidOption {
-            field: "substeps",
-            ..
-        }
-    );
-    assert!(named, "{e:?}");
 }
 
 fn stone() -> Scene {

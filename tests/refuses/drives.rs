@@ -389,10 +389,9 @@ fn a_winch_that_is_too_weak_slips_to_its_end() {
         }
     }
     for choice in compiled() {
-        let options = StepOptions {
-            backend: choice.backend.with_iterations(2000),
-            ..choice.options(1.0 / 60.0)
-        };
+        let options = taut_tests::changed(choice.options(1.0 / 60.0), |o| {
+            o.backend = choice.backend.with_iterations(2000)
+        });
         let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
         for n in 0..300 {
             stepper

@@ -11,9 +11,7 @@ fn good() -> Value {
     };
     let scene = params.build().expect("sound parameters");
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
-    for _ in 0..3 {
-        stepper.step().expect("a stable run");
-    }
+    taut_tests::steps(&mut stepper, 3);
     serde_json::to_value(stepper.save().expect("a sound state")).expect("a value")
 }
 

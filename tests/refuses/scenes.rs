@@ -19,10 +19,9 @@ fn small() -> Scene {
     hoist(JointKind::Cosserat, Pose::Straight, 3, 10.0)
 }
 
-fn refusal(scene: Scene) -> StepError {
-    Stepper::new(scene, StepOptions::default())
-        .map(|_| ())
-        .expect_err("a fault")
+fn refusal(scene: Scene, options: StepOptions) -> StepError {
+    let made = Stepper::new(scene, options).map(drop);
+    made.expect_err("a fault")
 }
 
 fn one_line(e: &StepError, words: &str) {
@@ -44,7 +43,7 @@ fn experiments_on_bad_parameters_name_the_parameter() {
 
 #[test]
 fn an_empty_scene_is_refused() {
-    let e = refusal(Scene::new("empty"));
+    let e = refusal(Scene::new("empty"), StepOptions::default());
     assert_eq!(e, StepError::Scene(SceneError::Empty));
     one_line(&e, "no bodies");
 }
@@ -84,40 +83,16 @@ fn a_scene_without_constraints_falls_freely() {
 }
 
 #[test]
-fn time_steps_out_of_range_are_refused() {
-    for dt in [0.0, -0.0, -0.1, f64::NAN, f64::INFINITY] {
-        let options = StepOptions {
-            dt,
-            ..StepOptions::default()
-        };
-        let e = Stepper::new(small(), options)
-            .map(|_| ())
-            .expect_err("a fault");
-        assert!(
-            matches!(e, StepError::InvalidOption { field: "dt", .. }),
-            "{e:?}"
-        );
-        one_line(&e, "positive finite number of seconds");
-    }
-}
-
-#[test]
 fn the_kkt_form_needs_a_backend_for_indefinite_matrices() {
     for backend in compiled().into_iter().filter(|b| !b.accepts_indefinite()) {
-        let options = Choice::kkt(backend.clone()).options(DT);
-        let e = Stepper::new(small(), options)
-            .map(|_| ())
-            .expect_err("a fault");
+        let e = refusal(small(), Choice::kkt(backend.clone()).options(DT));
         let named = matches!(&e, StepError::FormNotAccepted { backend: b, form: Form::Kkt } if *b == backend.to_string());
         assert!(named, "{e:?}");
         one_line(&e, "schur");
         // On the command line it does not get that far.
         let text = format!("{backend}/kkt");
-        assert!(
-            text.parse::<Choice>()
-                .expect_err("a fault")
-                .contains("positive definite")
-        );
+        let refused = text.parse::<Choice>().expect_err("a fault");
+        assert!(refused.contains("positive definite"), "{refused}");
     }
 }
 
@@ -153,12 +128,9 @@ fn a_state_that_is_none_is_refused_by_the_body() {
     for (named, fault) in FAULTS {
         let mut bad = good.clone();
         fault(&mut bad);
-        match stepper.set_state(&bad, 0.0) {
-            Err(e @ StepError::Scene(_)) => {
-                assert!(e.to_string().contains(named), "{e}, not {named}");
-            }
-            other => panic!("{named}: {other:?}"),
-        }
+        let e = stepper.set_state(&bad, 0.0).expect_err(named);
+        assert!(matches!(e, StepError::Scene(_)), "{e:?}");
+        one_line(&e, named);
     }
 }
 
@@ -356,5 +328,6 @@ fn loose_bodies_beside_a_chain_fall() {
         stretch: RowLaw::RIGID,
     });
     scene.add_constraint("nothing", nothing, 0);
-    one_line(&refusal(scene), "`nothing` ties the world to the world");
+    let e = refusal(scene, StepOptions::default());
+    one_line(&e, "`nothing` ties the world to the world");
 }

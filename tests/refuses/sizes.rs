@@ -30,9 +30,7 @@ fn a_cable_of_a_hundred_thousand_segments_steps() {
     }
     let start = Instant::now();
     let mut stepper = Stepper::new(scene, options).expect("sound");
-    for _ in 0..3 {
-        stepper.step().expect("a stable run");
-    }
+    taut_tests::steps(&mut stepper, 3);
     let bodies = &stepper.scene().bodies;
     assert!(bodies.position.iter().flatten().all(|x| x.is_finite()));
     assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
@@ -125,7 +123,6 @@ fn announced_sizes_cost_nothing() {
     assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
 }
 
-/// Counts in scene files beyond what can be built are refused before anything is.
 #[test]
 fn counts_beyond_what_can_be_built_are_refused() {
     for (name, key) in [
@@ -147,7 +144,6 @@ fn counts_beyond_what_can_be_built_are_refused() {
     }
 }
 
-/// Bodies that nothing moves, and nothing else: they stay where they are.
 #[test]
 fn scenes_of_static_bodies_alone_stay_as_they_are() {
     for backend in compiled() {
@@ -160,10 +156,7 @@ fn scenes_of_static_bodies_alone_stay_as_they_are() {
             );
         }
         assert!(scene.bodies.mobility.iter().all(|m| *m == Mobility::Static));
-        let options = StepOptions {
-            backend,
-            ..StepOptions::default()
-        };
+        let options = taut_tests::changed(StepOptions::default(), |o| o.backend = backend);
         let before = scene.bodies.clone();
         let mut stepper = Stepper::new(scene, options).expect("sound");
         for _ in 0..3 {

@@ -111,9 +111,26 @@ pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
 /// The default step likewise, every step as it comes.
 #[must_use]
 pub fn unguarded(choice: &Choice, dt: f64) -> StepOptions {
-    StepOptions {
-        guard: None,
-        ..choice.options(dt)
+    changed(choice.options(dt), |o| o.guard = None)
+}
+
+/// Options with a change.
+#[must_use]
+pub fn changed(mut options: StepOptions, change: impl FnOnce(&mut StepOptions)) -> StepOptions {
+    change(&mut options);
+    options
+}
+
+/// So many steps.
+///
+/// # Panics
+/// Where one fails.
+#[track_caller]
+pub fn steps(stepper: &mut Stepper, count: usize) {
+    for n in 0..count {
+        if let Err(e) = stepper.step() {
+            panic!("step {n} of {count}: {e}");
+        }
     }
 }
 

@@ -57,10 +57,7 @@ fn a_hanging_chain_is_lost_where_linear_theory_says() {
             seed: 3,
             ..ParticleChainParams::default()
         };
-        let options = StepOptions {
-            dt: 1.0 / 60.0,
-            ..StepOptions::paper()
-        };
+        let options = taut_tests::changed(StepOptions::paper(), |o| o.dt = 1.0 / 60.0);
         let mut stepper = Stepper::new(params.build().expect("builds"), options).expect("sound");
         let aside = |stepper: &Stepper| {
             let places = stepper.scene().bodies.position.iter();

@@ -212,7 +212,6 @@ fn a_run_of_no_steps_has_no_frames() {
     assert!(shown.contains("\"parts\":[]"));
 }
 
-/// A state that is not finite is the end of what is shown.
 #[test]
 fn a_state_that_is_not_finite_is_the_end() {
     let layout = Layout {

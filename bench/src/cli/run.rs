@@ -38,7 +38,7 @@ pub(crate) struct RunArgs {
     /// between, the first and the last row hold outside
     #[arg(long, value_name = "FILE.csv")]
     controls: Option<PathBuf>,
-    /// Estimates the error of the load's position, by a companion run of steps so many times as long: off, or 2 and more; 2 adds
+    /// Estimates the error of the load's position, by a coarse run of steps so many times as long: off, or 2 and more; 2 adds
     /// about half of the time
     #[arg(
         long,
@@ -92,7 +92,7 @@ struct Prepared {
     driven: Vec<String>,
 }
 
-/// Steps of the companion that `--estimate` asks for: off, or 2 and more.
+/// Steps of the coarse run that `--estimate` asks for: off, or 2 and more.
 pub(super) fn every(text: &str) -> Result<Option<usize>, Failure> {
     match text {
         "off" => Ok(None),
@@ -103,7 +103,7 @@ pub(super) fn every(text: &str) -> Result<Option<usize>, Failure> {
     }
 }
 
-/// Checks `--estimate` against `--error`. Returns the companion's step in steps of the run;
+/// Checks `--estimate` against `--error`. Returns the coarse run's step in steps of the run;
 /// `None` disables the estimate.
 fn estimate(args: &RunArgs) -> Result<Option<usize>, Failure> {
     let every = every(&args.estimate)?;

@@ -22,7 +22,7 @@ pub(crate) struct ViewArgs {
     scene: SceneArgs,
     #[command(flatten)]
     step: StepArgs,
-    /// Estimates the error of the load's position, by a companion run of steps so many times as long: off, or 2 and more
+    /// Estimates the error of the load's position, by a coarse run of steps so many times as long: off, or 2 and more
     #[arg(
         long,
         value_name = "K",

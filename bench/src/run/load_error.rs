@@ -91,7 +91,7 @@ fn mm(x: f64) -> String {
 pub(super) fn summary(s: &Summary) -> Option<(&'static str, String)> {
     let error = s.error?;
     let text = if error.lost {
-        "unknown: the companion run of longer steps was lost".to_owned()
+        "unknown: the coarse run of longer steps was lost".to_owned()
     } else if error.compared == 0 {
         format!(
             "unknown: {} step{} made, and none was compared with a longer one",

@@ -29,7 +29,7 @@ const PARTED: f64 = 0.1;
 struct Config {
     /// Mass ratios, or masses of the load, as scene parameters.
     ratios: &'static [&'static str],
-    /// Steps that one of the companion covers.
+    /// Steps that one of the coarse run covers.
     every: &'static [usize],
     /// Simulated time \[s].
     time: f64,
@@ -65,7 +65,7 @@ fn study(quick: bool, cases: &Cases) -> Result<Found, ExperimentError> {
     Ok(Found {
         settings: set([
             (
-                "companions",
+                "coarse runs",
                 format!("{} steps a step", counts(config.every)),
             ),
             ("references", format!("{FINE} sub-steps")),
@@ -177,7 +177,7 @@ fn rows(case: &Case, config: &Config) -> Result<Vec<Value>, ExperimentError> {
             "every": every,
             "extent_mm": extent_mm,
             "error_mm": error_mm,
-            // `null` where the companion was lost.
+            // `null` where the coarse run was lost.
             "estimate_mm": estimate_mm,
             "of_error": estimate_mm.map(|estimate| estimate / error_mm),
             "algebra_mm": 1e3 * run.error.algebra,
@@ -190,7 +190,7 @@ fn rows(case: &Case, config: &Config) -> Result<Vec<Value>, ExperimentError> {
     config.every.iter().map(of).collect()
 }
 
-/// The times of runs with companions over those without, in turns: the medians.
+/// The times of runs with coarse runs over those without, in turns: the medians.
 fn costs(case: &Case, config: &Config) -> Result<Vec<Value>, ExperimentError> {
     let source = case.source()?;
     let of = |&every: &usize| {
@@ -208,7 +208,7 @@ fn costs(case: &Case, config: &Config) -> Result<Vec<Value>, ExperimentError> {
     config.every.iter().map(of).collect()
 }
 
-/// For the estimates of one companion: their number, the number within the factor, and the least
+/// For the estimates of one coarse run: their number, the number within the factor, and the least
 /// estimate over its error.
 fn score(rows: &[Value], every: usize) -> (usize, usize, f64) {
     let judged = rows
@@ -222,7 +222,7 @@ fn score(rows: &[Value], every: usize) -> (usize, usize, f64) {
     (parts.len(), parts.iter().filter(right).count(), least)
 }
 
-/// How many estimates are right, and what the companion of two steps misses.
+/// How many estimates are right, and what the coarse run of two steps misses.
 fn verdict(estimates: &[Value], config: &Config) -> (String, Option<String>) {
     let mut text = String::new();
     let mut missed = None;
@@ -231,7 +231,7 @@ fn verdict(estimates: &[Value], config: &Config) -> (String, Option<String>) {
         let part = 100.0 * right as f64 / all.max(1) as f64;
         let _ = writeln!(
             text,
-            "companion of {every} steps: {right} of {all} estimates ({part:.0} %) within a factor {FACTOR} of the error, the least {least:.2} of it"
+            "coarse run of {every} steps: {right} of {all} estimates ({part:.0} %) within a factor {FACTOR} of the error, the least {least:.2} of it"
         );
         if every == config.every[0] && (part < 90.0 || least < LEAST) {
             missed = Some(format!(

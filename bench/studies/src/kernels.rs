@@ -243,7 +243,6 @@ mod tests {
         assert!(shown.contains("7 segments, 8 joints of 3 rows, mass ratio 1000"));
     }
 
-    /// Ratios are to `banded` of the same case, and none without it.
     #[test]
     fn ratios_are_to_banded() {
         let names = ["dense", "banded"].map(|name| name.parse::<Rival>().unwrap());

@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refused, taut, text};
+use crate::{folder, good, program, refused, refuses, taut, text};
 use serde_json::Value;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -156,13 +156,9 @@ fn experiments_that_end_in_checks_are_merged() {
     let whole = good(&at, &format!("{call} --json whole.json"));
     assert_eq!(merged(&at, "hard", call, ""), whole);
     assert_eq!(read(&at, "merged.json"), read(&at, "whole.json"));
-    let files =
-        "target/taut/hard.1-of-3.cases target/taut/hard.2-of-3.cases target/taut/hard.3-of-3.cases";
-    refused(
-        &at,
-        &format!("merge {files} --csv a.csv"),
-        &["taut hard", "--csv"],
-    );
+    let files = [1, 2, 3].map(|shard| format!("target/taut/hard.{shard}-of-3.cases"));
+    let merge = format!("merge {} --csv a.csv", files.join(" "));
+    refused(&at, &merge, &["taut hard", "--csv"]);
     let call = "paper table1 fig2 --quick --out figures";
     let whole = good(&at, call);
     let files = || {
@@ -231,11 +227,7 @@ fn a_file_of_cases_that_cannot_be_written_is_named() {
     assert!(text(&output.stdout).contains("linearly-implicit"));
     assert!(text(&output.stderr).contains("cannot be resumed"));
     for option in ["--shard 1/2", "--resume", "--cases target/a.cases"] {
-        refused(
-            &at,
-            &format!("{call} {option}"),
-            &["cannot write", "target"],
-        );
+        refuses(&at, &format!("{call} {option} → cannot write … target"));
     }
 }
 
@@ -258,20 +250,15 @@ fn a_shard_is_not_run_over_its_own_cases() {
 fn shards_that_are_none_are_refused() {
     let at = folder("no_shards");
     for shard in ["3/2", "0/2", "1/0", "half", "1/2/3", "1/99999"] {
-        refused(
-            &at,
-            &format!("study stability --shard {shard}"),
-            &["--shard", "from 1/8"],
-        );
+        let row = format!("study stability --shard {shard} → --shard … from 1/8");
+        refuses(&at, &row);
     }
-    for output in ["--json a.json", "--csv a.csv"] {
-        refused(
-            &at,
-            &format!("study stability --shard 1/2 {output}"),
-            &["cannot be used"],
-        );
-    }
-    refused(&at, "merge", &["FILE.cases"]);
+    let rows = r"
+        study stability --shard 1/2 --json a.json → cannot be used
+        study stability --shard 1/2 --csv a.csv → cannot be used
+        merge → FILE.cases
+    ";
+    refuses(&at, rows);
     assert_eq!(fs::read_dir(&at).expect("a folder").count(), 0);
 }
 
@@ -286,48 +273,36 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
         "target/taut/stability.1-of-2.cases",
         "target/taut/stability.2-of-2.cases",
     ];
-    good(
-        &at,
+    for other in [
         "study stability --quick --time 0.2 --shard 2/2 --cases other.cases",
-    );
-    good(
-        &at,
         "study linear --segments 3 --ratios 1 --backends dense --shard 2/2 --cases linear.cases",
-    );
+    ] {
+        good(&at, other);
+    }
     let bytes = fs::read(at.join(two)).expect("readable");
     fs::write(at.join("torn.cases"), &bytes[..30]).expect("writable");
     fs::write(at.join("cut.cases"), &bytes[..bytes.len() - 3]).expect("writable");
     fs::write(at.join("text.cases"), "a,b\n").expect("writable");
     let older = String::from_utf8_lossy(&bytes).replacen(env!("CARGO_PKG_VERSION"), "0.0.0", 1);
     fs::write(at.join("older.cases"), &older).expect("writable");
-    for (files, words) in [
-        (one.to_owned(), ["is in no file", "all shards"]),
-        (
-            format!("{one} other.cases"),
-            ["other.cases` has another command", "--time=0.2"],
-        ),
-        (
-            format!("{one} linear.cases"),
-            ["linear.cases` has another command", "taut study linear"],
-        ),
-        (
-            format!("{one} older.cases"),
-            ["older.cases` has another version", "0.0.0"],
-        ),
-        (
-            "older.cases".to_owned(),
-            ["another version", "this program"],
-        ),
-        (
-            format!("{one} text.cases"),
-            ["text.cases` is no file of cases", "taut"],
-        ),
-        (format!("{one} none.cases"), ["cannot read", "none.cases"]),
-        (".".to_owned(), ["no file of cases", "."]),
-    ] {
-        refused(&at, &format!("merge {files} --json merged.json"), &words);
-        assert!(!at.join("merged.json").exists(), "{files}");
-    }
+    let rows = format!(
+        r"
+        merge {one} --json merged.json → is in no file … all shards
+        merge {one} other.cases --json merged.json → other.cases` has another command … --time=0.2
+        merge {one} linear.cases --json merged.json → linear.cases` has another command … taut study linear
+        merge {one} older.cases --json merged.json → older.cases` has another version … 0.0.0
+        merge older.cases --json merged.json → another version … this program
+        merge {one} text.cases --json merged.json → text.cases` is no file of cases … taut
+        merge {one} none.cases --json merged.json → cannot read … none.cases
+        merge . --json merged.json → no file of cases
+        merge {one} {two} --json {one} → it is read
+        study stability --quick --resume --cases other.cases → another command … --time=0.2 … this run
+        study stability --quick --time 0.1 --shard 2/2 --resume --cases older.cases → another version … 0.0.0
+        study stability --quick --cases text.cases → no file of cases
+        "
+    );
+    refuses(&at, &rows);
+    assert!(!at.join("merged.json").exists());
     for file in ["torn.cases", "cut.cases"] {
         let output = taut(&at, &format!("merge {one} {file}"));
         let note = format!("note: the last line of `{file}`");
@@ -335,22 +310,6 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
             assert!(text(&output.stderr).contains(words), "{words}: {output:?}");
         }
     }
-    refused(
-        &at,
-        &format!("merge {one} {two} --json {one}"),
-        &["it is read"],
-    );
-    let resume =
-        |options: &str, words: &[&str]| refused(&at, &format!("study stability {options}"), words);
-    resume(
-        "--quick --resume --cases other.cases",
-        &["another command", "--time=0.2", "this run"],
-    );
-    resume(
-        "--quick --time 0.1 --shard 2/2 --resume --cases older.cases",
-        &["another version", "0.0.0"],
-    );
-    resume("--quick --cases text.cases", &["no file of cases"]);
     // What is torn is run again; a file without a whole line has nothing to lose.
     for file in ["torn.cases", "cut.cases"] {
         let output = taut(&at, &format!("{call} --shard 2/2 --resume --cases {file}"));
@@ -362,17 +321,13 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
     }
 }
 
-/// Two runs do not write one file.
 #[test]
 fn a_file_of_cases_has_one_writer() {
     let at = folder("one_writer");
     let file = File::create(at.join("a.cases")).expect("writable");
     file.lock().expect("locked");
-    refused(
-        &at,
-        "study stability --quick --cases a.cases",
-        &["a.cases", "another run"],
-    );
+    let row = "study stability --quick --cases a.cases → a.cases … another run";
+    refuses(&at, row);
 }
 
 /// The inputs of a study are part of the identity of its cases.
@@ -383,15 +338,12 @@ fn a_scene_that_changed_is_not_resumed() {
     let call = "bench --quick --scene a.toml --backends dense --time 0.4";
     good(&at, call);
     fs::write(at.join("a.toml"), good(&at, "scene hoist --set segments=4")).expect("writable");
-    refused(
-        &at,
-        &format!("{call} --resume"),
-        &["content of what it reads", "a.toml"],
+    let rows = format!(
+        r"
+        {call} --resume → content of what it reads … a.toml
+        merge target/taut/bench.cases → content of what it reads … this program
+        "
     );
-    refused(
-        &at,
-        "merge target/taut/bench.cases",
-        &["content of what it reads", "this program"],
-    );
+    refuses(&at, &rows);
     good(&at, call);
 }

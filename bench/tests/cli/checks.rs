@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused, taut, text};
+use crate::{folder, good, json, refused, refuses, taut, text};
 use serde_json::Value;
 use std::fs;
 
@@ -59,18 +59,23 @@ fn hard_cases_are_checks_by_name() {
     let case = include_str!("../../studies/cases/outside.toml");
     fs::write(at.join("own/case.toml"), case).expect("writes");
     let _ = fs::remove_file(at.join("own/outside.csv"));
-    let told = "line 14: `outside.csv`: ";
-    refused(
-        &at,
-        "hard own/case.toml --quick",
-        &[told, "own/outside.csv"],
-    );
+    let row = "hard own/case.toml --quick → line 14: `outside.csv`:  … own/outside.csv";
+    refuses(&at, row);
     let table = include_str!("../../studies/cases/outside.csv");
     fs::write(at.join("own/outside.csv"), table).expect("writes");
     assert!(good(&at, "hard own/case.toml --list").contains("outside: a chain"));
-    let checks = json(&at, "hard h32 H32 --quick --json -");
+    let checks = json(&at, "hard h32 H32 H30 --quick --json -");
     let checks = checks.as_array().expect("a list");
-    assert!(checks.len() >= 4);
+    for name in ["H30", "H32"] {
+        let own = checks.iter().filter(|check| check["experiment"] == name);
+        assert!(own.count() >= 4, "{name}");
+    }
+    let known = |check: &Value| {
+        ["pass", "limit"]
+            .map(Value::from)
+            .contains(&check["verdict"])
+    };
+    assert!(checks.iter().all(known), "{checks:?}");
     have_their_fields(checks);
     let table = good(&at, "hard H42 --quick --json checks.json");
     assert!(table.contains("H42: dependent") && table.contains("limit"));

@@ -1,4 +1,4 @@
-use crate::{folder, good, has, json, refused, taut, text};
+use crate::{folder, good, has, json, refused, refuses, taut, text};
 use serde_json::Value;
 
 const SWING: &str = "run hoist --set segments=6 --set equilibrium=true --set move_x=0.5 --time 2";
@@ -31,20 +31,16 @@ fn sub_steps_keep_an_error() {
 #[test]
 fn errors_that_cannot_be_kept_are_told() {
     let at = folder("no_error");
-    refused(&at, &format!("{SWING} --estimate 1"), &["estimate", "2"]);
-    refused(
-        &at,
-        &format!("{SWING} --estimate x"),
-        &["--estimate", "off"],
+    let rows = format!(
+        r"
+        {SWING} --estimate 1 → estimate … 2
+        {SWING} --estimate x → --estimate … off
+        {SWING} --error 0 → --error
+        {SWING} --estimate off --error 1 → --error … --estimate off
+        run --resume x.json --error 1 → --error … --resume
+        "
     );
-    refused(&at, &format!("{SWING} --error 0"), &["--error"]);
-    let both = format!("{SWING} --estimate off --error 1");
-    refused(&at, &both, &["--error", "--estimate off"]);
-    refused(
-        &at,
-        "run --resume x.json --error 1",
-        &["--error", "--resume"],
-    );
+    refuses(&at, &rows);
     // The shape of two segments is wrong by more.
     let output = taut(
         &at,
@@ -91,7 +87,6 @@ fn the_cure_of_an_error_is_that_of_its_largest_part() {
     refused(&at, short, &["--time", "at least one step"]);
 }
 
-/// Where and when the widest gap was, in events or not.
 #[test]
 fn the_widest_gap_has_a_name_and_a_time() {
     let at = folder("widest");

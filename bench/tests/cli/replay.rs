@@ -251,7 +251,6 @@ pub(crate) fn named(name: &str) -> String {
     )
 }
 
-/// Names are text on a page, whatever they hold.
 #[test]
 fn names_that_hold_html_are_text() {
     let at = folder("tape-names");

@@ -3,7 +3,6 @@ use std::fs;
 
 const INPUTS: &str = "time,trolley_speed,hoist_speed\n0,0,0\n0.2,0.5,0\n0.4,0.5,0.3\n0.6,0,0\n";
 
-/// A run that is saved on its way and one that is resumed there: the same to the last bit, samples included.
 #[test]
 fn a_resumed_run_is_the_run_itself() {
     let at = folder("resumed");
@@ -75,39 +74,19 @@ fn files_that_are_no_saved_run_are_refused() {
     good(&at, "run hoist --set segments=3 --time 0.1 --save run.json");
     let text = fs::read_to_string(at.join("run.json")).expect("written");
     let write = |text: &str| fs::write(at.join("bad.json"), text).expect("writable");
-    for (bad, words) in [
-        (String::new(), &["no saved run", "EOF"][..]),
-        ("{\"scene\": 1}".to_owned(), &["no saved run", "`scene`"]),
-        (
-            "[scene]\nname = \"hoist\"\n".to_owned(),
-            &["no saved run", "line 1"],
-        ),
-        (text[..text.len() / 3].to_owned(), &["no saved run", "EOF"]),
-        (
-            text.replacen("\"version\":3", "\"version\":7", 1),
-            &["version 7", "run the scene again"],
-        ),
-        (
-            text.replacen("\"substeps\":1", "\"substeps\":2", 1),
-            &["bad.json` is damaged", "checksum"],
-        ),
-        (
-            text.replacen("\"backend\":\"banded\"", "\"backend\":\"best\"", 1),
-            &["best", "banded"],
-        ),
-        (
-            text.replacen(
-                "\"contacts\":\"newton\"",
-                "\"contacts\":\"staggered:sweeps=10\"",
-                1,
-            ),
-            &["staggered", "before the joints", "newton"],
-        ),
-    ] {
-        write(&bad);
-        let mut all = vec!["bad.json"];
-        all.extend(words);
-        refused(&at, "run --resume bad.json --time 0.1", &all);
+    let rows = r#"
+        version":3 | version":7 | version 7 … run the scene again
+        substeps":1 | substeps":2 | bad.json` is damaged … checksum
+        backend":"banded | backend":"best | best … banded
+        contacts":"newton | contacts":"staggered:sweeps=10 | staggered … before the joints … newton
+    "#;
+    write(&text[..text.len() / 3]);
+    let read = "run --resume bad.json --time 0.1 → bad.json";
+    refuses(&at, &format!("{read} … no saved run … EOF"));
+    for row in rows.trim().lines() {
+        let [old, new, words] = [0, 1, 2].map(|k| row.trim().split(" | ").nth(k).expect("three"));
+        write(&text.replacen(old, new, 1));
+        refuses(&at, &format!("{read} … {words}"));
     }
     fs::write(at.join("bad.json"), [0xff, 0xfe, 0x00]).expect("writable");
     let rows = r"

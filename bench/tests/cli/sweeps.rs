@@ -2,34 +2,18 @@ use crate::{folder, good, json, refused, refuses};
 use serde_json::Value;
 use std::fs;
 
+/// The rows and their errors are those of the golden file; times and the selection of rows are looked at here.
 #[test]
-fn the_main_job_writes_records_with_their_fields() {
+fn the_main_job_times_each_solver_with_each_limit() {
     let at = folder("bench");
     let arguments = "bench --quick --segments 4 --ratios 10 --iterations 1,5 --time 0.3 --json -";
     let records = json(&at, arguments);
     let records = records.as_array().expect("a list of records");
-    let numbers = "segments mass_ratio iterations dt step_ns step_ns_min solve_ns backward_error forward_error \
-        elongation_error load_error_m max_violation_m";
     for record in records {
-        for field in numbers.split(' ') {
-            assert!(
-                record[field].as_f64().is_some_and(f64::is_finite),
-                "{field}: {record}"
-            );
+        for field in "dt step_ns step_ns_min solve_ns elongation_error".split(' ') {
+            let number = record[field].as_f64();
+            assert!(number.is_some_and(f64::is_finite), "{field}: {record}");
         }
-        for field in ["scene", "backend", "options"] {
-            assert!(
-                record[field].as_str().is_some_and(|s| !s.is_empty()),
-                "{field}: {record}"
-            );
-        }
-        assert!(record["stable"].is_boolean(), "{record}");
-        // The anchor still moves at the end: there may be no drift to speak of.
-        assert!(record.get("energy_drift").is_some(), "{record}");
-        assert_eq!(
-            (&record["segments"], &record["mass_ratio"]),
-            (&4.into(), &10.0.into())
-        );
         assert!(
             record["step_ns_min"].as_f64() <= record["step_ns"].as_f64(),
             "{record}"
@@ -57,37 +41,27 @@ fn the_main_job_writes_records_with_their_fields() {
 }
 
 #[test]
-fn the_study_linear_writes_records_with_their_fields() {
-    let at = folder("linear");
-    let records = json(&at, "study linear --quick --json -");
+fn the_study_linear_writes_sound_rows_of_each_solver() {
+    let records = json(&folder("linear"), "study linear --quick --json -");
     let records = records.as_array().expect("a list of records");
     for record in records {
-        for field in ["mass_ratio", "ea", "forward_error", "backward_error"] {
-            let sound = |x: f64| x.is_finite() && x >= 0.0;
+        for field in "mass_ratio ea forward_error backward_error".split(' ') {
+            let number = record[field].as_f64();
             assert!(
-                record[field].as_f64().is_some_and(sound),
+                number.is_some_and(|x| (0.0..f64::INFINITY).contains(&x)),
                 "{field}: {record}"
             );
         }
-        for field in ["pose", "backend", "options"] {
-            assert!(
-                record[field].as_str().is_some_and(|s| !s.is_empty()),
-                "{field}: {record}"
-            );
-        }
-        assert_eq!(record["segments"], 24, "{record}");
-        assert_eq!(record["error"], Value::Null, "{record}");
+        assert_eq!(
+            (&record["segments"], &record["error"]),
+            (&24.into(), &Value::Null)
+        );
     }
-    let compiled = taut_measure::Choice::all()
-        .into_iter()
-        .filter(|c| c.check().is_ok());
-    for choice in compiled {
-        let rows = records
-            .iter()
-            .filter(|r| r["backend"] == *choice.family())
-            .count();
+    let all = taut_measure::Choice::all().into_iter();
+    for choice in all.filter(|c| c.check().is_ok()) {
+        let own = records.iter().filter(|r| r["backend"] == *choice.family());
         // Two poses, five ratios, three refinements.
-        assert_eq!(rows, 30, "{choice}");
+        assert_eq!(own.count(), 30, "{choice}");
     }
 }
 
@@ -116,16 +90,12 @@ fn the_study_kernels_writes_rows() {
     let at = folder("kernels");
     let results = json(&at, "study kernels --quick --segments 24,8 --json -");
     let records = results["records"].as_array().expect("a list of records");
+    let numbers = "ns_per_joint ns_per_joint_median backward_error_componentwise forward_error";
     for record in records {
-        for field in [
-            "ns_per_joint",
-            "ns_per_joint_median",
-            "backward_error_componentwise",
-            "forward_error",
-        ] {
-            let sound = |x: f64| x.is_finite() && x >= 0.0;
+        for field in numbers.split(' ') {
+            let number = record[field].as_f64();
             assert!(
-                record[field].as_f64().is_some_and(sound),
+                number.is_some_and(|x| (0.0..f64::INFINITY).contains(&x)),
                 "{field}: {record}"
             );
         }
@@ -240,21 +210,12 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
         "study scenes --scene ladder --quick --backends banded,faer:lu/kkt",
     );
     assert!(table.contains("ladder, 3 cables") && !table.contains("MISSED"));
-    refused(
-        &at,
-        "study scenes --scene rung",
-        &["rung", "ring", "ladder"],
-    );
-    for other in ["--time 3", "--rows", "--set seed=2", "--scene gantry"] {
-        let words = [other.split(' ').next().unwrap_or_default(), "ring.toml"];
-        let words = if other.contains("gantry") {
-            ["gantry", "ring.toml"]
-        } else {
-            words
-        };
-        refused(&at, &format!("bench --scene ring {other}"), &words);
-    }
     let rows = r"
+        study scenes --scene rung → rung … ring … ladder
+        bench --scene ring --time 3 → --time … ring.toml
+        bench --scene ring --rows → --rows … ring.toml
+        bench --scene ring --set seed=2 → --set … ring.toml
+        bench --scene ring --scene gantry → gantry … ring.toml
         study scenes --time 3 → --time … unexpected argument
         study scenes --scene ring --segments 3 → segments … at least 8
     ";
@@ -351,29 +312,19 @@ fn what_is_no_scene_to_measure_is_refused() {
     let wall = "name = \"wall\"\n[[body]]\nname = \"mast\"\nmobility = \"static\"\n";
     fs::write(at.join("wall.toml"), wall).expect("writable");
     fs::write(at.join("drive.csv"), "time,slew\n0,0\n").expect("writable");
-    for (line, words) in [
-        ("bench --scene notes.toml", &["notes.toml", "colour"][..]),
-        ("bench --scene none.toml", &["none.toml", "cannot read"]),
-        ("bench --scene crane", &["crane", "gantry"]),
-        ("bench --scene wall.toml", &["wall", "no moving bodies"]),
-        (
-            "dump wall.toml --steps 0..3 --out s",
-            &["wall", "no moving bodies"],
-        ),
-        (
-            "bench --scene gantry --segments 4",
-            &["--segments", "--set"],
-        ),
-        ("bench --scene gantry --ratios 4", &["--ratios", "--set"]),
-        ("bench --scene gantry --set sheaves=3", &["sheaves"]),
-        (
-            "bench --scene gantry --controls drive.csv",
-            &["drive.csv", "slew"],
-        ),
-        ("bench --controls drive.csv", &["--scene"]),
-    ] {
-        refused(&at, line, words);
-    }
+    let rows = r"
+        bench --scene notes.toml → notes.toml … colour
+        bench --scene none.toml → none.toml … cannot read
+        bench --scene crane → crane … gantry
+        bench --scene wall.toml → wall … no moving bodies
+        dump wall.toml --steps 0..3 --out s → wall … no moving bodies
+        bench --scene gantry --segments 4 → --segments … --set
+        bench --scene gantry --ratios 4 → --ratios … --set
+        bench --scene gantry --set sheaves=3 → sheaves
+        bench --scene gantry --controls drive.csv → drive.csv … slew
+        bench --controls drive.csv → --scene
+    ";
+    refuses(&at, rows);
 }
 
 #[test]

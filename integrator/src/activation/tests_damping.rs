@@ -1,7 +1,8 @@
 //! Ropes with dampers that are slack at first: against the law's own motion, over floors, sheaves and winches.
 
-use super::tests::{DT, G, ball, options, scene};
+use super::tests::{DT, G, ball, hung, options, scene};
 use crate::Stepper;
+use crate::testing::{cable, centre, winch};
 use nalgebra::Vector3;
 use taut_model::collide::{Collider, Shape};
 use taut_model::{
@@ -17,12 +18,10 @@ fn rope(scene: &mut Scene, frames: Vec<Frame>, length: f64, law: RowLaw) -> usiz
 
 /// A load that reaches the length of its rope with the speed `speed` after `time` of free fall.
 fn falling(law: RowLaw, speed: f64, time: f64) -> (Scene, f64) {
-    let mut scene = scene("falling");
-    let load = ball(&mut scene, MASS, Vector3::zeros());
-    scene.bodies.velocity[0].z = G * time - speed;
     let slack = speed * time - 0.5 * G * time * time;
-    let frames = vec![Frame::world(Vector3::z()), load];
-    rope(&mut scene, frames, 1.0 + slack, law);
+    let ends = [Vector3::zeros(), Vector3::z()];
+    let mut scene = hung(MASS, ends, 1.0 + slack, law, None);
+    scene.bodies.velocity[0].z = G * time - speed;
     (scene, slack)
 }
 
@@ -56,28 +55,20 @@ fn a_drum_that_slips_on_a_damped_rope_pays_out_what_the_law_says() {
         let exact = paid_by_law(stiffness, damping, hold, height);
         // The rope softens by 0.7 % as it grows.
         for (dt, allowed) in [(DT, 0.04), (DT / 16.0, 0.01)] {
-            let mut scene = scene("slipping drum");
-            let load = ball(&mut scene, MASS, Vector3::zeros());
             let length = 40.0;
-            let top = Frame::world(Vector3::z() * (length - height));
+            let ends = [Vector3::zeros(), Vector3::z() * (length - height)];
             let law = RowLaw::new(1.0 / stiffness, damping);
-            let rope = rope(&mut scene, vec![top, load], length, law);
-            let Constraint::MasslessCable(cable) = &mut scene.constraints[rope] else {
-                panic!("a rope");
-            };
-            cable.winch = Some(Winch {
+            let winch = Winch {
                 brake: true,
                 brake_limit: hold,
                 ..Winch::new()
-            });
+            };
+            let scene = hung(MASS, ends, length, law, Some(winch));
             let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
             while stepper.time() < 1.9 {
                 stepper.step().unwrap();
             }
-            let Constraint::MasslessCable(cable) = &stepper.scene().constraints[rope] else {
-                panic!("a rope");
-            };
-            let paid = cable.length - length;
+            let paid = cable(stepper.scene(), 0).length - length;
             assert!(
                 (paid / exact - 1.0).abs() < allowed,
                 "τ {damping}, {dt}: {paid}, {exact}"
@@ -215,12 +206,7 @@ fn lift_in(mut scene: Scene, share: f64, height: f64, parts: usize, damping: f64
     scene.add_collider(Collider::new("cabin", Some(cabin), Shape::Cuboid { size }));
     let weight = ball(&mut scene, 1000.0 * share, Vector3::new(1.0, 0.0, 0.8));
     let over = [-1.0, 1.0].map(|x| Frame::world(Vector3::new(x, 0.0, 12.0)));
-    let frames = vec![
-        Frame::body(cabin, Vector3::zeros()),
-        over[0],
-        over[1],
-        weight,
-    ];
+    let frames = vec![centre(cabin), over[0], over[1], weight];
     let length = 12.0 - at.z + 2.0 + 11.2;
     rope(&mut scene, frames, length, RowLaw::new(0.0, damping));
     let mut stepper = Stepper::new(scene, options(DT, parts)).unwrap();
@@ -353,10 +339,7 @@ fn a_damped_rope_over_a_sheave_goes_on_to_slip_when_its_load_is_set_down() {
             let parts = ["hoist", "hoist-2"].map(|name| stepper.scene().constraint(name).unwrap());
             let mut slipped = [0.0; 2];
             for (stage, speed) in [0.3, 0.0, -0.3, 0.0].into_iter().enumerate() {
-                let winch = Winch {
-                    speed,
-                    ..Winch::new()
-                };
+                let winch = winch(speed);
                 stepper.set_winch(parts[0], winch).unwrap();
                 for step in 0..180 {
                     stepper.step().unwrap();
@@ -399,23 +382,13 @@ fn a_damped_rope_over_a_sheave_goes_on_to_slip_when_its_load_is_set_down() {
 #[test]
 fn a_load_on_a_rigid_rope_goes_with_a_winch_that_is_set_to_another_speed() {
     for (speed, aside) in [(-0.5, 0.01), (0.3, 0.2), (-2.0, 0.0)] {
-        let mut scene = scene("winch");
-        let load = ball(&mut scene, MASS, Vector3::new(aside, 0.0, -10.0));
-        let length = (100.0 + aside * aside).sqrt();
-        let frames = vec![Frame::world(Vector3::zeros()), load];
-        let cable = MasslessCable {
-            winch: Some(Winch::new()),
-            ..MasslessCable::new(frames, length, RowLaw::RIGID)
-        };
-        scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+        let length = 10.0_f64.hypot(aside);
+        let ends = [Vector3::new(aside, 0.0, -10.0), Vector3::zeros()];
+        let scene = hung(MASS, ends, length, RowLaw::RIGID, Some(Winch::new()));
         let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();
         let mut due = length;
         for (step, factor) in [0.0, 1.0, -1.0, 0.5].into_iter().enumerate() {
-            let winch = Winch {
-                speed: factor * speed,
-                ..Winch::new()
-            };
-            stepper.set_winch(0, winch).unwrap();
+            stepper.set_winch(0, winch(factor * speed)).unwrap();
             for _ in 0..30 {
                 stepper.step().unwrap();
                 due += factor * speed * DT;
@@ -434,22 +407,12 @@ fn a_load_on_a_rigid_rope_goes_with_a_winch_that_is_set_to_another_speed() {
 fn a_load_that_flies_on_from_a_stopped_winch_rises_by_its_energy() {
     let speed = 2.0;
     for parts in [1, 2, 4] {
-        let mut scene = scene("stopped");
-        let load = ball(&mut scene, MASS, Vector3::z() * -10.0);
-        let frames = vec![Frame::world(Vector3::zeros()), load];
-        let cable = MasslessCable {
-            winch: Some(Winch::new()),
-            ..MasslessCable::new(frames, 10.0, RowLaw::RIGID)
-        };
-        scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+        let ends = [Vector3::z() * -10.0, Vector3::zeros()];
+        let scene = hung(MASS, ends, 10.0, RowLaw::RIGID, Some(Winch::new()));
         let mut stepper = Stepper::new(scene, options(DT, parts)).unwrap();
         let (mut from, mut highest, mut divided) = (0.0, f64::NEG_INFINITY, 0);
         for haul in [-speed, 0.0] {
-            let winch = Winch {
-                speed: haul,
-                ..Winch::new()
-            };
-            stepper.set_winch(0, winch).unwrap();
+            stepper.set_winch(0, winch(haul)).unwrap();
             from = stepper.scene().bodies.position[0].z;
             for _ in 0..20 {
                 divided += stepper.step().unwrap().divided;
@@ -478,21 +441,12 @@ fn a_load_on_an_elastic_rope_swings_where_its_winch_jumps() {
         let omega = 1.0 / f64::sqrt(mass * compliance);
         let sag = 9.81 / (omega * omega);
         for jump in [0.4, 0.5, 1.0] {
-            let mut scene = scene("jump");
-            let load = ball(&mut scene, mass, Vector3::z() * (-10.0 - sag));
-            let frames = vec![Frame::world(Vector3::zeros()), load];
-            let cable = MasslessCable {
-                winch: Some(Winch::new()),
-                ..MasslessCable::new(frames, 10.0, RowLaw::new(compliance, 0.0))
-            };
-            scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+            let ends = [Vector3::z() * (-10.0 - sag), Vector3::zeros()];
+            let law = RowLaw::new(compliance, 0.0);
+            let scene = hung(mass, ends, 10.0, law, Some(Winch::new()));
             let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();
             stepper.step().unwrap();
-            let winch = Winch {
-                speed: -jump,
-                ..Winch::new()
-            };
-            stepper.set_winch(0, winch).unwrap();
+            stepper.set_winch(0, winch(-jump)).unwrap();
             let (mut lowest, mut highest) = (0.0_f64, 0.0_f64);
             for step in 1..30 {
                 stepper.step().unwrap();
@@ -525,23 +479,14 @@ fn a_load_on_an_elastic_rope_swings_where_its_winch_jumps() {
 fn a_load_flies_on_from_a_winch_at_its_end() {
     for compliance in [0.0, 1e-7] {
         for speed in [0.8, 1.5] {
-            let mut scene = scene("end");
-            let load = ball(
-                &mut scene,
-                40.0,
-                Vector3::z() * (-3.0 - 40.0 * 9.81 * compliance),
-            );
-            scene.bodies.velocity[0].z = speed;
-            let frames = vec![Frame::world(Vector3::zeros()), load];
-            let cable = MasslessCable {
-                winch: Some(Winch {
-                    speed: -speed,
-                    shortest: 2.4,
-                    ..Winch::new()
-                }),
-                ..MasslessCable::new(frames, 3.0, RowLaw::new(compliance, 0.05))
+            let at = Vector3::z() * (-3.0 - 40.0 * 9.81 * compliance);
+            let (ends, law) = ([at, Vector3::zeros()], RowLaw::new(compliance, 0.05));
+            let winch = Winch {
+                shortest: 2.4,
+                ..winch(-speed)
             };
-            scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+            let mut scene = hung(40.0, ends, 3.0, law, Some(winch));
+            scene.bodies.velocity[0].z = speed;
             let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();
             let mut highest = f64::NEG_INFINITY;
             for _ in 0..80 {

@@ -87,10 +87,7 @@ fn columns_through_the_joints_and_passes_count() {
         tolerance: 1e-15,
         ..crate::Guard::default()
     });
-    let guarded = StepOptions {
-        guard,
-        ..free.options().clone()
-    };
+    let guarded = free.options().clone().with(|o| o.guard = guard);
     free.set_options(guarded).expect("sound");
     let passes = free.step().expect("a step");
     assert!(passes.redone && free.step.effort.all > 0.0);
@@ -156,10 +153,7 @@ fn the_flag_is_looked_at_between_sub_steps_and_stays_through_changes() {
     let mut stepper = pile(9.81, 1.0);
     let stop = Arc::new(AtomicBool::new(true));
     stepper.stop_by(Arc::clone(&stop));
-    let options = StepOptions {
-        substeps: 3,
-        ..stepper.options().clone()
-    };
+    let options = stepper.options().clone().with(|o| o.substeps = 3);
     stepper.set_options(options).expect("sound options");
     stepper
         .change(|edit| {

@@ -111,7 +111,7 @@ impl Stepper {
         own.angular_velocity
             .copy_from_slice(&bodies.angular_velocity);
         self.step.time = time;
-        self.outdate_companion();
+        self.outdate_coarse_run();
         self.step.record.account.close();
         self.step.progress.stage = Stage::Unsolved;
         self.step.progress.started = true;
@@ -214,7 +214,7 @@ impl Stepper {
         bodies.torque[body] = torque;
         self.step.progress.stage.unsolve();
         if changes {
-            self.outdate_companion();
+            self.outdate_coarse_run();
             self.wake();
         }
         Ok(())
@@ -266,7 +266,7 @@ impl Stepper {
                 *phi_t -= taut_model::linearized::dot(j, &change);
             }
         }
-        self.outdate_companion();
+        self.outdate_coarse_run();
         self.step.progress.stage.unsolve();
         Ok(())
     }
@@ -429,7 +429,7 @@ impl Stepper {
     fn changed(&mut self, changes: bool) {
         self.step.progress.stage.unsolve();
         if changes {
-            self.outdate_companion();
+            self.outdate_coarse_run();
             self.wake();
         }
         self.step
@@ -467,10 +467,7 @@ mod tests {
     #[test]
     fn the_gantry_is_driven_by_its_controls() {
         let gantry = taut_model::GantryParams::default();
-        let default = StepOptions {
-            backend: options().backend,
-            ..StepOptions::default()
-        };
+        let default = StepOptions::default().with(|o| o.backend = options().backend);
         let mut stepper = Stepper::new(gantry.build().unwrap(), default).unwrap();
         let start = stepper.scene().bodies.position.clone();
         let controls = Controls {
@@ -478,9 +475,7 @@ mod tests {
             hoist_speed: 0.1,
         };
         stepper.set_controls(&controls).unwrap();
-        for _ in 0..120 {
-            stepper.step().unwrap();
-        }
+        stepper.steps(120);
         let moved = |i: usize| stepper.scene().bodies.position[i] - start[i];
         let time = stepper.time();
         assert_eq!(moved(0), Vector3::zeros());
@@ -525,10 +520,7 @@ mod tests {
         let scene = taut_model::HoistParams::default().build().unwrap();
         let mut stepper = Stepper::new(
             scene,
-            StepOptions {
-                backend: options().backend,
-                ..StepOptions::default()
-            },
+            StepOptions::default().with(|o| o.backend = options().backend),
         )
         .unwrap();
         stepper.step().unwrap();

@@ -277,6 +277,7 @@ mod tests_endless;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{centre, origin};
     use crate::{Scheme, StepOptions};
     use std::f64::consts::TAU;
     use taut_model::{
@@ -308,20 +309,12 @@ mod tests {
             let mut scene = Scene::new("rest");
             scene.gravity = Vector3::z() * -9.81;
             let load = scene.add_body("load", Body::sphere(0.2, mass));
-            let frames = vec![
-                Frame::world(Vector3::z() * 5.0),
-                Frame::body(load, Vector3::zeros()),
-            ];
+            let frames = vec![Frame::world(Vector3::z() * 5.0), centre(load)];
             let rope = MasslessCable::new(frames, 5.0, RowLaw::RIGID);
             scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
-            let options = StepOptions {
-                energy_tolerance: Some(0.01),
-                ..StepOptions::default()
-            };
+            let options = StepOptions::default().with(|o| o.energy_tolerance = Some(0.01));
             let mut stepper = Stepper::new(scene, options).unwrap();
-            for _ in 0..120 {
-                stepper.step().unwrap();
-            }
+            stepper.steps(120);
         }
     }
 
@@ -386,13 +379,10 @@ mod tests {
         let drum = scene.add_body("drum", Body::rod(1.0, radius, 200.0));
         let below = Vector3::new(radius, 0.0, -drop);
         let load = scene.add_body("load", Body::sphere(0.3, 1000.0).at(below));
-        let centre = |body| Frame::body(body, Vector3::zeros()).along(&-Vector3::y());
+        let centre = |body| centre(body).along(&-Vector3::y());
         let axle = Hinge {
             motor: Some(Motor::speed(-speed / radius)),
-            ..Hinge::new([
-                Frame::world(Vector3::zeros()).along(&-Vector3::y()),
-                centre(drum),
-            ])
+            ..Hinge::new([origin().along(&-Vector3::y()), centre(drum)])
         };
         scene.add_constraint("axle", Constraint::Hinge(axle), 0);
         let turns = 3.0;
@@ -443,10 +433,7 @@ mod tests {
         let mut scene = Scene::new("spring");
         scene.gravity = Vector3::z() * -9.81;
         let body = scene.add_body("ball", Body::sphere(0.1, 2.0).at(Vector3::z() * -1.0));
-        let frames = vec![
-            Frame::world(Vector3::zeros()),
-            Frame::body(body, Vector3::zeros()),
-        ];
+        let frames = vec![origin(), centre(body)];
         let cable = MasslessCable::new(frames, 1.0, RowLaw::new(1e-3, 0.0));
         scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
         for (gain, lost) in [(1.0, false), (1.1, true)] {

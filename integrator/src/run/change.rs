@@ -388,7 +388,7 @@ impl Stepper {
                 changed.begin_young(&moved);
             }
             self.go_on_as(changed);
-            self.outdate_companion();
+            self.outdate_coarse_run();
         }
         Ok(value)
     }

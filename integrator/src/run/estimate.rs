@@ -1,6 +1,6 @@
 //! An estimate of the error of the load's position while the scene moves, [`StepOptions::estimate`].
 //!
-//! **Time step.** A companion run starts in the same state and takes one step of kΔt for each k steps of Δt. Both errors are of
+//! **Time step.** A coarse run starts in the same state and takes one step of kΔt for each k steps of Δt. Both errors are of
 //! order p in the time step, so that from the distance d of the two loads
 //!
 //! ```text
@@ -10,10 +10,10 @@
 //! p is 2, and 1 with the linearly implicit scheme. It is also 1 for the growth of d once shapes
 //! touch, cables slip, ropes catch or the guard redoes a step, since an event inside a step is localised only to
 //! that step. An oscillation that turns by more than half a radian in kΔt is soon out of phase in
-//! the companion, and d is as large as the error. Such oscillations dominate the second difference
+//! the coarse run, and d is as large as the error. Such oscillations dominate the second difference
 //! of d. Half of it, at most d/2, is a second estimate; the larger one counts.
 //!
-//! The companion gets the mean of each control over its step. Whatever else is set starts it anew in the state of the run; what
+//! The coarse run gets the mean of each control over its step. Whatever else is set starts it anew in the state of the run; what
 //! was estimated until then is added, and steps that were not compared are counted as [`ErrorEstimate::unseen`].
 //!
 //! **Linear algebra.** A sample of every [`SAMPLED`]th step ([`crate::step::reference`]).
@@ -46,9 +46,9 @@ pub struct ErrorEstimate {
     /// Steps covered by `time`; 0 before the first comparison, where `time` says nothing.
     #[cfg_attr(feature = "serde", serde(default))]
     pub compared: usize,
-    /// Steps that `time` does not cover: a setting made the companion start anew right after them.
+    /// Steps that `time` does not cover: a setting made the coarse run start anew right after them.
     pub unseen: usize,
-    /// True if the companion run failed or could not start: `time` is the estimate of the steps
+    /// True if the coarse run failed or could not start: `time` is the estimate of the steps
     /// before.
     pub lost: bool,
 }
@@ -85,12 +85,12 @@ pub enum ErrorPart {
     Segments,
 }
 
-/// The companion run, and what it has shown.
+/// The coarse run, and what it has shown.
 #[derive(Default)]
-pub(crate) struct Companion {
+pub(crate) struct CoarseRun {
     /// `None` before it starts, and where it was lost.
     run: Option<Box<Stepper>>,
-    /// Set by a setting or a change: the companion has to start anew from the state of the run.
+    /// Set by a setting or a change: the coarse run has to start anew from the state of the run.
     pub(crate) stale: bool,
     /// Steps so far, and those since both runs were at the same time.
     steps: usize,
@@ -106,10 +106,10 @@ pub(crate) struct Companion {
     estimate: ErrorEstimate,
 }
 
-impl Companion {
-    /// A companion of the run in its present state; of one that goes on, if there was one before.
+impl CoarseRun {
+    /// A coarse run of the run in its present state; of one that goes on, if there was one before.
     fn of(run: &Stepper, every: usize, before: Option<&Self>) -> Self {
-        let companion = companion(run, every).ok().map(Box::new);
+        let coarse = coarse_run(run, every).ok().map(Box::new);
         let mut estimate = before.map_or(ErrorEstimate::default(), |c| c.estimate);
         estimate.unseen += before.map_or(0, |c| c.since);
         Self {
@@ -118,10 +118,10 @@ impl Companion {
             controls: vec![0.0; run.step.scene.controls.len()],
             steps: before.map_or(0, |c| c.steps),
             estimate: ErrorEstimate {
-                lost: companion.is_none(),
+                lost: coarse.is_none(),
                 ..estimate
             },
-            run: companion,
+            run: coarse,
             ..Self::default()
         }
     }
@@ -145,7 +145,7 @@ impl Companion {
         };
         let stepped = step_driven(&mut run, &mut self.controls, every);
         if let Err(StepError::Stopped { .. }) = stepped {
-            // The run itself has made its step: another companion starts from there.
+            // The run itself has made its step: another one starts from there.
             (self.since, self.stale) = (every, true);
             return;
         }
@@ -185,8 +185,8 @@ fn order(options: &StepOptions) -> i32 {
     if options.scheme.is_staggered() { 2 } else { 1 }
 }
 
-/// The companion of a run: a run of steps so many times as long from its present state.
-fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
+/// The coarse run of a run: a run of steps so many times as long from its present state.
+fn coarse_run(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     let options = StepOptions {
         dt: of.step.options.dt * every as f64,
         estimate: None,
@@ -227,7 +227,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     Ok(run)
 }
 
-/// A step of the companion with the means of the controls over `count` steps, whose sums are taken. A mean that differs from the
+/// A step of the coarse run with the means of the controls over `count` steps, whose sums are taken. A mean that differs from the
 /// value by rounding sets nothing: what follows a control may have been set alone.
 fn step_driven(run: &mut Stepper, sums: &mut [f64], count: usize) -> Result<StepReport, StepError> {
     for (i, sum) in sums.iter_mut().enumerate() {
@@ -263,19 +263,19 @@ fn worst_polygon(scene: &Scene) -> f64 {
 }
 
 impl Stepper {
-    /// The companion starts, where none is there or it is stale.
+    /// The coarse run starts, where none is there or it is stale.
     pub(crate) fn accompany(&mut self, every: usize) {
-        if self.companion.as_ref().is_none_or(|c| c.stale) {
-            let companion = Companion::of(self, every, self.companion.as_deref());
-            let sample = Sample::new(&self.step, companion.estimate.algebra);
+        if self.coarse.as_ref().is_none_or(|c| c.stale) {
+            let coarse = CoarseRun::of(self, every, self.coarse.as_deref());
+            let sample = Sample::new(&self.step, coarse.estimate.algebra);
             self.step.record.sample = Some(Box::new(sample));
-            self.companion = Some(Box::new(companion));
+            self.coarse = Some(Box::new(coarse));
         }
     }
 
-    /// The companion ends its steps by the flag of this run.
+    /// The coarse run ends its steps by the flag of this run.
     pub(crate) fn share_stop(&mut self) {
-        let run = self.companion.as_mut().and_then(|c| c.run.as_mut());
+        let run = self.coarse.as_mut().and_then(|c| c.run.as_mut());
         if let Some(run) = run {
             run.step.effort.follow(&self.step.effort);
         }
@@ -283,21 +283,21 @@ impl Stepper {
 
     /// The estimate after a step.
     pub(crate) fn estimate(&mut self, report: &StepReport, every: usize) -> Option<ErrorEstimate> {
-        let mut companion = self.companion.take()?;
+        let mut coarse = self.coarse.take()?;
         if let Some(sample) = &mut self.step.record.sample {
-            companion.estimate.algebra = sample.moved;
-            sample.is_due = companion.steps.is_multiple_of(SAMPLED);
+            coarse.estimate.algebra = sample.moved;
+            sample.is_due = coarse.steps.is_multiple_of(SAMPLED);
         }
-        companion.follow(self, report, every);
-        let estimate = companion.estimate;
-        self.companion = Some(companion);
+        coarse.follow(self, report, every);
+        let estimate = coarse.estimate;
+        self.coarse = Some(coarse);
         Some(estimate)
     }
 
-    /// The companion has to start anew: something was set that it does not see.
-    pub(crate) fn outdate_companion(&mut self) {
-        if let Some(companion) = &mut self.companion {
-            companion.stale = true;
+    /// The coarse run has to start anew: something was set that it does not see.
+    pub(crate) fn outdate_coarse_run(&mut self) {
+        if let Some(coarse) = &mut self.coarse {
+            coarse.stale = true;
         }
     }
 }

@@ -356,7 +356,7 @@ impl Stepper {
             return Ok(None);
         }
         self.step.tally = Tally::start();
-        self.outdate_companion();
+        self.outdate_coarse_run();
         self.step.time = end;
         let events = self.fire()?;
         self.step.tally.end(Phase::Update);

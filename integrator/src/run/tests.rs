@@ -1,7 +1,8 @@
 use super::*;
 use crate::Form;
+use crate::testing::{centre, origin};
 use nalgebra::{Matrix3, Vector3};
-use taut_model::{Body, Constraint, Frame, Motion, RowLaw, Spherical};
+use taut_model::{Body, Constraint, Motion, RowLaw, Spherical};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -20,8 +21,8 @@ fn held(x: Vector3<f64>, law: RowLaw, motion: Motion) -> Scene {
     let mut scene = Scene::new("held");
     scene.gravity = Vector3::zeros();
     let body = scene.add_body("ball", Body::sphere(0.1, 2.0).at(x));
-    let world = Frame::world(Vector3::zeros()).moving(motion);
-    let frames = [world, Frame::body(body, Vector3::zeros())];
+    let world = origin().moving(motion);
+    let frames = [world, centre(body)];
     scene.add_constraint(
         "spring",
         Constraint::Spherical(Spherical {
@@ -119,9 +120,7 @@ fn a_spin_about_a_principal_axis_turns_by_its_angle() {
     body.angular_velocity = Vector3::new(0.0, 0.0, 2.0);
     scene.add_body("top", body);
     let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
-    for _ in 0..60 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(60);
     let turned = stepper.scene().bodies.orientation[0].scaled_axis();
     assert!(
         (turned - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-13,
@@ -152,10 +151,7 @@ fn hanging(guard: Option<crate::Guard>) -> Stepper {
     };
     let options = StepOptions {
         guard,
-        ..StepOptions {
-            backend: options(Form::Schur).backend,
-            ..StepOptions::default()
-        }
+        ..StepOptions::default().with(|o| o.backend = options(Form::Schur).backend)
     };
     Stepper::new(params.hanging_equilibrium().unwrap(), options).unwrap()
 }
@@ -291,10 +287,7 @@ fn a_warm_start_is_the_default_and_saves_iterations() {
     };
     assert!(options.warm_start);
     let iterations = [true, false].map(|warm_start| {
-        let options = StepOptions {
-            warm_start,
-            ..options.clone()
-        };
+        let options = options.clone().with(|o| o.warm_start = warm_start);
         let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();
         (0..30)
             .map(|_| stepper.step().unwrap().iterations)
@@ -367,9 +360,9 @@ fn a_solver_handed_over_stays_through_changes_and_those_that_fail() {
             let mass = if pass == 1 { f64::NAN } else { 2.0 };
             let changed = stepper.change(|edit| {
                 let body = edit.add_body(format!("ball {pass}"), Body::sphere(0.1, mass));
-                let at = Frame::body(edit.body_index(body)?, Vector3::zeros());
+                let at = centre(edit.body_index(body)?);
                 let spring = Spherical {
-                    frames: [Frame::world(Vector3::zeros()), at],
+                    frames: [origin(), at],
                     stretch: RowLaw::new(1e-3, 0.0),
                 };
                 edit.add_constraint(format!("spring {pass}"), Constraint::Spherical(spring), 0);

@@ -1,3 +1,4 @@
+use crate::testing::{centre, origin};
 use crate::{Form, Scheme, StepOptions, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
@@ -18,15 +19,12 @@ fn atwood(masses: [f64; 2], friction: f64, turns: f64, wheel: Option<f64>, law: 
     let mut scene = Scene::new("atwood");
     scene.gravity = xz(0.0, -G);
     let hub = match wheel {
-        None => Frame::world(Vector3::zeros()),
+        None => origin(),
         Some(inertia) => {
             let body = Body::new(5.0, Matrix3::from_diagonal(&Vector3::repeat(inertia)));
             let wheel = scene.add_body("wheel", body);
             let axes = axes_along(&Vector3::y()).unwrap();
-            let frames = [
-                Frame::world(Vector3::zeros()),
-                Frame::body(wheel, Vector3::zeros()),
-            ];
+            let frames = [origin(), centre(wheel)];
             let frames = frames.map(|f| f.with_axes(axes));
             let axle = Hinge {
                 stretch: law,
@@ -34,12 +32,12 @@ fn atwood(masses: [f64; 2], friction: f64, turns: f64, wheel: Option<f64>, law: 
                 ..Hinge::new(frames)
             };
             scene.add_constraint("axle", Constraint::Hinge(axle), 0);
-            Frame::body(wheel, Vector3::zeros())
+            centre(wheel)
         }
     };
     let mut hang = |name: &str, mass: f64, x: f64| {
         let body = scene.add_body(name, Body::particle(mass).at(xz(x, -4.0)));
-        Frame::body(body, Vector3::zeros())
+        centre(body)
     };
     // From the light one over the wheel to the heavy one.
     let frames = vec![
@@ -62,10 +60,7 @@ fn atwood(masses: [f64; 2], friction: f64, turns: f64, wheel: Option<f64>, law: 
 }
 
 pub(super) fn options() -> StepOptions {
-    StepOptions {
-        dt: DT,
-        ..StepOptions::default()
-    }
+    StepOptions::default().with(|o| o.dt = DT)
 }
 
 /// Downwards acceleration of the last body in each step of 2 s, from its velocities.
@@ -104,13 +99,7 @@ fn a_wheel_that_sticks_turns_with_the_cable() {
     ] {
         let law = RowLaw::new(0.0, damping);
         let scene = atwood([3.0, 2.0], 100.0, 0.0, Some(0.05), law);
-        let found = accelerations(
-            scene,
-            StepOptions {
-                scheme,
-                ..options()
-            },
-        );
+        let found = accelerations(scene, options().with(|o| o.scheme = scheme));
         let exact = G / (5.0 + 0.05 / (R * R));
         assert_all(&found, exact, 1e-8, &scheme.to_string());
     }
@@ -152,10 +141,7 @@ pub(super) fn tackle(falls: usize, mass: f64, hand: f64, friction: f64, ea: f64)
     let block = scene.add_body("block", Body::cuboid(size, mass).at(xz(0.0, -drop)));
     scene.load = Some(block);
     // A rail, or it would rock.
-    let frames = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(block, Vector3::zeros()),
-    ];
+    let frames = [origin(), centre(block)];
     let rail = Slider::new(frames.map(|f| f.along(&Vector3::z())));
     scene.add_constraint("rail", Constraint::Slider(rail), 0);
     // Vertical falls 2 r apart: fast on block or beam, then over a sheave at each end in turns, and down to the hand.
@@ -186,7 +172,7 @@ pub(super) fn tackle(falls: usize, mass: f64, hand: f64, friction: f64, ea: f64)
         }));
     }
     let held = scene.add_body("hand", Body::particle(hand).at(xz(x(falls), -2.0)));
-    frames.push(Frame::body(held, Vector3::zeros()));
+    frames.push(centre(held));
     sheaves.push(None);
     let length = drop * falls as f64 + 2.0 + PI * radius * falls as f64;
     let cable = MasslessCable {
@@ -233,9 +219,7 @@ fn tackles_over_locked_sheaves_carry_what_friction_leaves() {
         for (part, holds) in [(0.95, true), (1.0 / 0.95, false)] {
             let scene = tackle(falls, 100.0, 100.0 / sum * part, 0.1, 1e7);
             let mut stepper = Stepper::new(scene, options()).unwrap();
-            for _ in 0..300 {
-                stepper.step().unwrap();
-            }
+            stepper.steps(300);
             let speed = stepper.scene().bodies.velocity[0].z.abs();
             assert_eq!(speed < 1e-4, holds, "{falls}, {part}: {speed}");
         }
@@ -264,7 +248,7 @@ pub(super) fn reeving(seed: u64) -> Scene {
     let (mut frames, mut sheaves) = (Vec::new(), Vec::new());
     let point = |scene: &mut Scene, name: &str, mass: f64, at: Vector3<f64>| {
         let body = scene.add_body(name, Body::particle(mass).at(at));
-        Frame::body(body, Vector3::zeros())
+        centre(body)
     };
     frames.push(point(
         &mut scene,
@@ -290,16 +274,13 @@ pub(super) fn reeving(seed: u64) -> Scene {
             Frame::world(xz(x, 0.0)).along(&axis)
         } else if is_top {
             let wheel = wheel(&mut scene, xz(x, 0.0));
-            let ends = [
-                Frame::world(xz(x, 0.0)),
-                Frame::body(wheel, Vector3::zeros()),
-            ];
+            let ends = [Frame::world(xz(x, 0.0)), centre(wheel)];
             let axle = Hinge::new(ends.map(|f| f.along(&axis)));
             scene.add_constraint(format!("axle-{i}"), Constraint::Hinge(axle), 0);
             ends[1].along(&axis)
         } else {
             let block = wheel(&mut scene, xz(x, -3.0));
-            Frame::body(block, Vector3::zeros()).along(&axis)
+            centre(block).along(&axis)
         });
         sheaves.push(Some(Sheave {
             friction: 0.4 * numbers.next(),
@@ -356,9 +337,7 @@ fn a_saved_run_goes_on_with_the_same_bits_and_all_forms_and_solvers_agree() {
     for seed in [3, 7, 11, 20] {
         let run = |options: StepOptions| {
             let mut stepper = Stepper::new(reeving(seed), options).unwrap();
-            for _ in 0..20 {
-                stepper.step().unwrap();
-            }
+            stepper.steps(20);
             stepper
         };
         let mut whole = run(options());
@@ -402,11 +381,11 @@ fn stick_and_slip_are_of_second_order() {
         scene.gravity = xz(0.0, -G);
         let mut hang = |name: &str, mass: f64, at: Vector3<f64>| {
             let body = scene.add_body(name, Body::particle(mass).at(at));
-            Frame::body(body, Vector3::zeros())
+            centre(body)
         };
         let frames = vec![
             hang("still", 1.0, xz(-R, -4.0)),
-            Frame::world(Vector3::zeros()).along(&Vector3::y()),
+            origin().along(&Vector3::y()),
             hang(
                 "swinging",
                 2.2,
@@ -461,9 +440,7 @@ fn a_run_that_is_taken_up_while_the_guard_holds_keeps_its_friction() {
         ..crate::Guard::default()
     });
     let mut whole = Stepper::new(reeving(7), tight).unwrap();
-    for _ in 0..9 {
-        whole.step().unwrap();
-    }
+    whole.steps(9);
     let mut restored = Stepper::restore(whole.save().unwrap()).unwrap();
     for _ in 0..9 {
         assert!(whole.step().unwrap().implicit_substeps > 0);
@@ -520,14 +497,10 @@ fn a_saved_gantry_on_sheaves_goes_on_with_the_same_bits() {
             hoist_speed: 0.2,
         };
         whole.set_controls(&driven).unwrap();
-        for _ in 0..30 {
-            whole.step().unwrap();
-        }
+        whole.steps(30);
         let mut restored = Stepper::restore(whole.save().unwrap()).unwrap();
-        for _ in 0..30 {
-            whole.step().unwrap();
-            restored.step().unwrap();
-        }
+        whole.steps(30);
+        restored.steps(30);
         assert_eq!(whole.scene(), restored.scene(), "{sheave_friction}");
         assert_eq!(whole.multipliers(), restored.multipliers());
     }

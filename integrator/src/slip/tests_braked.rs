@@ -3,6 +3,7 @@
 use super::tests::{G, R, cable_length, options, xz};
 use crate::Stepper;
 use crate::contact::tests::{add, ground, rough};
+use crate::testing::centre;
 use nalgebra::Vector3;
 use taut_model::collide::{Shape, Surface};
 use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene, Sheave, Winch};
@@ -17,7 +18,7 @@ fn braked(mass: f64, drop: f64, friction: f64, part: f64) -> Scene {
     let frames = vec![
         Frame::world(xz(-3.0, height)),
         Frame::world(xz(-R, height)).along(&Vector3::y()),
-        Frame::body(load, Vector3::zeros()),
+        centre(load),
     ];
     let sheave = Sheave {
         friction,

@@ -1,6 +1,7 @@
 //! Cables that leave sheaves and lie down on them.
 
 use super::tests::{DT, G, Numbers, options, reeving, tackle, total_energy, total_length, xz};
+use crate::testing::{centre, origin};
 use crate::{Scheme, StepOptions, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Sheave};
@@ -16,9 +17,9 @@ fn beside(hub: Vector3<f64>) -> Stepper {
         ..Sheave::new(0.2)
     };
     let frames = vec![
-        Frame::world(Vector3::zeros()),
+        origin(),
         Frame::world(hub).along(&Vector3::y()),
-        Frame::body(load, Vector3::zeros()),
+        centre(load),
     ];
     let cable = MasslessCable {
         sheaves: vec![None, Some(off), None],
@@ -33,9 +34,7 @@ fn a_cable_lies_down_on_a_sheave_from_the_groove_s_side_alone() {
     // Above the cable, which would have to pass through it; beside it.
     for hub in [xz(2.0, 1.5), Vector3::new(2.0, 0.9, -0.1)] {
         let mut stepper = beside(hub);
-        for _ in 0..60 {
-            stepper.step().unwrap();
-        }
+        stepper.steps(60);
         assert!(stepper.scene().kinetic_energy() < 1e-9, "{hub}");
     }
     // Below it, where the load then comes down.
@@ -49,9 +48,7 @@ fn a_cable_lies_down_on_a_sheave_from_the_groove_s_side_alone() {
         _ => false,
     };
     assert!(!lies(&stepper));
-    for _ in 0..120 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(120);
     assert!(lies(&stepper));
 }
 
@@ -62,7 +59,7 @@ fn bouncing(friction: f64) -> Stepper {
     let wheel = Body::new(2.0, Matrix3::from_diagonal(&Vector3::repeat(0.05)));
     let wheel = scene.add_body("wheel", wheel.at(xz(0.3, 0.5)));
     scene.bodies.velocity[wheel].x = 0.1;
-    let hub = Frame::body(wheel, Vector3::zeros());
+    let hub = centre(wheel);
     // Below the wheel the cable goes the other way round.
     let frames = vec![
         Frame::world(xz(-2.0, 0.0)),

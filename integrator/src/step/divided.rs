@@ -24,7 +24,7 @@
 //! A body that turns by θ = |ω| Δt in a step parts the gaps from their prediction by the lever arm times θ²/2, d of it. Where the
 //! turns at the beginning of the step explain its disagreement d so, and not a blow in it, the scheme holds in parts: n of them
 //! leave d/n² each. Such a step is made of the least power of two of parts that leaves an eighth of the guard's tolerance, at most
-//! [`PARTS`]. The companion of the error's estimate, whose steps are longer by a factor k, is allowed k² times the tolerance: with
+//! [`PARTS`]. The coarse run of the error's estimate, whose steps are longer by a factor k, is allowed k² times the tolerance: with
 //! as many parts as the run its error is the larger one. Where a part disagrees too, all that is left of the step is implicit.
 //! Scenes of joints and motors alone divide such steps: whips under loads of 10⁶ segments, bodies that struck a floor and elastic
 //! ropes that caught them gained energy in parts.
@@ -179,7 +179,7 @@ impl Step {
         let caught = self.uses.bounds.then(|| self.caught()).flatten();
         self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
-            // Parts of one length in run and companion would have the same error, which no estimate sees.
+            // Parts of one length in run and coarse run would have the same error, which no estimate sees.
             let parts = (SWING * omega / self.guarded.division.coarseness) as u32;
             return Some(parts.next_power_of_two().max(PARTS));
         }

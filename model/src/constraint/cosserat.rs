@@ -366,8 +366,7 @@ mod tests {
         for axis in [Vector3::y(), Vector3::z()] {
             let relative = UnitQuaternion::from_scaled_axis(axis * PI);
             let scene = poses.pair(&relative, joint);
-            let mut lin = crate::Linearized::new(&scene);
-            lin.update(&scene, 0.0);
+            let lin = crate::Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|v| v.is_finite()));
             assert!((0..lin.slots.len()).all(|s| lin.block(s).iter().all(|j| j.is_finite())));
             assert!((lin.phi[3].hypot(lin.phi[4]) - PI).abs() < 1e-12);

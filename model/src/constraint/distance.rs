@@ -161,12 +161,6 @@ mod tests {
         })
     }
 
-    fn linearized(scene: &Scene, t: f64) -> Linearized {
-        let mut lin = Linearized::new(scene);
-        lin.update(scene, t);
-        lin
-    }
-
     /// p_a − p_b of the scene's only constraint.
     fn gap_at(scene: &Scene, t: f64) -> Vector3<f64> {
         let frames = scene.constraints[0].frames();
@@ -217,7 +211,7 @@ mod tests {
         for _ in 0..20 {
             let turn = poses.rotation();
             let scene = poses.pair(&turn, |f| link(f, true));
-            let lin = linearized(&scene, 0.0);
+            let lin = Linearized::at(&scene, 0.0);
             let [n, t1, t2] =
                 [0, 6, 12].map(|at| Vector3::from_column_slice(&lin.block(0)[at..at + 3]));
             assert!((n - gap_at(&scene, 0.0).normalize()).norm() < 1e-14);
@@ -301,7 +295,7 @@ mod tests {
     #[test]
     fn a_link_of_length_zero_is_finite() {
         let mut scene = driven(Vector3::zeros());
-        let mut lin = linearized(&scene, 0.0);
+        let mut lin = Linearized::at(&scene, 0.0);
         lin.drive(&scene, 0.0, 0.0);
         assert_eq!(*lin.phi, [-LENGTH, 0.0, 0.0]);
         assert_eq!(lin.transverse[0].distance, 0.0);
@@ -326,7 +320,7 @@ mod tests {
                 scene.constraints[0].frames_mut().reverse();
             }
             let (t, t_next) = (0.3, 0.5);
-            let (mut lin, after) = (linearized(&scene, t), linearized(&scene, t_next));
+            let (mut lin, after) = (Linearized::at(&scene, t), Linearized::at(&scene, t_next));
             lin.drive(&scene, t, t_next);
             let change = after.phi[0] - lin.phi[0];
             assert!((lin.phi_t[0] * 0.2 - change).abs() < 1e-15);
@@ -347,7 +341,7 @@ mod tests {
     #[test]
     fn levers_and_transverse_rows_are_told_to_the_stepper() {
         let scene = Poses::new(5).pair(&UnitQuaternion::identity(), |f| link(f, true));
-        let lin = linearized(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         let found = lin.transverse[0];
         assert_eq!((found.length_row, found.rows()), (0, 1..3));
         assert!((found.distance - gap_at(&scene, 0.0).norm()).abs() < 1e-14);
@@ -358,7 +352,7 @@ mod tests {
             assert_eq!(*lever, frame.resolve(&scene.bodies, 0.0).lever);
         }
         let without = Poses::new(5).pair(&UnitQuaternion::identity(), |f| link(f, false));
-        let without = linearized(&without, 0.0);
+        let without = Linearized::at(&without, 0.0);
         assert!(without.transverse.is_empty());
         assert_eq!(levers(&without), levers(&lin));
     }

@@ -155,8 +155,7 @@ mod tests {
         let mut poses = Poses::new(4);
         let relative = bent(0.1, &nalgebra::Vector3::y(), 1.0);
         let scene = poses.pair(&relative, hinge(Some(holds(Target::Speed(1.5)))));
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let mut lin = Linearized::at(&scene, 0.0);
         lin.drive(&scene, 0.0, 0.1);
         assert_eq!((lin.phi[5], lin.phi_t[5]), (0.0, -1.5));
         assert!(lin.phi_t[..5].iter().all(|rate| *rate == 0.0));

@@ -181,12 +181,6 @@ mod tests {
         scene
     }
 
-    fn linearized(scene: &Scene) -> Linearized {
-        let mut lin = Linearized::new(scene);
-        lin.update(scene, 0.0);
-        lin
-    }
-
     /// Points of two links of random lengths with the angle `theta` between them, in any position.
     fn bent(poses: &mut Poses, theta: f64) -> [Vector3<f64>; 3] {
         let turn = poses.rotation();
@@ -245,7 +239,7 @@ mod tests {
         for k in 0..200 {
             let theta = 0.05 + 3.0 * (f64::from(k) / 200.0);
             let points = bent(&mut poses, theta);
-            let lin = linearized(&scene(points, None, BendDefinition::Angle));
+            let lin = Linearized::at(&scene(points, None, BendDefinition::Angle), 0.0);
             let printed = as_printed(points);
             let size = printed.iter().map(Vector3::norm).fold(0.0, f64::max);
             for (side, g) in printed.iter().enumerate() {
@@ -263,7 +257,7 @@ mod tests {
         for theta in [1e-6, 0.2, 1.0, 3.0] {
             for _ in 0..10 {
                 let points = bent(&mut poses, theta);
-                let phi = |points, d| linearized(&scene(points, None, d)).phi;
+                let phi = |points, d| Linearized::at(&scene(points, None, d), 0.0).phi;
                 let angle = phi(points, BendDefinition::Angle)[0];
                 let vector = phi(points, BendDefinition::Vector);
                 assert!((angle - theta).abs() < 1e-14);
@@ -285,7 +279,7 @@ mod tests {
         let mut poses = Poses::new(17);
         for definition in [BendDefinition::Angle, BendDefinition::Vector] {
             let points = bent(&mut poses, 0.7);
-            let lin = linearized(&scene(points, None, definition));
+            let lin = Linearized::at(&scene(points, None, definition), 0.0);
             let rows = definition.rows();
             for row in 0..rows {
                 let g = |side: usize| Vector3::from_column_slice(&lin.block(side)[6 * row..][..3]);
@@ -321,7 +315,7 @@ mod tests {
             [zero, y, y * 2.0],
         ] {
             for definition in [BendDefinition::Angle, BendDefinition::Vector] {
-                let lin = linearized(&scene(points, None, definition));
+                let lin = Linearized::at(&scene(points, None, definition), 0.0);
                 let all = lin.phi.iter().chain(&lin.jacobian);
                 assert!(all.clone().all(|v| v.is_finite()), "{points:?} {lin:?}");
             }
@@ -341,8 +335,7 @@ mod tests {
             duration: 1.0,
         };
         scene.constraints[0].frames_mut()[0] = Frame::world(Vector3::zeros()).moving(motion);
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.4);
+        let mut lin = Linearized::at(&scene, 0.4);
         lin.drive(&scene, 0.4, 0.6);
         let mut after = lin.clone();
         after.update(&scene, 0.6);

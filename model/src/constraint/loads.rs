@@ -399,8 +399,7 @@ mod tests {
                 ..HoistParams::default()
             };
             let scene = params.hanging_equilibrium().expect("builds");
-            let mut rows = crate::Linearized::new(&scene);
-            rows.update(&scene, 0.0);
+            let rows = crate::Linearized::at(&scene, 0.0);
             for (j, constraint) in scene.constraints.iter().enumerate() {
                 let lambda: Vec<_> = rows
                     .row_range(j)

@@ -205,8 +205,7 @@ mod tests {
     fn straight_joint_is_finite_and_has_no_bend_row() {
         let mut poses = Poses::new(5);
         let scene = poses.pair(&bent(0.0, &Vector3::y(), 0.3), ordinary);
-        let mut lin = crate::Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = crate::Linearized::at(&scene, 0.0);
         assert!(lin.phi.iter().all(|v| v.is_finite()));
         assert!((0..lin.slots.len()).all(|s| lin.block(s).iter().all(|j| j.is_finite())));
         // Rounding of the axes leaves |d| ≈ 1e-16: its meaningless direction is damped to a few hundredths.

@@ -154,8 +154,7 @@ mod tests {
     #[test]
     fn the_force_of_a_speed_motor_is_along_the_axis() {
         let scene = trolley(Target::Speed(0.5));
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let mut lin = Linearized::at(&scene, 0.0);
         lin.drive(&scene, 0.0, 0.1);
         // A positive multiplier moves b ahead.
         assert_eq!(lin.block(0)[30..33], [1.0, 0.0, 0.0]);

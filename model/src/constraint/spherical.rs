@@ -72,8 +72,7 @@ mod tests {
         ];
         scene.add_constraint("pivot", joint(frames), 0);
         assert!(crate::check_jacobian(&scene, 0).max < 1e-9);
-        let mut lin = crate::Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = crate::Linearized::at(&scene, 0.0);
         assert_eq!((lin.slots.len(), lin.block(0).len()), (1, 18));
         assert_eq!(lin.block(0)[..6], [-1.0, 0.0, 0.0, 0.0, -2.0, 0.3]);
     }

@@ -140,12 +140,6 @@ mod tests {
     use super::*;
     use crate::linearized::Linearized;
 
-    fn phi(scene: &Scene) -> Linearized {
-        let mut lin = Linearized::new(scene);
-        lin.update(scene, 0.0);
-        lin
-    }
-
     #[test]
     fn defaults() {
         let params = HoistParams::default();
@@ -166,7 +160,7 @@ mod tests {
                 load_offset: 0.3,
                 ..params.clone()
             };
-            let lin = phi(&params.build().expect("builds"));
+            let lin = Linearized::at(&params.build().expect("builds"), 0.0);
             assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-14));
         }
     }
@@ -201,7 +195,7 @@ mod tests {
             ..HoistParams::default()
         };
         let scene = params.hanging_equilibrium().expect("builds");
-        let lin = phi(&scene);
+        let lin = Linearized::at(&scene, 0.0);
         for j in 0..=24 {
             let row = lin.row_range(j).start + 2;
             // λ = −φ/ε acts upwards on the body below: it is the weight of what hangs there.
@@ -228,7 +222,7 @@ mod tests {
         let scene = params.hanging_equilibrium().expect("builds");
         assert_eq!(scene.bodies.mass, [700.0, 1.0, 1.0, 1000.0]);
         assert_eq!(scene.groups, [1, 0, 0, 0]);
-        let lin = phi(&scene);
+        let lin = Linearized::at(&scene, 0.0);
         for (j, mass) in [1702.0, 1002.0, 1001.0, 1000.0].into_iter().enumerate() {
             let row = lin.row_range(j).start + 2;
             let tension = lin.phi[row] / lin.compliance[row];

@@ -39,8 +39,7 @@ fn build(params: &NetworkParams) -> Scene {
 fn every_gap_is_closed_at_the_start() {
     for params in all() {
         let scene = build(&params);
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         for (c, constraint) in scene.constraints.iter().enumerate() {
             let mut row = lin.row_range(c).start;
             for (kind, count, _) in constraint.parts() {
@@ -166,28 +165,4 @@ fn faults_name_the_parameter() {
         "joint: a network has",
     );
     says(Cranes, |p| p.length = 1e-200, "when all is worked out");
-}
-
-#[cfg(feature = "toml")]
-#[test]
-fn networks_by_name_and_text() {
-    use crate::SceneSource;
-    use crate::scene_file::testing::{reads_back, round_trip};
-    for network in Network::ALL {
-        let name = network.name();
-        let overrides = [
-            ("segments", "9"),
-            ("rows", "3"),
-            ("joint", "spherical"),
-            ("held", "corners"),
-            ("ea", "1.2345678901234567e7"),
-        ];
-        let source = SceneSource::load(name, &overrides).expect("loads");
-        assert_eq!(source.build().expect("builds").name, name);
-        reads_back(&source);
-    }
-    // Every body and constraint as text of its own, too.
-    for params in all() {
-        round_trip(&build(&params));
-    }
 }

@@ -152,8 +152,7 @@ fn bends_do_not_see_half_turns() {
             let half = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, off, 0.0, -off, -1.0);
             c.frames[1].axes *= half;
         }
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         assert_agree(&lin, &scene, &format!("{off}"));
     }
 }
@@ -167,8 +166,7 @@ fn eight_lanes_find_what_four_find() {
         .flat_map(|level| [1, 3, 7, 8, 9, 24].map(|segments| (level, segments)))
     {
         let scene = cable(segments, 0.1, 5);
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * a.abs().max(1.0);
         let bodies = scene.bodies.len();
         let mut v = BodyVectors::new(bodies);
@@ -227,8 +225,7 @@ fn a_large_angle_leaves_the_other_lanes_as_they_are() {
     for q in &mut scene.bodies.orientation[6..] {
         *q = bend * *q;
     }
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.0);
+    let lin = Linearized::at(&scene, 0.0);
     assert_agree(&lin, &scene, "bent");
 }
 
@@ -236,8 +233,7 @@ fn a_large_angle_leaves_the_other_lanes_as_they_are() {
 fn packs_hold_what_the_blocks_hold() {
     for angle in [0.1, 2.0] {
         let scene = cable(6, angle, 3);
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
+        let lin = Linearized::at(&scene, 0.0);
         let mut joints = 0;
         for JointLanes {
             pack,

@@ -76,8 +76,7 @@ fn bodies_and_joints_are_as_written() {
     ));
     assert_eq!(scene.constraints[1].row(3).1, RowLaw::new(0.05, 0.0));
     // Both points coincide and the joint is straight in the pose given.
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.0);
+    let lin = Linearized::at(&scene, 0.0);
     assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-15), "{:?}", lin.phi);
     for i in 0..2 {
         assert!(crate::check_jacobian(&scene, i).max < 1e-9);
@@ -202,8 +201,7 @@ fn distances_are_as_written() {
         top.frames[0].side,
         Side::World(Motion::Smooth { duration: 2.0, .. })
     ));
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.0);
+    let lin = Linearized::at(&scene, 0.0);
     assert_eq!((lin.rows(), lin.phi[0]), (4, 0.0));
     for i in 0..2 {
         assert!(crate::check_jacobian(&scene, i).max < 1e-9);

@@ -78,7 +78,6 @@ fn solves_chains_at_every_level() {
     }
 }
 
-/// Two right-hand sides at once are solved as each of them alone, to the last bit.
 #[test]
 fn two_right_hand_sides_are_solved_as_each_alone() {
     for pattern in patterns() {

@@ -116,7 +116,6 @@ fn what_stands_still_moves_by_single_steps_only() {
     assert_eq!(drive.status().steps, 8);
 }
 
-/// Ropes together, and one by one.
 #[test]
 fn ropes_pay_out_together_or_alone() {
     let scene = GantryParams::default().build().expect("builds");

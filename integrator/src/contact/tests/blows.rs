@@ -1,6 +1,7 @@
 //! The law of impact for bodies of any mass in steps of any length.
 
 use super::{G, add, ground, rough};
+use crate::testing::centre;
 use crate::{Guard, StepOptions, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
@@ -24,10 +25,7 @@ fn ball(scene: &mut Scene, at: Vector3<f64>, mass: f64, surface: Surface) -> usi
 }
 
 fn options(rate: f64) -> StepOptions {
-    StepOptions {
-        dt: 1.0 / rate,
-        ..StepOptions::default()
-    }
+    StepOptions::default().with(|o| o.dt = 1.0 / rate)
 }
 
 #[test]
@@ -101,10 +99,7 @@ fn a_rod_made_in_the_step_of_a_bounce_throws_nothing_up() {
                 let along = Vector3::new(-lean.sin(), 0.0, lean.cos());
                 let at = stepper.scene().bodies.position[i];
                 let rod = Distance {
-                    frames: [
-                        Frame::world(at + 2.0 * along),
-                        Frame::body(i, Vector3::zeros()),
-                    ],
+                    frames: [Frame::world(at + 2.0 * along), centre(i)],
                     length: 2.0,
                     law: RowLaw::RIGID,
                     transverse: false,
@@ -142,10 +137,7 @@ fn what_presses_on_the_ground_goes_on_as_a_rod_is_made() {
         let before = stepper.scene().bodies.velocity[i].norm();
         let at = stepper.scene().bodies.position[i];
         let rod = Distance {
-            frames: [
-                Frame::world(at + Vector3::new(0.1, 0.0, 1.0)),
-                Frame::body(i, Vector3::zeros()),
-            ],
+            frames: [Frame::world(at + Vector3::new(0.1, 0.0, 1.0)), centre(i)],
             length: 1.01_f64.sqrt(),
             law: RowLaw::RIGID,
             transverse: false,
@@ -206,10 +198,7 @@ fn before_wall(mass: f64, friction: f64) -> (Scene, [Frame; 2]) {
     });
     let hangs = Vector3::new(angle.sin(), 0.0, -angle.cos()) * length;
     let i = ball(&mut scene, Vector3::x() * RADIUS + hangs, mass, surface);
-    let ends = [
-        Frame::world(Vector3::x() * RADIUS),
-        Frame::body(i, Vector3::zeros()),
-    ];
+    let ends = [Frame::world(Vector3::x() * RADIUS), centre(i)];
     (scene, ends)
 }
 
@@ -298,12 +287,10 @@ fn what_wedges_does_not_rebound() {
             surface,
         );
         let mut stepper = Stepper::new(scene, options(60.0)).expect("a sound scene");
-        for _ in 0..30 {
-            stepper.step().expect("a step");
-        }
+        stepper.steps(30);
         let top = Vector3::from(top);
         let rod = Distance {
-            frames: [Frame::world(top), Frame::body(i, Vector3::zeros())],
+            frames: [Frame::world(top), centre(i)],
             length: (top - stepper.scene().bodies.position[i]).norm(),
             law: RowLaw::RIGID,
             transverse: false,
@@ -329,10 +316,7 @@ fn implicit_steps_of_the_guard_know_restitution() {
         tolerance: 1e-9,
         ..Guard::default()
     };
-    let options = StepOptions {
-        guard: Some(all),
-        ..options(960.0)
-    };
+    let options = options(960.0).with(|o| o.guard = Some(all));
     let stepper = Stepper::new(pendulum(1e5), options).expect("a sound scene");
     let tops = heights(stepper, 6);
     assert_eq!(tops.len(), 6, "{tops:?}");

@@ -20,10 +20,7 @@ fn collided(restitution: f64, dt: f64) -> [Vector3<f64>; 2] {
     scene.bodies.angular_velocity[b] = Vector3::new(0.0, 3.0, 5.0);
     let momenta = |s: &Scene| [s.momentum(), s.angular_momentum(&Vector3::zeros())];
     let (before, energy) = (momenta(&scene), scene.kinetic_energy());
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| o.dt = dt);
     let mut stepper = Stepper::new(scene, options).unwrap();
     while stepper.time() < 1.0 {
         run(&mut stepper, 1);

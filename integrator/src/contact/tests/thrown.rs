@@ -1,6 +1,7 @@
 //! Loads that are thrown back by the ground while what holds them slips: a drum, or a rope over a sheave.
 
 use super::{G, add, ground, rough};
+use crate::testing::centre;
 use crate::{StepOptions, Stepper};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -21,7 +22,7 @@ fn ball(mass: f64, drop: f64, restitution: f64) -> (Scene, Frame) {
     let shape = Shape::Sphere { radius: RADIUS };
     let body = Body::sphere(RADIUS, mass).at(Vector3::z() * (RADIUS + drop));
     let load = add(&mut scene, body, shape, surface);
-    (scene, Frame::body(load, Vector3::zeros()))
+    (scene, centre(load))
 }
 
 /// The ball hangs from a drum that holds a part of its weight.
@@ -49,7 +50,7 @@ fn over_sheave(mass: f64, drop: f64, e: f64, part: f64, friction: f64) -> Scene 
     let low = Vector3::new(-2.0 * SHEAVE, 0.0, 1.0);
     let counter = scene.add_body("counter", Body::particle(counter).at(low));
     let frames = vec![
-        Frame::body(counter, Vector3::zeros()),
+        centre(counter),
         Frame::world(Vector3::new(-SHEAVE, 0.0, HEIGHT)).along(&Vector3::y()),
         load,
     ];
@@ -69,10 +70,7 @@ fn over_sheave(mass: f64, drop: f64, e: f64, part: f64, friction: f64) -> Scene 
 
 /// How high the ball comes after its first blow \[m], and the largest part of its energy from nowhere.
 fn thrown(scene: Scene, rate: f64, acceleration: f64, drop: f64, e: f64) -> (f64, f64) {
-    let options = StepOptions {
-        dt: 1.0 / rate,
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| o.dt = 1.0 / rate);
     let mut stepper = Stepper::new(scene, options).expect("a sound scene");
     let speed = (2.0 * acceleration * drop).sqrt();
     let fall = speed / acceleration;

@@ -1,8 +1,9 @@
 //! Energies that are infinite, no number, or hidden behind larger ones.
 
+use crate::testing::{centre, origin};
 use crate::{StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Body, Constraint, Frame, RowLaw, Scene, Spherical};
+use taut_model::{Body, Constraint, RowLaw, Scene, Spherical};
 
 /// A point of this mass (kg) on a joint of this compliance (m/N), which moves at this speed (m/s).
 fn hung(mass: f64, compliance: f64, speed: f64, energy_tolerance: Option<f64>) -> Stepper {
@@ -12,10 +13,7 @@ fn hung(mass: f64, compliance: f64, speed: f64, energy_tolerance: Option<f64>) -
     point.velocity.x = speed;
     let point = scene.add_body("point", point);
     let joint = Spherical {
-        frames: [
-            Frame::world(Vector3::zeros()),
-            Frame::body(point, Vector3::zeros()),
-        ],
+        frames: [origin(), centre(point)],
         stretch: RowLaw::new(compliance, 0.0),
     };
     scene.add_constraint("joint", Constraint::Spherical(joint), 0);
@@ -74,10 +72,7 @@ fn a_gain_does_not_hide_behind_the_blow_that_made_it() {
         let mut ball = Body::sphere(0.1, 1.0);
         ball.velocity.x = 1.0;
         scene.add_body("ball", ball);
-        let options = StepOptions {
-            energy_tolerance: Some(0.2),
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| o.energy_tolerance = Some(0.2));
         let mut stepper = Stepper::new(scene, options).unwrap();
         let kick = |stepper: &mut Stepper, factor: f64| {
             stepper.step().unwrap();
@@ -85,9 +80,7 @@ fn a_gain_does_not_hide_behind_the_blow_that_made_it() {
         };
         kick(&mut stepper, 1e3);
         kick(&mut stepper, 0.1);
-        for _ in 0..4 {
-            stepper.step().unwrap();
-        }
+        stepper.steps(4);
         if changes {
             let far = Body::particle(1.0).at(Vector3::y() * 50.0);
             let added = stepper.change(|edit| Ok(edit.add_body("far", far)));

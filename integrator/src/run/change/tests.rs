@@ -1,5 +1,6 @@
 use super::*;
 use crate::StepOptions;
+use crate::testing::{centre, origin};
 use nalgebra::Vector3;
 use taut_model::{
     CableEnd, Frame, GantryParams, JointKind, Lock, Material, Motor, RowLaw, Segments, Slider,
@@ -8,10 +9,8 @@ use taut_model::{
 const WEIGHT: f64 = 9.81;
 
 fn options() -> StepOptions {
-    StepOptions {
-        backend: taut_solver::Backend::Dense(taut_solver::DenseOptions::default()),
-        ..StepOptions::default()
-    }
+    StepOptions::default()
+        .with(|o| o.backend = taut_solver::Backend::Dense(taut_solver::DenseOptions::default()))
 }
 
 fn gantry() -> Stepper {
@@ -30,18 +29,12 @@ fn lock(frames: [Frame; 2]) -> Constraint {
     })
 }
 
-fn steps(stepper: &mut Stepper, count: usize) {
-    for _ in 0..count {
-        stepper.step().unwrap();
-    }
-}
-
 #[test]
 fn a_change_that_changes_nothing_leaves_all_bits() {
     let [mut plain, mut changed] = [gantry(), gantry()];
     for stepper in [&mut plain, &mut changed] {
         stepper.set_control(0, 0.4).unwrap();
-        steps(stepper, 20);
+        stepper.steps(20);
     }
     changed.change(|_| Ok(())).unwrap();
     changed
@@ -64,7 +57,7 @@ fn what_stays_goes_on_as_it_was() {
     for stepper in [&mut plain, &mut changed] {
         stepper.set_control(0, 0.4).unwrap();
         stepper.set_control(1, 0.1).unwrap();
-        steps(stepper, 30);
+        stepper.steps(30);
     }
     // A body of its own between those that are there, so to speak: rows and bodies move, the motion does not.
     let far = Vector3::new(50.0, 0.0, 0.0);
@@ -72,13 +65,13 @@ fn what_stays_goes_on_as_it_was() {
         .change(|edit| {
             let visitor = edit.add_body("visitor", Body::sphere(1.0, 1.0).at(far));
             let body = edit.body_index(visitor)?;
-            let frames = [Frame::world(far), Frame::body(body, Vector3::zeros())];
+            let frames = [Frame::world(far), centre(body)];
             edit.add_constraint("pin", lock(frames), 0);
             Ok(visitor)
         })
         .unwrap();
-    steps(&mut plain, 30);
-    steps(&mut changed, 30);
+    plain.steps(30);
+    changed.steps(30);
     let of = |stepper: &Stepper| stepper.scene().bodies.position.clone();
     for (a, b) in of(&plain).into_iter().zip(of(&changed)) {
         assert!((a - b).norm() < 1e-12, "{a} {b}");
@@ -95,8 +88,8 @@ fn what_stays_goes_on_as_it_was() {
     assert_eq!(changed.scene().bodies.len(), plain.scene().bodies.len());
     let gone = changed.body_index(visitor).unwrap_err();
     assert_eq!(gone, StepError::Gone { kind: "body" });
-    steps(&mut plain, 30);
-    steps(&mut changed, 30);
+    plain.steps(30);
+    changed.steps(30);
     for (a, b) in of(&plain).into_iter().zip(of(&changed)) {
         assert!((a - b).norm() < 1e-12, "{a} {b}");
     }
@@ -105,7 +98,7 @@ fn what_stays_goes_on_as_it_was() {
 #[test]
 fn what_is_removed_is_gone_for_good() {
     let mut stepper = gantry();
-    steps(&mut stepper, 3);
+    stepper.steps(3);
     let rope = stepper.constraint("rope-1").unwrap();
     let before = stepper.constraint("rope-2").unwrap();
     let again = stepper.scene().constraints[stepper.constraint_index(rope).unwrap()].clone();
@@ -122,7 +115,6 @@ fn what_is_removed_is_gone_for_good() {
     assert!(twice.to_string().starts_with(words), "{twice}");
 }
 
-/// A body added at rest moves as one that was there from the start.
 #[test]
 fn a_body_added_at_rest_falls_as_one_that_was_there() {
     let scene = || {
@@ -133,11 +125,11 @@ fn a_body_added_at_rest_falls_as_one_that_was_there() {
     };
     let mut stepper = Stepper::new(scene(), options()).unwrap();
     let mut alone = Stepper::new(scene(), options()).unwrap();
-    steps(&mut stepper, 10);
+    stepper.steps(10);
     let late = stepper.change(|edit| Ok(edit.add_body("late", Body::sphere(0.1, 1.0))));
     let late = stepper.body_index(late.unwrap()).unwrap();
-    steps(&mut stepper, 30);
-    steps(&mut alone, 30);
+    stepper.steps(30);
+    alone.steps(30);
     let [ours, theirs] =
         [(&stepper, late), (&alone, 0)].map(|(s, i)| s.scene().bodies.position[i].z);
     assert!((ours - theirs).abs() < 1e-12, "{ours} {theirs}");
@@ -205,7 +197,7 @@ fn a_control_keeps_its_handle_while_numbers_shift() {
     assert_eq!(stepper.control("new_speed").unwrap(), added);
     stepper.set_control(1, 0.5).unwrap();
     let before = stepper.scene().bodies.position[1].x;
-    steps(&mut stepper, 12);
+    stepper.steps(12);
     let moved = stepper.scene().bodies.position[1].x - before;
     assert!((moved - 0.1).abs() < 1e-9, "{moved}");
     let twice = stepper.change(|edit| {
@@ -226,10 +218,7 @@ fn frames_of_bodies_that_are_not_there_are_refused_even_beside_a_removal() {
     let visitor = stepper.change(|edit| Ok(edit.add_body("visitor", Body::sphere(1.0, 1.0))));
     let visitor = visitor.unwrap();
     let fault = stepper.change(|edit| {
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(99, Vector3::zeros()),
-        ];
+        let frames = [origin(), centre(99)];
         edit.add_constraint("x", lock(frames), 0);
         edit.remove_body(visitor)
     });
@@ -240,7 +229,7 @@ fn frames_of_bodies_that_are_not_there_are_refused_even_beside_a_removal() {
 #[test]
 fn what_does_not_go_is_refused_by_name_and_changes_nothing() {
     let mut stepper = gantry();
-    steps(&mut stepper, 3);
+    stepper.steps(3);
     let before = stepper.scene().clone();
     type Work = fn(&mut Edit) -> Result<(), StepError>;
     let cases: &[(Work, &str)] = &[
@@ -287,7 +276,7 @@ fn what_does_not_go_is_refused_by_name_and_changes_nothing() {
             outcome.unwrap();
             assert!(stepper.scene().cables.is_empty());
             stepper = gantry();
-            steps(&mut stepper, 3);
+            stepper.steps(3);
             continue;
         }
         let message = outcome.unwrap_err().to_string();
@@ -308,19 +297,13 @@ fn a_winch_rope_added_later_hangs_and_holds() {
     scene.add_body("crane", Body::fixed());
     scene.add_body("load", Body::sphere(0.3, 100.0).at(Vector3::z() * -5.0));
     scene.load = Some(1);
-    let options = StepOptions {
-        energy_tolerance: Some(0.1),
-        ..options()
-    };
+    let options = options().with(|o| o.energy_tolerance = Some(0.1));
     let mut stepper = Stepper::new(scene, options).unwrap();
-    steps(&mut stepper, 3);
+    stepper.steps(3);
     let rope = stepper
         .change(|edit| {
             let bottom = edit.scene().bodies.position[1];
-            let ends = [
-                CableEnd::Pinned(Frame::body(0, Vector3::zeros())),
-                CableEnd::Pinned(Frame::body(1, Vector3::zeros())),
-            ];
+            let ends = [CableEnd::Pinned(centre(0)), CableEnd::Pinned(centre(1))];
             let cable = Cable {
                 segments: Segments::Equal(6),
                 joint: JointKind::Spherical,
@@ -330,7 +313,7 @@ fn a_winch_rope_added_later_hangs_and_holds() {
             edit.add_cable(&cable)
         })
         .unwrap();
-    steps(&mut stepper, 600);
+    stepper.steps(600);
     let weight = WEIGHT * stepper.scene().mass();
     let top = stepper.tension(rope.joints[0]).unwrap();
     assert!((top / weight - 1.0).abs() < 0.5, "{top} {weight}");
@@ -339,7 +322,7 @@ fn a_winch_rope_added_later_hangs_and_holds() {
 #[test]
 fn a_load_changes_its_mass() {
     let mut stepper = gantry();
-    steps(&mut stepper, 5);
+    stepper.steps(5);
     let load = stepper.body("load").unwrap();
     let number = stepper.body_index(load).unwrap();
     let before = stepper.scene().bodies.clone();
@@ -357,7 +340,7 @@ fn a_load_changes_its_mass() {
     // It bounces on ropes that had carried less.
     let mut sum = 0.0;
     for _ in 0..600 {
-        steps(&mut stepper, 1);
+        stepper.steps(1);
         sum += stepper.tension_in("cable", 3).unwrap();
     }
     let mean = sum / 600.0;
@@ -378,7 +361,7 @@ fn contacts_of_the_step_are_told_after_a_change() {
     }
     scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
     let mut stepper = Stepper::new(scene, options()).unwrap();
-    steps(&mut stepper, 5);
+    stepper.steps(5);
     let on = |stepper: &Stepper, name: &str| {
         let body = stepper.scene().body(name).unwrap();
         let forces = stepper.contacts().map(|contact| contact.on(body).z);
@@ -388,7 +371,7 @@ fn contacts_of_the_step_are_told_after_a_change() {
     stepper.change(|edit| edit.remove_body(first)).unwrap();
     let force = on(&stepper, "second");
     assert!((force / (10.0 * WEIGHT) - 1.0).abs() < 1e-6, "{force} N");
-    steps(&mut stepper, 1);
+    stepper.steps(1);
     let force = on(&stepper, "second");
     assert!((force / (10.0 * WEIGHT) - 1.0).abs() < 1e-6, "{force} N");
 }

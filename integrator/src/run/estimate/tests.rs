@@ -17,10 +17,7 @@ fn jerked(segments: usize) -> Scene {
 }
 
 fn with(estimate: Option<usize>) -> StepOptions {
-    StepOptions {
-        estimate,
-        ..StepOptions::default()
-    }
+    StepOptions::default().with(|o| o.estimate = estimate)
 }
 
 /// Positions of the load, and the last step's estimate \[m].
@@ -38,10 +35,7 @@ fn run(scene: Scene, options: StepOptions, steps: usize) -> (Vec<Vector3<f64>>, 
 
 #[test]
 fn the_estimate_is_near_the_error_and_leaves_the_motion() {
-    let substeps = StepOptions {
-        substeps: 8,
-        ..with(None)
-    };
+    let substeps = with(None).with(|o| o.substeps = 8);
     let (fine, none) = run(jerked(6), substeps, 300);
     let (bare, _) = run(jerked(6), with(None), 300);
     let error = bare.iter().zip(&fine).map(|(x, y)| (x - y).norm());
@@ -77,15 +71,15 @@ fn the_order_is_that_of_the_scheme() {
     assert!((0.6..1.6).contains(&part), "{part}");
 }
 
-/// Controls drive the companion, too; what it does not see starts it anew, and keeps what was estimated.
+/// Controls drive the coarse run, too; what it does not see starts it anew, and keeps what was estimated.
 #[test]
-fn the_companion_follows_controls_and_changes() {
+fn the_coarse_run_follows_controls_and_changes() {
     let scene = GantryParams::default().build().expect("built");
     let mut stepper = Stepper::new(scene, with(Some(2))).expect("built");
     let trolley = stepper.scene().control("trolley_speed").expect("there");
     let mut last = 0.0;
     for k in 0..240 {
-        // A ramp that no step of the companion sees whole.
+        // A ramp that no step of the coarse run sees whole.
         let speed = 0.5 * f64::from(k.min(61)) / 61.0;
         stepper.set_control(trolley, speed).expect("set");
         if k == 120 {
@@ -97,7 +91,7 @@ fn the_companion_follows_controls_and_changes() {
         assert!(!error.lost && error.time >= last, "{k}: {error:?}");
         assert_eq!(
             error.unseen, 0,
-            "{k}: it was set between two steps of the companion"
+            "{k}: it was set between two steps of the coarse run"
         );
         last = error.time;
     }

@@ -1,3 +1,4 @@
+use crate::testing::{centre, origin, winch};
 use crate::{Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::{
@@ -8,10 +9,8 @@ use taut_model::{
 };
 
 fn options() -> StepOptions {
-    StepOptions {
-        backend: taut_solver::Backend::Dense(taut_solver::DenseOptions::default()),
-        ..StepOptions::default()
-    }
+    StepOptions::default()
+        .with(|o| o.backend = taut_solver::Backend::Dense(taut_solver::DenseOptions::default()))
 }
 
 /// 100 kg on two equal links side by side.
@@ -22,10 +21,7 @@ fn twins() -> Scene {
     scene.load = Some(load);
     for name in ["left", "right"] {
         let link = Distance {
-            frames: [
-                Frame::world(Vector3::zeros()),
-                Frame::body(load, Vector3::zeros()),
-            ],
+            frames: [origin(), centre(load)],
             length: 1.0,
             law: RowLaw::new(1e-5, 0.0),
             transverse: false,
@@ -64,10 +60,7 @@ fn run(stepper: &mut Stepper, steps: usize) -> Vec<(f64, String)> {
 /// about the whole weight W.
 #[test]
 fn the_rope_that_is_left_takes_one_and_a_half_weights() {
-    let options = StepOptions {
-        dt: 1.0 / 960.0,
-        ..options()
-    };
+    let options = options().with(|o| o.dt = 1.0 / 960.0);
     let mut scene = twins();
     scene.events.push(Event {
         name: "cut".into(),
@@ -120,7 +113,7 @@ fn a_hook_catches_what_comes_near_and_keeps_the_momentum() {
     runner.velocity = Vector3::x() * 1.5;
     scene.add_body("runner", runner);
     scene.add_body("block", Body::sphere(0.1, 6.0).at(Vector3::x()));
-    let between = Box::new([0, 1].map(|body| Frame::body(body, Vector3::zeros())));
+    let between = Box::new([0, 1].map(centre));
     scene.events.push(Event {
         name: "caught".into(),
         when: When::Distance {
@@ -204,10 +197,7 @@ fn events_of_what_is_not_there_are_refused_by_name() {
         vec![Action::Release(2)],
         "event `bad` names `number 2`",
     );
-    let between = Box::new([
-        Frame::world(Vector3::zeros()),
-        Frame::body(9, Vector3::zeros()),
-    ]);
+    let between = Box::new([origin(), centre(9)]);
     let name = "left".to_owned();
     let taken = Action::Attach {
         name: name.clone(),
@@ -224,7 +214,7 @@ fn events_of_what_is_not_there_are_refused_by_name() {
         ([0, 0], "joint `hook` ties body `load` to itself"),
         ([9, 9], "names the body `number 9`"),
     ] {
-        let between = Box::new(ends.map(|i| Frame::body(i, Vector3::zeros())));
+        let between = Box::new(ends.map(centre));
         let name = "hook".to_owned();
         says(now(), vec![Action::Attach { name, between }], words);
     }
@@ -235,7 +225,7 @@ fn events_of_what_is_not_there_are_refused_by_name() {
     };
     says(now(), vec![tie(&between)], "`hook`");
     // Two that would have one name.
-    let sound = Box::new([Frame::world(Vector3::x()), Frame::body(0, Vector3::zeros())]);
+    let sound = Box::new([Frame::world(Vector3::x()), centre(0)]);
     says(
         now(),
         vec![tie(&sound), tie(&sound)],
@@ -362,7 +352,7 @@ fn picked() -> Scene {
     scene.add_body("truck", Body::sphere(0.1, 9.0).at(at(2.0)));
     let tie = |a: usize, b: usize| Action::Attach {
         name: "grip".into(),
-        between: Box::new([a, b].map(|body| Frame::body(body, Vector3::zeros()))),
+        between: Box::new([a, b].map(centre)),
     };
     let release = || Action::Detach("grip".into());
     for (name, time, then) in [
@@ -480,10 +470,7 @@ fn a_rope_breaks_by_a_blow_within_a_step() {
             let mut scene = Scene::new("snap");
             scene.gravity = Vector3::z() * -9.81;
             let load = scene.add_body("load", Body::particle(100.0).at(Vector3::z() * -1.0));
-            let ends = vec![
-                Frame::world(Vector3::zeros()),
-                Frame::body(load, Vector3::zeros()),
-            ];
+            let ends = vec![origin(), centre(load)];
             let rope = MasslessCable::new(ends, 2.0, RowLaw::new(1e-7, 0.0));
             let rope = scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
             scene.events.push(Event {
@@ -494,10 +481,7 @@ fn a_rope_breaks_by_a_blow_within_a_step() {
                 },
                 then: vec![Action::Release(rope)],
             });
-            let options = StepOptions {
-                substeps,
-                ..options()
-            };
+            let options = options().with(|o| o.substeps = substeps);
             let mut stepper = Stepper::new(scene, options).expect("sound");
             let log = run(&mut stepper, 36);
             assert_eq!(
@@ -520,10 +504,7 @@ fn what_comes_near_within_a_step_is_seen_by_its_substeps() {
         let mut scene = Scene::new("flight");
         let ball = scene.add_body("ball", Body::particle(1.0).at(Vector3::x() * -0.9));
         scene.bodies.velocity[ball].x = 60.0;
-        let between = Box::new([
-            Frame::world(Vector3::x() * -0.4),
-            Frame::body(ball, Vector3::zeros()),
-        ]);
+        let between = Box::new([Frame::world(Vector3::x() * -0.4), centre(ball)]);
         let hook = Action::Attach {
             name: "hook".to_owned(),
             between: between.clone(),
@@ -536,14 +517,8 @@ fn what_comes_near_within_a_step_is_seen_by_its_substeps() {
             },
             then: vec![hook],
         });
-        let mut stepper = Stepper::new(
-            scene,
-            StepOptions {
-                substeps,
-                ..options()
-            },
-        )
-        .expect("sound");
+        let mut stepper =
+            Stepper::new(scene, options().with(|o| o.substeps = substeps)).expect("sound");
         let log = run(&mut stepper, 2);
         assert_eq!(!log.is_empty(), seen, "{substeps} sub-steps: {log:?}");
     }
@@ -555,16 +530,10 @@ fn an_event_that_sets_a_control_leaves_the_balance_of_energy() {
     let mut scene = Scene::new("lift");
     scene.gravity = Vector3::z() * -10.0;
     let load = scene.add_body("load", Body::particle(100.0).at(Vector3::z() * -5.0));
-    let frames = vec![
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let frames = vec![origin(), centre(load)];
     let rope = MasslessCable::new(frames, 5.0, RowLaw::new(1e-6, 0.1));
     let rope = MasslessCable {
-        winch: Some(Winch {
-            speed: -0.5,
-            ..Winch::new()
-        }),
+        winch: Some(winch(-0.5)),
         ..rope
     };
     let rope = scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
@@ -577,10 +546,7 @@ fn an_event_that_sets_a_control_leaves_the_balance_of_energy() {
             value: 0.0,
         }],
     });
-    let options = StepOptions {
-        energy_tolerance: Some(0.01),
-        ..options()
-    };
+    let options = options().with(|o| o.energy_tolerance = Some(0.01));
     let mut stepper = Stepper::new(scene, options).unwrap();
     run(&mut stepper, 90);
     assert!(stepper.scene().events.is_empty());

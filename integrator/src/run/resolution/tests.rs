@@ -1,10 +1,11 @@
 //! Cables that refine themselves.
 
 use super::*;
+use crate::testing::{centre, origin, winch};
 use crate::{ConstraintId, StepOptions};
 use nalgebra::Vector3;
 use taut_model::scene::resolution::Resolution;
-use taut_model::{Body, Cable, CableEnd, Damping, Frame, Material, Segments, Stiffness, Winch};
+use taut_model::{Body, Cable, CableEnd, Damping, Material, Segments, Stiffness};
 
 const RULE: Resolution = Resolution {
     bend: 0.05,
@@ -24,10 +25,7 @@ fn swing(segments: usize, mass: f64, rule: Option<Resolution>) -> Stepper {
     let load = Body::sphere(0.2, mass).at(-Vector3::z() * 10.0);
     let load = scene.add_body("load", load);
     scene.load = Some(load);
-    let frames = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let frames = [origin(), centre(load)];
     let cable = Cable {
         segments: Segments::Equal(segments),
         density: 0.1,
@@ -89,9 +87,7 @@ fn a_taut_cable_merges_and_its_load_moves_as_before() {
 #[test]
 fn a_cable_that_loses_its_load_splits() {
     let mut stepper = swing(32, 1000.0, Some(RULE));
-    for _ in 0..120 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(120);
     let taut = stepper.scene().cables[0].bodies.len();
     assert!(taut < 8, "{taut}");
     let hook = stepper.constraint("rope-end").unwrap();
@@ -117,16 +113,10 @@ fn hoist(mass: f64, rule: Option<Resolution>) -> (Stepper, ConstraintId) {
     scene.gravity.z = -9.81;
     let load = Body::sphere(0.2, mass).at(-Vector3::z() * 10.0);
     let load = scene.add_body("load", load);
-    let ends = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let ends = [origin(), centre(load)];
     let cable = Cable {
         segments: Segments::Equal(10),
-        winch: Some(Winch {
-            speed: -0.2,
-            ..Winch::new()
-        }),
+        winch: Some(winch(-0.2)),
         resolution: rule,
         ..Cable::round("rope", &Material::NYLON, 0.01, ends.map(CableEnd::Pinned))
     };
@@ -204,9 +194,7 @@ fn a_cable_that_is_cut_below_its_winch_goes_on() {
 #[test]
 fn a_saved_run_goes_on_with_the_same_bits() {
     let mut stepper = swing(32, 100.0, Some(RULE));
-    for _ in 0..7 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(7);
     let mut restored = Stepper::restore(stepper.save().unwrap()).unwrap();
     let mut changes = 0;
     for _ in 0..120 {
@@ -218,14 +206,11 @@ fn a_saved_run_goes_on_with_the_same_bits() {
     assert!(changes > 10, "{changes}");
 }
 
-/// The companion of the estimate keeps the segments of each moment.
+/// The coarse run of the estimate keeps the segments of each moment.
 #[test]
 fn the_error_is_estimated() {
     let mut stepper = swing(32, 1000.0, Some(RULE));
-    let options = StepOptions {
-        estimate: Some(2),
-        ..stepper.options().clone()
-    };
+    let options = stepper.options().clone().with(|o| o.estimate = Some(2));
     stepper = Stepper::new(stepper.into_scene(), options).unwrap();
     let mut error = None;
     for _ in 0..300 {
@@ -249,8 +234,8 @@ fn of_ends(
     scene.gravity.z = -9.81;
     let load = Body::sphere(0.2, mass).at(Vector3::new(3.0, 0.0, -1.0));
     let load = scene.add_body("load", load);
-    let anchor = Frame::world(Vector3::zeros());
-    let mut ends = [anchor, Frame::body(load, Vector3::zeros())].map(CableEnd::Pinned);
+    let anchor = origin();
+    let mut ends = [anchor, centre(load)].map(CableEnd::Pinned);
     if exchanged {
         ends.reverse();
     }

@@ -45,8 +45,8 @@ impl Stepper {
         };
         changed.ids = self.ids.clone();
         self.go_on_as(changed);
-        self.companion.take_if(|_| !is_estimated);
-        self.outdate_companion();
+        self.coarse.take_if(|_| !is_estimated);
+        self.outdate_coarse_run();
         Ok(())
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::testing::{centre, origin};
 use taut_model::collide::Collider;
 use taut_model::{
     Action, Body, ContactScene, ContactSceneParams, Distance, Event, Frame, GantryParams, Hinge,
@@ -41,10 +42,7 @@ fn held(gravity: f64, length: f64, law: RowLaw, off: Vector3<f64>) -> Scene {
     let at = Vector3::z() * -length + off;
     let load = scene.add_body("load", Body::particle(1.0).at(at));
     let link = Distance {
-        frames: [
-            Frame::world(Vector3::zeros()),
-            Frame::body(load, Vector3::zeros()),
-        ],
+        frames: [origin(), centre(load)],
         length,
         law,
         transverse: false,
@@ -56,12 +54,6 @@ fn held(gravity: f64, length: f64, law: RowLaw, off: Vector3<f64>) -> Scene {
 /// The first step asleep of at most so many.
 fn falls_asleep(stepper: &mut Stepper, most: usize) -> Option<usize> {
     (0..most).find(|_| stepper.step().unwrap().asleep)
-}
-
-fn steps_of(stepper: &mut Stepper, count: usize) {
-    for _ in 0..count {
-        stepper.step().unwrap();
-    }
 }
 
 /// A spring of this period between the mass and its anchor, without gravity.
@@ -185,7 +177,7 @@ fn told(stepper: &Stepper) -> (Scene, Vec<f64>, [f64; 3]) {
 fn at_rest(scene: &Scene) -> [Stepper; 2] {
     let [mut sleeper, mut plain] = both(scene);
     let steps = falls_asleep(&mut sleeper, 2000).expect("it sleeps");
-    steps_of(&mut plain, steps);
+    plain.steps(steps);
     assert_eq!(told(&sleeper), told(&plain));
     [sleeper, plain]
 }
@@ -247,7 +239,7 @@ fn what_changes_something_wakes_it_and_nothing_else() {
 fn a_restored_run_has_slept_as_long() {
     for steps in [30, 90] {
         let [mut stepper, _] = both(&gantry());
-        steps_of(&mut stepper, steps);
+        stepper.steps(steps);
         let saved = stepper.save().unwrap();
         let mut again = Stepper::restore(saved.clone()).unwrap();
         assert_eq!(again.save().unwrap(), saved);
@@ -404,10 +396,7 @@ fn on_a_winch(winch: Winch) -> Scene {
     scene.gravity.z = -9.81;
     let load = Body::sphere(0.2, 100.0).at(Vector3::z() * -5.0);
     let load = scene.add_body("load", load);
-    let ends = vec![
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let ends = vec![origin(), centre(load)];
     let cable = MasslessCable {
         winch: Some(winch),
         ..MasslessCable::new(ends, 5.0, RowLaw::RIGID)
@@ -429,7 +418,7 @@ fn held_out(force_limit: f64) -> Scene {
             ..Motor::speed(0.0)
         }),
         ..Hinge::new([
-            Frame::world(Vector3::zeros()).along(&axis),
+            origin().along(&axis),
             Frame::body(arm, -Vector3::x()).along(&axis),
         ])
     };
@@ -486,10 +475,7 @@ fn a_motor_that_stalls_at_its_limit_sleeps() {
         });
     }
     let stop = Distance {
-        frames: [
-            Frame::world(Vector3::new(1.0, 0.0, 1.0)),
-            Frame::body(0, Vector3::zeros()),
-        ],
+        frames: [Frame::world(Vector3::new(1.0, 0.0, 1.0)), centre(0)],
         length: 1.0,
         law: RowLaw::new(1e-4, 0.2),
         transverse: false,

@@ -1,3 +1,4 @@
+use crate::testing::{centre, origin, winch};
 use crate::{StepOptions, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use taut_model::{
@@ -10,7 +11,7 @@ fn pendulum(body: Body, point: Vector3<f64>) -> Scene {
     let mut scene = Scene::new("pendulum");
     scene.gravity = Vector3::z() * -9.81;
     let i = scene.add_body("body", body);
-    let frames = [Frame::world(Vector3::zeros()), Frame::body(i, point)];
+    let frames = [origin(), Frame::body(i, point)];
     let stretch = RowLaw::new(1e-9, 0.0);
     let joint = Constraint::Spherical(Spherical { frames, stretch });
     scene.add_constraint("pin", joint, 0);
@@ -73,7 +74,7 @@ fn what_turns_fast_is_not_braked_and_the_estimate_sees_its_error() {
     }
 }
 
-/// A load that falls into its rope, which run and companion divided into parts of one length: 4·10⁻⁹ mm told of 60 mm.
+/// A load that falls into its rope, which run and coarse run divided into parts of one length: 4·10⁻⁹ mm told of 60 mm.
 #[test]
 fn the_estimate_sees_the_error_of_a_stiff_catch() {
     for (mass, compliance) in [(3.0, 3e-7), (30.0, 3e-8), (10.0, 1e-6)] {
@@ -81,10 +82,7 @@ fn the_estimate_sees_the_error_of_a_stiff_catch() {
         scene.gravity = Vector3::z() * -9.81;
         let load = Body::particle(mass).at(-Vector3::z() * 4.2);
         let load = scene.add_body("load", load);
-        let frames = vec![
-            Frame::world(Vector3::zeros()),
-            Frame::body(load, Vector3::zeros()),
-        ];
+        let frames = vec![origin(), centre(load)];
         let rope = MasslessCable::new(frames, 5.0, RowLaw::new(compliance, 0.0));
         scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
         let (exact, _, _) = run(&scene, 64);
@@ -107,17 +105,11 @@ fn a_motor_that_holds_an_angle_refuses_more_than_half_a_turn_a_step() {
         force_limit: 5.0,
         law: RowLaw::RIGID,
     };
-    let frames = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(i, Vector3::zeros()),
-    ];
+    let frames = [origin(), centre(i)];
     let axle = Constraint::Hinge(Hinge::new(frames).driven(motor));
     scene.add_constraint("axle", axle, 0);
     let first = |substeps| {
-        let options = StepOptions {
-            substeps,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| o.substeps = substeps);
         Stepper::new(scene.clone(), options).unwrap().step()
     };
     let error = first(1).unwrap_err();
@@ -140,10 +132,7 @@ fn what_hangs_on_a_rope_that_pays_out_falls_from_rest() {
         let rope = MasslessCable {
             winch: Some(Winch::new()),
             ..MasslessCable::new(
-                vec![
-                    Frame::world(Vector3::z() * 3.0),
-                    Frame::body(load, Vector3::zeros()),
-                ],
+                vec![Frame::world(Vector3::z() * 3.0), centre(load)],
                 3.0,
                 RowLaw::new(compliance, 0.0),
             )
@@ -151,15 +140,9 @@ fn what_hangs_on_a_rope_that_pays_out_falls_from_rest() {
         let rope = scene.add_constraint("rope", rope, 0);
         scene.controls.push(Control::of("hoist", rope, 1.0));
         scene.start_in_equilibrium = true;
-        let options = StepOptions {
-            substeps,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| o.substeps = substeps);
         let dt = options.dt;
-        let winch = Winch {
-            speed: 1.0,
-            ..Winch::new()
-        };
+        let winch = winch(1.0);
         for what in ["control", "drive", "winch", "brake"] {
             let mut scene = scene.clone();
             if let Constraint::MasslessCable(cable) = &mut scene.constraints[rope] {

@@ -37,15 +37,10 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
         ea,
         ..HoistParams::default()
     };
-    let options = StepOptions {
-        scheme: Scheme::LinearlyImplicit,
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| o.scheme = Scheme::LinearlyImplicit);
     let dt = options.dt;
     let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();
-    for _ in 0..20 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(20);
     stepper.step.keep_substep_start();
     let bodies = &stepper.step.scene.bodies;
     stepper.step.system_data.load_velocities(bodies);

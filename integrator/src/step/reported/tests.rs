@@ -1,20 +1,18 @@
 //! Forces of a step against the change of momentum in it, where several solves or a blow share it.
 
 use crate::contact::tests::{add, ground, rough};
+use crate::testing::{centre, winch};
 use crate::{StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Constraint, Distance, Frame, MasslessCable, RowLaw, Scene, Winch};
+use taut_model::{Body, Constraint, Distance, Frame, MasslessCable, RowLaw, Scene};
 
 const DT: f64 = 1.0 / 60.0;
 const MASS: f64 = 50.0;
 const RADIUS: f64 = 0.25;
 
 fn options(substeps: usize) -> StepOptions {
-    StepOptions {
-        substeps,
-        ..StepOptions::default()
-    }
+    StepOptions::default().with(|o| o.substeps = substeps)
 }
 
 /// Force that all constraints and contacts tell of body 0.
@@ -55,10 +53,7 @@ fn falling(slack: f64, compliance: f64) -> Scene {
         compliance,
         damping: 0.0,
     };
-    let frames = vec![
-        Frame::world(Vector3::z() * 2.0),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let frames = vec![Frame::world(Vector3::z() * 2.0), centre(load)];
     let cable = MasslessCable::new(frames, 2.0 + slack, law);
     scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
     scene
@@ -149,12 +144,9 @@ fn a_rope_does_not_push_in_a_blow() {
             damping: 0.0,
         };
         let top = at + Vector3::z() * 3.0;
-        let frames = vec![Frame::world(top), Frame::body(load, Vector3::zeros())];
+        let frames = vec![Frame::world(top), centre(load)];
         let mut cable = MasslessCable::new(frames, 3.0 - compliance * MASS * 9.81, law);
-        cable.winch = Some(Winch {
-            speed: 1.0,
-            ..Winch::new()
-        });
+        cable.winch = Some(winch(1.0));
         let rope = scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
         let mut stepper = Stepper::new(scene, options(1)).expect("a sound scene");
         let mut fastest = 0.0_f64;
@@ -183,9 +175,7 @@ fn a_rope_does_not_push_in_a_blow() {
 #[test]
 fn a_restored_run_tells_the_same() {
     let mut stepper = Stepper::new(falling(0.3, 1e-5), options(4)).expect("a sound scene");
-    for _ in 0..17 {
-        stepper.step().expect("a step");
-    }
+    stepper.steps(17);
     let restored = Stepper::restore(stepper.save().expect("a run")).expect("a run");
     let force = stepper.row_forces(0).expect("a rope");
     assert!(

@@ -1,6 +1,7 @@
 use super::*;
+use crate::testing::{centre, origin};
 use crate::{Guard, Scheme, StepOptions, Stepper};
-use taut_model::{Body, Constraint, Distance, Frame, Mobility, Motion, RowLaw, Scene};
+use taut_model::{Body, Constraint, Distance, Mobility, Motion, RowLaw, Scene};
 
 /// Particles of `mass` on a line of links of `compliance`, which move with `velocity`, without gravity.
 fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>) -> Scene {
@@ -14,7 +15,7 @@ fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>
         if k > 0 {
             let apart = scene.bodies.position[body] - scene.bodies.position[body - 1];
             let link = Distance {
-                frames: [body - 1, body].map(|i| Frame::body(i, Vector3::zeros())),
+                frames: [body - 1, body].map(centre),
                 length: apart.norm(),
                 law: RowLaw::new(compliance, 0.0),
                 transverse: false,
@@ -44,9 +45,7 @@ fn what_flies_apart_on_a_rod_is_stopped_by_it() {
             let along = Vector3::new(1.0, 0.3, 0.0).normalize();
             let scene = chain(&mass, 0.0, |k| along * [-1.0, 1.0][k]);
             let mut stepper = Stepper::new(scene, options(scheme, dt, substeps)).unwrap();
-            for _ in 0..20 {
-                stepper.step().unwrap();
-            }
+            stepper.steps(20);
             let common = along * ((1e3 - 1.0) / 1001.0);
             for v in &stepper.scene().bodies.velocity {
                 assert!((v - common).norm() < 1e-10, "{scheme}, {dt} s: {v:?}");
@@ -181,7 +180,7 @@ fn what_moves_with_its_support_is_not_struck() {
     let part = 1e-5;
     let velocity = (motion.displacement(part) - motion.displacement(-part)) / (2.0 * part);
     let mut scene = Scene::new("support");
-    let support = Frame::world(Vector3::zeros()).moving(motion);
+    let support = origin().moving(motion);
     let body = scene.add_body(
         "ball",
         Body::particle(100.0).at(Vector3::new(1.0, 0.0, 0.0)),
@@ -189,7 +188,7 @@ fn what_moves_with_its_support_is_not_struck() {
     scene.bodies.velocity[body] = velocity;
     let at = motion.displacement(0.0);
     let link = Distance {
-        frames: [support, Frame::body(body, Vector3::zeros())],
+        frames: [support, centre(body)],
         length: (Vector3::x() - at).norm(),
         law: RowLaw::new(0.0, 0.0),
         transverse: false,

@@ -1,5 +1,6 @@
 //! Hoists of cables of segments.
 
+use crate::testing::{centre, origin, winch};
 use crate::{StepOptions, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::{
@@ -26,10 +27,7 @@ fn hoist_with(
     let mut load = Body::sphere(0.2, mass).at(-Vector3::z() * length);
     load.velocity.z = -speed;
     let load = scene.add_body("load", load);
-    let ends = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let ends = [origin(), centre(load)];
     let cable = Cable {
         segments: Segments::Equal(segments),
         density: 0.1,
@@ -39,10 +37,7 @@ fn hoist_with(
             gj: 8.0,
         },
         joint: JointKind::Cosserat,
-        winch: Some(Winch {
-            speed,
-            ..Winch::new()
-        }),
+        winch: Some(winch(speed)),
         ..Cable::round("rope", &Material::STEEL, 0.01, ends.map(end))
     };
     let parts = scene.add_cable(&cable).unwrap();
@@ -103,10 +98,7 @@ fn a_heavy_load_rises_and_sinks_as_on_a_massless_cable() {
     let mut other = Scene::new("massless");
     other.gravity.z = -9.81;
     let load = other.add_body("load", Body::particle(mass).at(-Vector3::z() * 10.0));
-    let frames = vec![
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let frames = vec![origin(), centre(load)];
     let cable = MasslessCable {
         winch: Some(Winch::new()),
         ..MasslessCable::new(frames, 10.0, RowLaw::new(10.0 / 2e7, 0.0))
@@ -156,10 +148,7 @@ fn turns_stay_in_what_is_off_the_drum() {
     }
     scene.bodies.orientation[load] = about(turns);
     let axes = scene.bodies.rotation(load).transpose() * hanging_axes();
-    let rail = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()).with_axes(axes),
-    ];
+    let rail = [origin(), centre(load).with_axes(axes)];
     scene.add_constraint("rail", Slider::new(rail), 0);
     let mut stepper = started(scene);
     for _ in 0..600 {
@@ -192,9 +181,7 @@ fn a_drum_slips_at_its_limit_and_a_brake_holds() {
     };
     let mut stepper = started(scene);
     let from = seen(&stepper).0;
-    for _ in 0..30 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(30);
     assert!((seen(&stepper).0 - from).abs() < 1e-6 && seen(&stepper).2.length == 10.0);
     let winch = Winch {
         force_limit: 0.9 * held,
@@ -222,9 +209,7 @@ fn a_drum_slips_at_its_limit_and_a_brake_holds() {
         (fallen / (0.05 * 9.81 * 0.25) - 1.0).abs() < 0.05,
         "{fallen}"
     );
-    for _ in 0..120 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(120);
     // The drum is empty, and its end holds.
     assert!((seen(&stepper).2.length - 12.0).abs() < 1e-9);
     assert_eq!(stepper.scene().cables[0].bodies.len(), 12);
@@ -234,9 +219,7 @@ fn a_drum_slips_at_its_limit_and_a_brake_holds() {
 fn a_saved_hoist_goes_on_with_the_same_bits() {
     let mut stepper = started(at_rest(6.0, 6, 500.0));
     stepper.set_control(0, 1.0).unwrap();
-    for _ in 0..77 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(77);
     let mut restored = Stepper::restore(stepper.save().unwrap()).unwrap();
     for k in 0..200 {
         if k == 100 {
@@ -261,10 +244,7 @@ fn a_saved_hoist_that_twists_goes_on_with_the_same_bits() {
         // Under its weight the rope would resist the moments.
         scene.gravity.z = 0.0;
         scene.bodies.angular_velocity[load] = Vector3::new(0.3, -0.2, 8.0);
-        let options = StepOptions {
-            substeps,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| o.substeps = substeps);
         let mut stepper = Stepper::new(scene, options).unwrap();
         stepper.set_control(0, speed).unwrap();
         for _ in 0..60 {
@@ -284,17 +264,13 @@ fn handles_follow_what_a_winch_inserts() {
         .map(|n| stepper.body(&format!("rope-{n}")).unwrap())
         .collect();
     stepper.set_control(0, 1.0).unwrap();
-    for _ in 0..120 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(120);
     for (n, id) in ids.iter().enumerate() {
         let name = &stepper.scene().body_names[stepper.body_index(*id).unwrap()];
         assert_eq!(*name, format!("rope-{}", n + 1));
     }
     stepper.set_control(0, -1.0).unwrap();
-    for _ in 0..300 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(300);
     let there: Vec<bool> = ids
         .iter()
         .map(|id| stepper.body_index(*id).is_ok())
@@ -316,9 +292,7 @@ fn a_winch_too_fast_for_its_segments_is_refused() {
     stepper.set_control(0, 0.0).unwrap();
     assert_eq!(stepper.save().unwrap(), before);
     stepper.set_control(0, -14.0).unwrap();
-    for _ in 0..60 {
-        stepper.step().unwrap();
-    }
+    stepper.steps(60);
     // It stops at half a segment.
     assert!((seen(&stepper).2.length - 0.5).abs() < 1e-12);
 }

@@ -46,8 +46,7 @@ fn violation_is_the_excess_length_and_the_rate_of_a_driven_end() {
         .map(|f| f.resolve(&scene.bodies, 0.3).point())
         .collect();
     let total: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.3);
+    let mut lin = Linearized::at(&scene, 0.3);
     assert!((lin.phi[0] - (total - 5.0)).abs() < 1e-13);
     assert_eq!(scene.constraints[0].row(0), (RowKind::Length, LAW));
     let mut after = lin.clone();
@@ -66,8 +65,7 @@ fn tension_is_the_same_in_all_spans() {
     let frames = vec![at(-1.0), Frame::body(0, Vector3::zeros()), at(1.0)];
     let cable = MasslessCable::new(frames, 2.0, RowLaw::RIGID);
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.0);
+    let lin = Linearized::at(&scene, 0.0);
     let half = 0.5_f64.sqrt();
     assert!((lin.block(0)[2] + 2.0 * half).abs() < 1e-15, "{lin:?}");
     assert!(lin.block(0)[0].abs() < 1e-15);
@@ -167,8 +165,7 @@ fn a_running_winch_is_a_rate() {
         });
         cable.frames.pop();
     }
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.0);
+    let mut lin = Linearized::at(&scene, 0.0);
     lin.drive(&scene, 0.0, 0.1);
     assert!((lin.phi_t[0] + 0.7).abs() < 1e-14, "{}", lin.phi_t[0]);
     let mut later = lin.clone();
@@ -187,8 +184,7 @@ fn spans_of_length_zero_are_finite() {
     }
     scene.constraints[0].frames_mut()[2] = Frame::body(1, Vector3::zeros());
     scene.bodies.position[1] = Vector3::zeros();
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.0);
+    let lin = Linearized::at(&scene, 0.0);
     assert_eq!(*lin.phi, [-5.0]);
     assert!(lin.jacobian.iter().all(|j| j.is_finite()));
 }

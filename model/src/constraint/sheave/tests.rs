@@ -135,8 +135,7 @@ fn a_drum_winds_up_what_it_turns_and_has_the_torque_of_its_radius() {
         assert!((length(&scene) - (begin - 0.25 * turned)).abs() < 1e-13);
         scene.constraints[0].update_winding(&scene.bodies, 0.0);
     }
-    let mut lin = Linearized::new(&scene);
-    lin.update(&scene, 0.0);
+    let lin = Linearized::at(&scene, 0.0);
     let on_drum = lin.block(0);
     // φ̇ = J v: turning with the travel pays out.
     assert!((on_drum[4] + 0.25).abs() < 1e-15, "{:?}", &on_drum[..]);

@@ -35,8 +35,7 @@ fn due(scene: &Scene, speed: f64, time: f64, touching: Option<usize>) -> [Vec<us
     if let Some(body) = touching {
         touches[body] = true;
     }
-    let mut rows = crate::Linearized::new(scene);
-    rows.update(scene, 0.0);
+    let rows = crate::Linearized::at(scene, 0.0);
     let mut lambda = vec![0.0; rows.rows()];
     let parts = &scene.cables[0];
     for &joint in &parts.joints {

@@ -63,8 +63,7 @@ fn free(frame: Frame) -> CableEnd {
 /// Momentum, angular momentum, mass, length of the rods, sum of the twists of the inner joints and of the clamped ends.
 fn sums(scene: &Scene) -> (Vector3<f64>, Vector3<f64>, [f64; 3]) {
     let about = Vector3::new(0.3, 0.2, -0.5);
-    let mut rows = Linearized::new(scene);
-    rows.update(scene, 0.0);
+    let rows = Linearized::at(scene, 0.0);
     let joints = scene.cables[0].joints.iter();
     let twisted = joints.filter(|c| rows.row_range(**c).len() == 6);
     let twist = twisted.map(|c| rows.phi[rows.row_range(*c).end - 1]).sum();
@@ -254,8 +253,7 @@ fn what_hangs_at_rest_stays_at_rest() {
             .filter(|place| at.contains(place))
             .count();
         assert_eq!(still, if splits { 6 } else { 5 });
-        let mut rows = Linearized::new(&scene);
-        rows.update(&scene, 0.0);
+        let rows = Linearized::at(&scene, 0.0);
         let mut below = 6.0;
         let parts = &scene.cables[0];
         for (n, joint) in parts.joints.iter().enumerate() {

@@ -62,12 +62,6 @@ fn wind(scene: &mut Scene) -> [usize; 2] {
     count
 }
 
-fn phi(scene: &Scene) -> Linearized {
-    let mut rows = Linearized::new(scene);
-    rows.update(scene, 0.0);
-    rows
-}
-
 /// Length of cable off the drum by its masses, and sum of the twists.
 fn measures(scene: &Scene) -> [f64; 2] {
     let parts = &scene.cables[0];
@@ -76,7 +70,7 @@ fn measures(scene: &Scene) -> [f64; 2] {
         .iter()
         .map(|body| scene.bodies.mass[*body])
         .sum();
-    let rows = phi(scene);
+    let rows = Linearized::at(scene, 0.0);
     let twisted = parts
         .joints
         .iter()
@@ -170,7 +164,7 @@ fn what_hangs_at_rest_stays_at_rest() {
             .position(|name| name == "rope-3")
             .expect("there");
         assert_eq!(scene.bodies.position[kept], before);
-        let rows = phi(&scene);
+        let rows = Linearized::at(&scene, 0.0);
         let mut below = 6.0 + by;
         for (n, joint) in scene.cables[0].joints.iter().enumerate() {
             let row = rows.row_range(*joint).start + if n == 0 { 0 } else { 2 };

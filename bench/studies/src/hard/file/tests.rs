@@ -313,7 +313,6 @@ massless_cable = [
     );
 }
 
-/// Each file that comes with the program is read, and all its names are found.
 #[test]
 fn all_files_are_sound() {
     for text in FILES {
@@ -322,7 +321,6 @@ fn all_files_are_sound() {
     }
 }
 
-/// Counts that no scene has are refused before anything is built with them.
 #[test]
 fn counts_out_of_range_are_refused() {
     let text = r#"

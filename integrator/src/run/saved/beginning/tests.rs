@@ -1,13 +1,14 @@
 //! Steps that a flag stops in their middle.
 
+use crate::testing::{centre, origin, winch};
 use crate::{Guard, Scheme, Sleep, StepError, StepOptions, StepReport, Stepper};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_model::collide::{Collider, Shape};
 use taut_model::{
-    Action, Body, Cable, CableEnd, ContactScene, ContactSceneParams, Control, Event, Frame,
-    GantryParams, MasslessCable, Material, RowLaw, Scene, Segments, When, Winch,
+    Action, Body, Cable, CableEnd, ContactScene, ContactSceneParams, Control, Event, GantryParams,
+    MasslessCable, Material, RowLaw, Scene, Segments, When,
 };
 
 const DT: f64 = 1.0 / 60.0;
@@ -26,26 +27,17 @@ fn hoist() -> Scene {
     let mut ground = Collider::new("ground", None, Shape::HalfSpace);
     ground.position.z = -5.35;
     scene.add_collider(ground);
-    let ends = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let ends = [origin(), centre(load)];
     let cable = Cable {
         segments: Segments::Equal(6),
-        winch: Some(Winch {
-            speed: 0.4,
-            ..Winch::new()
-        }),
+        winch: Some(winch(0.4)),
         ..Cable::round("rope", &Material::STEEL, 0.01, ends.map(CableEnd::Pinned))
     };
     let parts = scene.add_cable(&cable).expect("laid");
     scene
         .controls
         .push(Control::of("hoist", parts.joints[0], 1.0));
-    let between = [
-        Frame::body(load, Vector3::zeros()),
-        Frame::body(other, Vector3::zeros()),
-    ];
+    let between = [centre(load), centre(other)];
     for (name, at, then) in [
         (
             "slow",
@@ -81,10 +73,7 @@ fn caught(mass: f64) -> Scene {
     let mut load = Body::sphere(0.2, mass).at(Vector3::z() * -1.9);
     load.velocity = Vector3::new(0.2, 0.0, -1.0);
     let load = scene.add_body("load", load);
-    let frames = vec![
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let frames = vec![origin(), centre(load)];
     let rope = MasslessCable::new(frames, 2.0, RowLaw::new(1e-12, 0.05));
     scene.add_constraint("rope", rope, 0);
     scene
@@ -276,10 +265,7 @@ fn a_stop_after_other_options_goes_back_too() {
     let mut stepper = Stepper::new(hoist(), options.clone()).expect("sound");
     stepper.stop_by(Arc::default());
     stepper.step().expect("a step");
-    let options = StepOptions {
-        dt: 0.5 * options.dt,
-        ..options.clone()
-    };
+    let options = options.clone().with(|o| o.dt = 0.5 * options.dt);
     stepper.set_options(options).expect("other options");
     let (before, time) = (stepper.scene().clone(), stepper.time());
     stepper.step.effort.looks = (0, Some(3));

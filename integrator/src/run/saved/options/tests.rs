@@ -24,14 +24,8 @@ fn swinging(options: StepOptions, steps: usize) -> Stepper {
         ..HoistParams::default()
     };
     let mut stepper = Stepper::new(params.build().expect("builds"), options).expect("sound");
-    go(&mut stepper, steps);
+    stepper.steps(steps);
     stepper
-}
-
-fn go(stepper: &mut Stepper, steps: usize) {
-    for _ in 0..steps {
-        stepper.step().expect("stable");
-    }
 }
 
 fn load(stepper: &Stepper) -> Vector3<f64> {
@@ -46,8 +40,8 @@ fn the_same_options_change_nothing() {
         let mut plain = swinging(options.clone(), 20);
         let mut other = swinging(options.clone(), 20);
         other.set_options(options).expect("goes on");
-        go(&mut plain, 10);
-        go(&mut other, 10);
+        plain.steps(10);
+        other.steps(10);
         assert_eq!(plain.scene().bodies, other.scene().bodies, "{scheme}");
     }
 }
@@ -66,10 +60,10 @@ fn another_solver_goes_on_with_the_same_motion() {
         &options("dense", Scheme::default(), DT).backend
     );
     assert_eq!(other.body("load").expect("a load"), load_before);
-    go(&mut other, 40);
+    other.steps(40);
     let apart = (load(&plain) - load(&other)).norm();
     assert!(apart < 1e-9, "{apart}");
-    go(&mut plain, 1);
+    plain.steps(1);
     assert!((load(&plain) - load(&other)).norm() > 1e-5);
 }
 
@@ -90,9 +84,9 @@ fn another_scheme_starts_from_velocities_of_the_same_time() {
             stepper
                 .set_options(options("dense", scheme, DT))
                 .expect("goes on");
-            go(&mut stepper, 13);
+            stepper.steps(13);
         }
-        go(&mut stepper, 1);
+        stepper.steps(1);
         let apart = (end(&stepper) - end(&fine)).norm();
         let worse = error(first).max(error(second));
         assert!(apart <= 1.2 * worse, "{first}, {second}: {apart} {worse}");
@@ -107,11 +101,11 @@ fn other_steps_keep_free_fall() {
     scene.add_body("ball", Body::sphere(0.1, 1.0));
     let mut stepper =
         Stepper::new(scene, options("dense", Scheme::default(), 0.02)).expect("sound");
-    go(&mut stepper, 10);
+    stepper.steps(10);
     stepper
         .set_options(options("dense", Scheme::default(), 0.005))
         .expect("goes on");
-    go(&mut stepper, 40);
+    stepper.steps(40);
     let height = stepper.scene().bodies.position[0].z;
     assert!((height + 0.5 * 10.0 * 0.16).abs() < 1e-12, "{height}");
 }
@@ -136,20 +130,16 @@ fn a_blow_does_not_count_twice() {
             .expect("goes on");
         let mut highest = 0.0_f64;
         for _ in 0..30 {
-            go(&mut stepper, 1);
+            stepper.steps(1);
             highest = highest.max(stepper.scene().bodies.position[0].z);
         }
         assert!(highest < radius + 2e-3, "{scheme}: {highest}");
     }
 }
 
-/// The estimate of the error goes on from what it was.
 #[test]
 fn the_estimate_is_kept() {
-    let estimated = |scheme| StepOptions {
-        estimate: Some(2),
-        ..options("dense", scheme, DT)
-    };
+    let estimated = |scheme| options("dense", scheme, DT).with(|o| o.estimate = Some(2));
     let mut stepper = swinging(estimated(Scheme::default()), 60);
     let before = stepper.step().expect("stable").error.expect("an estimate");
     stepper
@@ -175,6 +165,6 @@ fn options_that_cannot_be_change_nothing() {
     assert!(matches!(error, Err(StepError::Solve { .. })), "{error:?}");
     stepper.advance().expect("finite");
     let mut other = Stepper::restore(before).expect("goes on");
-    go(&mut other, 1);
+    other.steps(1);
     assert_eq!(stepper.scene().bodies, other.scene().bodies);
 }
