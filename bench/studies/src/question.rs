@@ -83,7 +83,7 @@ struct AcrossEntry {
     most: Option<usize>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize)]
 #[serde(default, deny_unknown_fields, bound(deserialize = "'de: 'static"))]
 struct ColumnEntry {
     key: Text,
