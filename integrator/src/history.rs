@@ -116,8 +116,6 @@ pub(crate) struct History {
     /// True if the rates are those of the step before; else the past is taken to be like the
     /// present.
     pub(crate) known: bool,
-    /// [`known`](Self::known) before the step that was done last.
-    was_known: bool,
     /// r_{n−1} = J v + ∂φ/∂t, one a row.
     pub(crate) rate: Aligned,
     /// r_n of the step under way, one a row.
@@ -132,7 +130,6 @@ impl History {
     pub(crate) fn new(rows: usize, bodies: usize) -> Self {
         Self {
             known: false,
-            was_known: false,
             rate: Aligned::new(rows),
             rate_now: Aligned::new(rows),
             phi_t: Aligned::new(rows),
@@ -152,13 +149,7 @@ impl History {
         std::mem::swap(&mut self.rate, &mut self.rate_now);
         self.v.copy_from(v);
         self.phi_t.copy_from_slice(phi_t);
-        (self.was_known, self.known) = (self.known, true);
-    }
-
-    /// The rates before the step that was done last, which is taken back. Its v and ∂φ/∂t stay those of the present.
-    pub(crate) fn take_back(&mut self) {
-        std::mem::swap(&mut self.rate, &mut self.rate_now);
-        self.known = self.was_known;
+        self.known = true;
     }
 
     /// The past no longer belongs to the present; `phi_t` is that of the last step.

@@ -361,8 +361,7 @@ impl Step {
         {
             self.history.phi_t[bound.row] = *phi_t;
         }
-        // The half kick is that of the scheme with its past: without one a row of r = −v² Δt/2L would ask for more than its turn.
-        self.history.take_back();
+        self.history.known = false;
         self.tally.divided += 1;
         let end = self.time + self.substep();
         if self.guarded.division.from_start {
@@ -370,7 +369,6 @@ impl Step {
         } else if self.options.scheme.is_staggered() {
             self.bring_forward(true)?;
         }
-        self.history.known = false;
         self.guarded.division.parts = parts;
         let done = self.take_parts(guard, parts, turns);
         (
