@@ -70,8 +70,8 @@ pub(crate) const UNKNOWN: u8 = u8::MAX;
 const HALF: f64 = 3.0;
 
 /// Least Ω, with its damper's part, of a row that divides its step where it is caught. Undivided, lifts by a pulley are 3 % short
-/// from here on, 16 % from Ω = 0.5 on, half from Ω = 2 on. A swing faster than ten times gravity's speed in a step goes slack again
-/// where Ω > 0.1, and so do the divisions end.
+/// from here on, 16 % from Ω = 0.5 on, half from Ω = 2 on. A swing faster than g Δt/Ω goes slack again, and so do its divisions end; an
+/// undamped one between g Δt and that stays taut and divided.
 pub(crate) const SOFT: f64 = 0.1;
 
 /// Least Ω of a row whose step a jump of its drive divides. Undivided, the dip of a load whose winch is set to another speed is 1 to
@@ -335,7 +335,7 @@ impl Activation {
             let drive = (driven[1][r] - driven[0][k]).abs();
             let lands = !was_open && landing(k) > least;
             let is_hit = rate > least || lands;
-            // A rope that begins just at its length is caught as it is stretched.
+            // A rope that begins just at its length is caught as it is stretched, and so is one whose drum slipped.
             let is_caught = (was_slack || was_open) && !is_slack;
             let swings = is_caught || lands || goes_on;
             let bar = match drive > JUMP * least {

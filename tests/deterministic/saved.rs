@@ -346,7 +346,10 @@ fn a_drum_that_runs_empty_goes_on_with_the_same_bits() {
 #[test]
 fn a_run_saved_asleep_tells_its_contacts() {
     let text = "load = 'b'\n[[body]]\nname = 'b'\nmass = 100\nshape = { box = { size = [1, 1, 1] } }\nposition = [0, 0, 0.5]\n\
-                collide = { friction = 0.4 }\n[[ground]]\nname = 'g'\nfriction = 0.4\n";
+                collide = { friction = 0.4 }\n[[ground]]\nname = 'g'\nfriction = 0.4\n\
+                [[body]]\nname = 'hangs'\nmass = 10\nshape = { sphere = { radius = 0.2 } }\nposition = [3, 0, 3]\ncollide = {}\n\
+                [[massless_cable]]\nname = 'rope'\nthrough = [{ body = 'world', point = [3, 0, 5] }, { body = 'hangs' }]\n\
+                tension = 98.1\nstretch = 1e-6\n";
     let scene = SceneSource::parse(text, &[]).and_then(|source| source.build());
     let options = StepOptions {
         sleep: Some(Sleep::default()),
@@ -362,6 +365,7 @@ fn a_run_saved_asleep_tells_its_contacts() {
     for _ in 0..3 {
         assert!(again.step().expect("a stable run").asleep);
         assert!((load(&again) / before - 1.0).abs() < 1e-9 && (before - 981.0).abs() < 1e-3);
+        assert_eq!(again.contacts().count(), stepper.contacts().count());
     }
 }
 

@@ -257,7 +257,7 @@ fn drift_is_taken_back_over_the_whole_step() {
 /// A load on a winch that hauls in from the start: one that moves with its rope feels the weight and no start; one that
 /// rests swings about the speed, as far as an undamped rope throws it.
 #[test]
-fn a_winch_that_runs_from_the_start_does_not_kick() {
+fn a_winch_that_runs_from_the_start_kicks_only_what_rests() {
     let (mass, speed) = (33.0, -0.45);
     let at = Vector3::new(1.8173, 0.0, -4.9787);
     for dt in [DT, DT / 4.0] {

@@ -179,7 +179,7 @@ impl Stepper {
 
     /// The energy that a balance begins with, after the first sub-step of it, which began with `opening` and is accounted with
     /// `energy`. That is of the mean of the velocities before and after the sub-step, in which a blow is half over: one that
-    /// begins with a blow begins with the motion before.
+    /// begins with a blow, or with a step that is divided, begins with the motion before.
     fn start_of(&mut self, opening: Energy, energy: Energy) -> Energy {
         let contacts = self.stored_in_contacts();
         let implicit = matches!(

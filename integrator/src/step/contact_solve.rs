@@ -25,10 +25,13 @@ impl Step {
         Ok(())
     }
 
-    /// Tells the contacts that the last solve is known to have had, found again at the present state: no step of a run that is asleep
-    /// finds them.
+    /// Tells the contacts of the last solve with its impulses, found again at the present state: no step of a run that is asleep finds
+    /// them.
     pub(crate) fn tell_known_contacts(&mut self) -> Result<(), StepError> {
-        let (_, dt) = self.contacts.known();
+        let (known, dt) = self.contacts.known();
+        if known.is_empty() {
+            return Ok(());
+        }
         self.contacts.find(&self.scene, dt, false)?;
         let told = self.contacts.told(&self.system_data);
         let told = told.map(|(_, contact)| contact).collect();

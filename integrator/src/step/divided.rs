@@ -4,7 +4,7 @@
 //! Where a load lands and its rope catches it again, bodies keep velocities for a part of the step
 //! that they had lost, and the error is of first order. Such a step is taken back and made of
 //! [`PARTS`] or more steps of the same scheme. The condition is a row, stiff in its eyes, that is caught,
-//! thrown open or driven at another speed by more than [`LEAST`] times the speed that gravity gives
+//! thrown open or driven at another speed by more than the speed that gravity gives
 //! in a step. Cables that slip over sheaves with friction are caught in whole steps: their parts share one length.
 //!
 //! A row that slips brakes up to the blow in which its load is thrown back, and is slack after it. A whole step has one force of a
@@ -50,7 +50,7 @@ use crate::system_data::SystemData;
 use crate::{Guard, StepError};
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
-use taut_model::{Constraint, RowBounds, Slot};
+use taut_model::{Constraint, Frame, RowBounds, Slot};
 
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
@@ -62,7 +62,7 @@ const SWING: f64 = 1.5;
 /// Largest Ω that a division resolves well.
 const RESOLVED: f64 = 4.0;
 
-/// Least rate that divides a step, over the largest one without restitution: |g| Δt.
+/// Least rate that divides a step, |g| Δt, over the largest one without restitution.
 pub(super) const LEAST: f64 = 10.0;
 
 /// Part of a disagreement that the turns at the beginning of a step have to make.
@@ -107,6 +107,17 @@ pub(crate) struct Division {
     pub(crate) coarseness: f64,
     /// Sum of the parts' multipliers, one a row.
     sum: Aligned,
+}
+
+/// Rows that the half kick up to the present drives as the step before did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Drives {
+    /// All with bounds, as at the beginning of the step that is divided.
+    OfBounds,
+    /// Those of winches and motors.
+    OfSettings,
+    /// None.
+    Present,
 }
 
 impl Division {
@@ -367,7 +378,7 @@ impl Step {
         if self.guarded.division.from_start {
             self.guarded.substep_start.restore(&mut self.scene.bodies);
         } else if self.options.scheme.is_staggered() {
-            self.bring_forward(true)?;
+            self.bring_forward(Drives::OfBounds)?;
         }
         self.guarded.division.parts = parts;
         let done = self.take_parts(guard, parts, turns);
@@ -379,7 +390,7 @@ impl Step {
         if done.is_ok() {
             // To the last bit, as a restored run begins.
             self.time = end;
-            self.cut_at_winches();
+            self.cut_at_winches(false);
             self.system_data.rows.update_state(&self.scene, end);
             self.activation.make_young(&self.system_data.rows);
         }
@@ -417,7 +428,7 @@ impl Step {
         }
         self.record.reported.add(&self.guarded.division.sum, 1.0);
         if self.is_late() {
-            self.bring_forward(false)?;
+            self.bring_forward(Drives::Present)?;
         }
         if !self.active_set.is_empty() {
             self.multipliers
@@ -479,7 +490,7 @@ impl Step {
             return Ok(());
         }
         self.keep_substep_start();
-        self.bring_forward(false)?;
+        self.bring_forward(Drives::OfSettings)?;
         let (mu, tension) = (&mut self.multipliers.mu, &mut self.multipliers.tension);
         self.multipliers.mu_dt = self.guarded.substep_start.restore_multipliers(mu, tension);
         self.begin_anew();
@@ -532,12 +543,10 @@ impl Step {
         levers.fold(0.0, f64::max)
     }
 
-    /// Brings velocities that lag half a step behind up to the present state. No row opens or
-    /// closes and no shapes arrive meanwhile. If `past`, drives go on as in the step before,
-    /// without a jump.
-    fn bring_forward(&mut self, past: bool) -> Result<(), StepError> {
+    /// Brings velocities that lag half a step behind up to the present state. No row opens or closes and no shapes arrive meanwhile.
+    fn bring_forward(&mut self, before: Drives) -> Result<(), StepError> {
         (self.active_set.frozen, self.contacts.begins) = (true, true);
-        let solved = self.solve_frozen(past);
+        let solved = self.solve_frozen(before);
         (self.active_set.frozen, self.contacts.begins) = (false, false);
         solved?;
         self.account_up_to_now();
@@ -548,16 +557,16 @@ impl Step {
         Ok(())
     }
 
-    fn solve_frozen(&mut self, past: bool) -> Result<(), StepError> {
+    fn solve_frozen(&mut self, before: Drives) -> Result<(), StepError> {
         self.linearize(self.options.stiffness)?;
         let dt = self.substep();
-        let system_data = &mut self.system_data;
-        let rate = &self.history.rate_now;
-        let ahead = if past { 0.0 } else { dt };
+        let ahead = if before == Drives::OfBounds { 0.0 } else { dt };
+        let (rate, system_data) = (&self.history.rate_now, &mut self.system_data);
         Activation::close_by_gaps(&mut self.active_set, system_data, rate, dt, ahead);
-        match past {
-            true => self.drive_bounds_as_before(),
-            false => self.drive_all_as_before(),
+        match before {
+            Drives::OfBounds => self.drive_bounds_as_before(),
+            Drives::OfSettings => self.drive_settings_as_before(),
+            Drives::Present => {}
         }
         self.solve_linearized(dt)
     }
@@ -572,16 +581,24 @@ impl Step {
         }
     }
 
-    /// Winches and motors that were set at this time have not moved yet.
-    fn drive_all_as_before(&mut self) {
+    /// The speeds of winches and motors that were set at this time have not acted yet. Rows whose supports move keep the drive of
+    /// the present: the part of the winch in it is not known.
+    fn drive_settings_as_before(&mut self) {
+        let end = self.time + self.substep();
         for c in 0..self.scene.constraints.len() {
-            let constraint = &self.scene.constraints[c];
-            if constraint.winch().is_none() && constraint.motor().is_none() {
+            let (constraint, bodies) = (&self.scene.constraints[c], &self.scene.bodies);
+            let moves = |f: &Frame| {
+                let at = |time| f.resolve(bodies, time).point();
+                f.body_index().is_none() && at(self.time) != at(end)
+            };
+            let is_set = constraint.winch().is_some() || constraint.motor().is_some();
+            if !is_set || constraint.frames().iter().any(moves) {
                 continue;
             }
             for row in self.system_data.rows.row_range(c) {
-                let mut bounds = self.system_data.rows.bounds.iter().enumerate();
-                if !bounds.any(|(k, bound)| bound.row == row && self.slip.holds(k)) {
+                let bounds = &self.system_data.rows.bounds;
+                let bound = bounds.binary_search_by_key(&row, |bound| bound.row);
+                if !bound.is_ok_and(|k| self.slip.holds(k)) {
                     self.drive_as_before(row, self.history.phi_t[row]);
                 }
             }

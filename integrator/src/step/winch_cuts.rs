@@ -60,7 +60,7 @@ impl Step {
     /// Winches have wound in and out until now; true if one stalls or comes free.
     pub(super) fn follow_winches(&mut self) -> bool {
         // A drum that stalls has fed its cable until now.
-        self.cut_at_winches();
+        self.cut_at_winches(true);
         let mut stalled = false;
         for n in 0..self.winches.all.len() {
             stalled |= self.stall(self.winches.all[n]);
@@ -89,12 +89,12 @@ impl Step {
         Ok(())
     }
 
-    /// First segments are as long as the present state has them.
-    pub(super) fn cut_at_winches(&mut self) {
+    /// First segments are as long as the present state has them, with what slipping drums have paid out if `pays`.
+    pub(super) fn cut_at_winches(&mut self, pays: bool) {
         let mut cut = false;
         for n in 0..self.winches.fairleads.len() {
             let i = self.winches.fairleads[n];
-            let paid = self.paid_out(i);
+            let paid = if pays { self.paid_out(i) } else { 0.0 };
             if self.scene.cut_at_winch(i, self.time, paid)
                 && let Some(body) = self.scene.constraints[i].frames()[1].body_index()
             {
