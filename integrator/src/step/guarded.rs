@@ -174,9 +174,10 @@ impl Step {
             done += dt;
             self.time = end;
             self.measure_events();
-            self.system_data
-                .rows
-                .follow_windings(&mut self.scene, self.time);
+            let rows = &mut self.system_data.rows;
+            if rows.follow_windings(&mut self.scene, self.time) {
+                rows.update_state(&self.scene, self.time);
+            }
             self.history.forget(&self.system_data.rows.phi_t);
             if converged {
                 self.rebound()?;
