@@ -12,6 +12,7 @@
 //! TAUT_PRODUCTS=1 TAUT_PRODUCTS_SEED=4711 cargo test -p taut-tests --test all products
 //! ```
 
+mod contacts;
 pub mod invariants;
 mod paired;
 mod ropes;

@@ -107,7 +107,7 @@ pub(crate) struct CoarseRun {
 }
 
 impl CoarseRun {
-    /// A coarse run of the run in its present state; of one that goes on, if there was one before.
+    /// A coarse run from the present state of `run`; it goes on with what the one `before` has shown.
     fn of(run: &Stepper, every: usize, before: Option<&Self>) -> Self {
         let coarse = coarse_run(run, every).ok().map(Box::new);
         let mut estimate = before.map_or(ErrorEstimate::default(), |c| c.estimate);
@@ -185,7 +185,7 @@ fn order(options: &StepOptions) -> i32 {
     if options.scheme.is_staggered() { 2 } else { 1 }
 }
 
-/// The coarse run of a run: a run of steps so many times as long from its present state.
+/// The coarse run from the present state of another: its steps are `every` times as long.
 fn coarse_run(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     let options = StepOptions {
         dt: of.step.options.dt * every as f64,

@@ -459,7 +459,7 @@ fn of_body(error: SceneError) -> Fault {
     fault.or_at("inertia_matrix").or_at("shape")
 }
 
-/// A fault of a constraint at the keys that it may stand at.
+/// The fault of a constraint, at the keys that may have caused it.
 fn of_constraint(error: SceneError) -> Fault {
     let keys: &[&str] = match &error {
         SceneError::Axes { side, .. } if side == "a" => &["axes_a", "through"],

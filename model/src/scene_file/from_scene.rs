@@ -248,7 +248,7 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
         return None;
     }
-    /// The first name of the own things that are not those built.
+    /// Name of the first own entry that differs from the one built.
     fn first<'a, T: PartialEq>(
         [built, own]: [&[T]; 2],
         mut names: impl Iterator<Item = &'a String>,

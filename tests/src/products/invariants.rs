@@ -6,7 +6,7 @@
 //! Ten thousand times rounding is allowed.
 
 use super::run::{Case, Moment, Part, Run};
-use super::{Choices, End, Form, G, Other, RATE, paired, ropes};
+use super::{Choices, End, Form, G, RATE, contacts, paired, ropes};
 use nalgebra::Vector3;
 use taut_integrator::{ContactForce, StepError};
 use taut_model::SceneError;
@@ -59,10 +59,13 @@ pub(crate) const ALL: [Invariant; 22] = [
         "friction of sheaves takes energy away",
         ropes::work_of_sheaves,
     ),
-    ("friction of contacts is within its cone", cone_of_contacts),
-    ("friction of contacts takes energy away", work_of_contacts),
+    ("friction of contacts is within its cone", contacts::cone),
+    ("friction of contacts takes energy away", contacts::work),
     ("impulses are what changes the momentum", momentum),
-    ("what rides on a turntable stays where it is", ride),
+    (
+        "what rides on a turntable stays where it is",
+        contacts::ride,
+    ),
     ("a pushed cable does not read as pulled", pushed),
     (
         "a run that is saved midway goes on with the same bits",
@@ -173,7 +176,7 @@ pub(super) fn first(case: &Case, of: impl Fn(usize, &Moment) -> Option<String>) 
 }
 
 /// The first step of a run for which `of` gives numbers.
-fn first_of(run: &Run, of: impl Fn(usize, &Moment) -> Option<String>) -> Fault {
+pub(super) fn first_of(run: &Run, of: impl Fn(usize, &Moment) -> Option<String>) -> Fault {
     let steps = run.steps.iter().enumerate();
     steps.filter_map(|(n, m)| Some((n, of(n, m)?))).next()
 }
@@ -539,61 +542,6 @@ fn rebound(case: &Case) -> Fault {
     })
 }
 
-fn cone_of_contacts(case: &Case) -> Fault {
-    let (noise, friction) = (1e-6 * case.choices.weight(), case.choices.friction);
-    first_of(case.fine()?, |_, m| {
-        if m.report.undecided > 0 || m.report.contacts.softened > 0 || !m.is_one_solve() {
-            return None;
-        }
-        m.contacts.iter().find_map(|c| {
-            let normal = c.force.dot(&c.normal);
-            let across = (c.force - c.normal * normal).norm();
-            let beyond = normal < -noise || across > friction * normal * (1.0 + 1e-6) + noise;
-            beyond.then(|| format!("normal {normal:e} N, friction {across:e} N, μ = {friction}"))
-        })
-    })
-}
-
-/// The step's law, of the velocity that it takes to slip in the middle of the step; blows have
-/// another. With the residual r of a contact whose impulse p moves itself by w p, the projection
-/// z = w p − r of w p − u onto the cone has u·z ≤ r·z, so that
-///
-/// ```text
-/// w p·u ≤ r·(u + w p) − r²,      p·u ≤ |r| |p| + (|r|/w) |u|
-/// ```
-///
-/// The report tells the largest r Δt and r/(w Δt).
-fn work_of_contacts(case: &Case) -> Fault {
-    let c = &case.choices;
-    if c.restitution > 0.0 {
-        return None;
-    }
-    first_of(case.fine()?, |_, m| {
-        if m.report.undecided > 0 || !m.is_one_solve() || m.report.asleep {
-            return None;
-        }
-        let left = &m.report.contacts;
-        let after = &m.bodies;
-        // Rounding of velocities and forces, in sums of some numbers of this size.
-        let speed = |i: usize| after.velocity[i].norm() + after.angular_velocity[i].norm();
-        let bodies = (0..after.len()).filter(|i| after.is_dynamic(*i));
-        let fastest = bodies.map(speed).fold(1.0, f64::max);
-        m.contacts.iter().find_map(|c| {
-            let across = c.force - c.normal * c.normal.dot(&c.force);
-            let (size, power) = (across.norm(), across.dot(&c.slip));
-            let rate = left.residual_gap * case.rate() + 1e-14 * fastest;
-            let residual = left.residual_force + 1e-14 * c.force.norm();
-            let allowed = size * rate + residual * c.slip.norm();
-            (power > allowed).then(|| {
-                let slip = c.slip.norm();
-                format!(
-                    "friction {size:e} N, slip {slip:e} m/s: {power:e} W, allowed {allowed:e} W"
-                )
-            })
-        })
-    })
-}
-
 /// m Δv of each body against gravity, constraints and contacts: to the angle that ropes turn by in the step. Sub-steps are
 /// steps here: means of forces over them have the directions of the last one.
 fn momentum(case: &Case) -> Fault {
@@ -638,30 +586,6 @@ fn momentum(case: &Case) -> Fault {
         }
         (left.norm() > scale)
             .then(|| format!("{:.3e} N left over, allowed {scale:.3e} N", left.norm()))
-    })
-}
-
-/// Where friction holds it with room to spare: a circle in steps is one to the second order.
-fn ride(case: &Case) -> Fault {
-    let c = &case.choices;
-    let Some(Other::Turntable { rate, radius }) = c.other else {
-        return None;
-    };
-    if rate * rate * radius > 0.7 * c.friction * G || c.attach.is_some() {
-        return None;
-    }
-    let (load, time) = (case.load(), case.run.steps.len() as f64 / RATE);
-    let last = case.run.steps.last()?;
-    let centre = case.scene.bodies.position[case.scene.body("table").ok()?];
-    let arm = (last.bodies.position[load] - centre).xy().norm();
-    // 0.1 mm a minute at 0.1 rad/s and 20 m, in the proportion of an error of second order.
-    let drift = 1e-4 / 60.0 * (rate / 0.1).powi(3) * (radius / 20.0);
-    let allowed = drift * time + 1e-6 * radius;
-    let off = (arm - radius).abs();
-    (off > allowed).then(|| {
-        let text =
-            format!("{off:.3e} m outwards at {rate} rad/s and {radius} m, allowed {allowed:.1e} m");
-        (case.run.steps.len(), text)
     })
 }
 
