@@ -107,6 +107,8 @@ pub(crate) struct Activation {
     begin: Vec<f64>,
     /// φ + ε λ at the beginning of a step that is redone, one a row \[m].
     drift: Vec<f64>,
+    /// Part of the drift that a divided step leaves, one a row \[m].
+    held: Vec<f64>,
     /// Part of the drift left to the sub-steps after the present one, 0 … 1.
     pub(crate) left: f64,
     /// Part of the step that the present sub-step takes.
@@ -123,6 +125,7 @@ impl Activation {
             made: Vec::new(),
             begin: vec![0.0; bounded],
             drift: vec![0.0; rows],
+            held: vec![0.0; rows],
             left: 0.0,
             share: 1.0,
             begins: false,
@@ -303,6 +306,7 @@ impl Activation {
         (system_data, bounded): (&SystemData, &ActiveSet),
         (before, driven): (&[f64], [&[f64]; 2]),
         (dt, least, goes_on): (f64, f64, bool),
+        curving: impl Fn(usize) -> f64,
         landing: impl Fn(usize) -> f64,
         loaded: impl Fn(usize) -> f64,
         thrown: impl Fn(usize) -> f64,
@@ -334,7 +338,7 @@ impl Activation {
             };
             let drive = (driven[1][r] - driven[0][k]).abs();
             let lands = !was_open && landing(k) > least;
-            let is_hit = rate > least || lands;
+            let is_hit = lands || rate > least && rate > least + curving(k);
             // A rope that begins just at its length is caught as it is stretched, and so is one whose drum slipped.
             let is_caught = (was_slack || was_open) && !is_slack;
             let swings = is_caught || lands || goes_on;
@@ -364,12 +368,14 @@ impl Activation {
     /// Nothing is left of the drift.
     pub(crate) fn forget_drift(&mut self) {
         self.drift.fill(0.0);
+        self.held.fill(0.0);
     }
 
     /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`. Implicit sub-steps take
     /// the drift of rows `without` bounds back at once.
     pub(crate) fn take_drift(&mut self, rows: &Linearized, tension: &[f64], without: bool) {
         let left = |r: usize| rows.phi[r] + rows.compliance[r] * tension[r];
+        self.held.fill(0.0);
         for (r, drift) in self.drift.iter_mut().enumerate() {
             *drift = if without { left(r) } else { 0.0 };
         }
@@ -382,6 +388,21 @@ impl Activation {
             } else {
                 0.0
             };
+        }
+    }
+
+    /// Over a divided step the rows from `first` on hold the part `held` of their drift along `most`, up to its size \[m].
+    pub(crate) fn hold_drift(&mut self, first: usize, most: &[f64], held: f64) {
+        let drift = &mut self.drift[first..][..most.len()];
+        let square: f64 = most.iter().map(|m| m * m).sum();
+        let along: f64 = most.iter().zip(&*drift).map(|(m, d)| m * d).sum();
+        if square == 0.0 {
+            return;
+        }
+        let part = (along / square).clamp(0.0, 1.0);
+        for ((most, drift), kept) in most.iter().zip(drift).zip(&mut self.held[first..]) {
+            *kept = held * part * most;
+            *drift -= part * most;
         }
     }
 
@@ -402,7 +423,7 @@ impl Activation {
             if goes_on || rows.damping[r] > 0.0 {
                 self.drift[r] *= stiff_part(system_data, bound, dt);
             }
-            if bound.side() != 0.0 && self.drift[r] != 0.0 {
+            if bound.side() != 0.0 && (self.drift[r] != 0.0 || self.held[r] != 0.0) {
                 *age = (*age).min(1);
             }
         }
@@ -429,11 +450,11 @@ impl Activation {
     /// Leaves the part `left` of the drift to the sub-steps after this one, of `dt`, whose rows have been regularised; that of a row
     /// whose weights take φ at the beginning of the sub-step is the part left then.
     pub(crate) fn leave_drift(&self, system_data: &mut SystemData, dt: f64) {
-        for (r, drift) in self.drift.iter().enumerate() {
-            if *drift != 0.0 {
+        for (r, (drift, held)) in self.drift.iter().zip(&self.held).enumerate() {
+            if *drift != 0.0 || *held != 0.0 {
                 let here = 1.0 - system_data.regularization.ahead(r);
                 let left = self.left + here * self.share;
-                system_data.add_violation(r, -left * drift, dt);
+                system_data.add_violation(r, -(left * drift + held), dt);
             }
         }
     }
@@ -446,7 +467,7 @@ impl Activation {
             let (r, side) = (bound.row, bound.side());
             let drift = side * self.drift[r];
             if drift > 0.0 {
-                let gap = self.begin[k] + system_data.rows.compliance[r] * tension[r];
+                let gap = self.begin[k] - self.held[r] + system_data.rows.compliance[r] * tension[r];
                 let ahead = side * gap - (self.left + self.share) * drift;
                 let young = system_data.regularization.ahead(r).max(0.0);
                 let more = young * stiff_part(system_data, &bound, dt) * ahead.max(0.0);

@@ -35,8 +35,9 @@
 //! Δv of a part. From there the next step begins as the first step of a run does. If it is divided too, it goes back to those
 //! velocities.
 //!
-//! Whole steps leave gaps that they do not feel, as (v Δt)²/2L on a circle. This drift of the rows at the beginning goes in
-//! proportion to time over the parts ([`crate::activation`]): parts would take it for stretch, or take it back at once.
+//! Whole steps leave gaps that they do not feel, p v² Δt²/L on a circle. Parts would take this drift of the rows at the beginning
+//! for stretch, or take it back at once. Of n parts each feels 1/n² of it, its own, so that the force along the curve goes on
+//! from the first part to the step after the last.
 //!
 //! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts, from which the next step
 //! starts: a catch in the last one is no force that lasts.
@@ -259,12 +260,50 @@ impl Step {
             (&self.system_data, &self.active_set),
             (&self.history.rate, driven),
             (dt, least, self.guarded.division.goes_on),
+            |k| self.curving(k),
             landing,
             loaded,
             thrown,
         );
         let both = [struck, thrown_on_springs].into_iter().flatten();
         both.reduce(f64::max)
+    }
+
+    /// κ Δt² of the curve φ'' = κ that free bodies give the first `count` rows of constraint `c` at the present state, Δt being `dt`
+    /// (s); 0 where a path over sheaves ends \[m].
+    fn curves(&self, c: usize, dt: f64) -> ([f64; 3], usize) {
+        let at = |dt| self.scene.constraints[c].gap_ahead(&self.scene.bodies, self.time, dt);
+        let ((ahead, count), (behind, _)) = (at(dt), at(-dt));
+        let phi = &self.system_data.rows.phi[self.system_data.rows.row_range(c)];
+        let mut curves = [0.0; 3];
+        for (i, curve) in curves.iter_mut().enumerate().take(count) {
+            *curve = ahead[i] + behind[i] - 2.0 * phi[i];
+        }
+        match curves.iter().all(|curve| curve.is_finite()) {
+            true => (curves, count),
+            false => ([0.0; 3], 0),
+        }
+    }
+
+    /// Largest change of the rate of bounded row `k` in a step that its curve makes \[m/s].
+    fn curving(&self, k: usize) -> f64 {
+        let dt = self.substep();
+        let ([first, ..], _) = self.curves(self.system_data.rows.bounds[k].constraint, dt);
+        CURVED * first.abs() / dt
+    }
+
+    /// The drift p κ Δt² of curves stays over the `parts` of a divided step, each of which leaves 1/n² of it. More than twice of it
+    /// belongs to no curve.
+    fn hold_drift_of_curves(&mut self, parts: u32) {
+        let whole = self.substep() * f64::from(parts);
+        let most = 2.0 * self.options.scheme.weights().next;
+        let held = 1.0 - f64::from(parts).powi(-2);
+        for c in 0..self.scene.constraints.len() {
+            let (curves, count) = self.curves(c, whole);
+            let first = self.system_data.rows.row_range(c).start;
+            let most = curves.map(|curve| most * curve);
+            self.activation.hold_drift(first, &most[..count], held);
+        }
     }
 
     /// The largest Ω of shapes that are thrown back in the step just taken, faster than `least` (m/s), on elastic rows that pull them:
@@ -401,6 +440,7 @@ impl Step {
         self.activation
             .take_drift(&self.system_data.rows, &self.multipliers.tension, true);
         let goes_on = self.guarded.division.goes_on || self.guarded.division.from_start;
+        self.hold_drift_of_curves(parts);
         self.activation
             .drop_resolved_drift(&self.system_data, goes_on, self.substep());
         (self.activation.left, self.activation.share) = (1.0, 0.0);
