@@ -391,6 +391,33 @@ impl Activation {
         }
     }
 
+    /// Half a kick to the present or from it is of forces, not of blows: in the prepared system of a step of `dt` (s), whose rows
+    /// have the rates `jv` + ∂φ/∂t, `now` those with the drives of the step before and `before` those of the step before, bounded
+    /// rows that are stiff in its eyes leave the bodies the rates at which they are, as far as `leaves` tells so.
+    pub(crate) fn leave_blows(
+        &self,
+        system_data: &mut SystemData,
+        (jv, now, before): (&[f64], &[f64], &[f64]),
+        dt: f64,
+        leaves: impl Fn(usize) -> bool,
+    ) {
+        for k in (0..self.ages.len()).filter(|k| leaves(*k)) {
+            let bound = system_data.rows.bounds[k];
+            let r = bound.row;
+            if !system_data.is_speed(r) {
+                let known = system_data.regularization.known_rate(
+                    r,
+                    now[r],
+                    before[r],
+                    dt,
+                    &system_data.rows,
+                );
+                let blow = known - jv[r] - system_data.rows.phi_t[r];
+                system_data.rate[r] -= stiff_part(system_data, &bound, dt) * blow;
+            }
+        }
+    }
+
     /// Over a divided step the rows from `first` on hold the part `held` of their drift along `most`, up to its size \[m].
     pub(crate) fn hold_drift(&mut self, first: usize, most: &[f64], held: f64) {
         let drift = &mut self.drift[first..][..most.len()];
@@ -467,7 +494,8 @@ impl Activation {
             let (r, side) = (bound.row, bound.side());
             let drift = side * self.drift[r];
             if drift > 0.0 {
-                let gap = self.begin[k] - self.held[r] + system_data.rows.compliance[r] * tension[r];
+                let gap =
+                    self.begin[k] - self.held[r] + system_data.rows.compliance[r] * tension[r];
                 let ahead = side * gap - (self.left + self.share) * drift;
                 let young = system_data.regularization.ahead(r).max(0.0);
                 let more = young * stiff_part(system_data, &bound, dt) * ahead.max(0.0);

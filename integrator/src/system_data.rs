@@ -26,6 +26,7 @@
 //! mass do not go on at the velocities of the step before, and gained energy by it. The guard's implicit steps know the path of
 //! their last iterate, and follow it in all lengths.
 
+use crate::active_set::{ActiveSet, RowState};
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
@@ -151,6 +152,23 @@ impl SystemData {
     /// True if the row prescribes a speed.
     pub(crate) fn is_speed(&self, row: usize) -> bool {
         self.kinds[row] == Kind::Speed
+    }
+
+    /// True if rows hold speeds.
+    pub(crate) fn holds_speeds(&self) -> bool {
+        !self.speed_rows.is_empty()
+    }
+
+    /// Rows that hold a speed leave it as it is in the prepared system, but for those at limits of force.
+    pub(crate) fn leave_speeds(&mut self, active_set: &ActiveSet) {
+        let bounds = &self.rows.bounds;
+        for &r in &self.speed_rows {
+            let bound = bounds.binary_search_by_key(&r, |bound| bound.row);
+            if bound.is_ok_and(|k| active_set.place(k) != RowState::Inside) {
+                continue;
+            }
+            self.rate[r] = 0.0;
+        }
     }
 
     /// True if the row's force follows from its length or angle: ε λ + φ = 0 at rest.

@@ -104,6 +104,8 @@ pub(crate) struct Division {
     swings: bool,
     /// True if the velocities of all bodies went half a step back just now, from those of the [`substep_start`](super::guarded::GuardState::substep_start).
     pub(super) from_start: bool,
+    /// Work that this gave back \[J].
+    pub(super) work_of_start: f64,
     /// Length of the steps over that of the steps whose error these tell.
     pub(crate) coarseness: f64,
     /// Sum of the parts' multipliers, one a row.
@@ -134,6 +136,7 @@ impl Division {
             goes_on: false,
             swings: false,
             from_start: false,
+            work_of_start: 0.0,
             coarseness: 1.0,
             sum: Aligned::new(rows),
         }
@@ -416,6 +419,7 @@ impl Step {
         let end = self.time + self.substep();
         if self.guarded.division.from_start {
             self.guarded.substep_start.restore(&mut self.scene.bodies);
+            self.record.account.work -= self.guarded.division.work_of_start;
         } else if self.options.scheme.is_staggered() {
             self.bring_forward(Drives::OfBounds)?;
         }
@@ -589,7 +593,7 @@ impl Step {
         let solved = self.solve_frozen(before);
         (self.active_set.frozen, self.contacts.begins) = (false, false);
         solved?;
-        self.account_up_to_now();
+        self.account_for_half(-1.0);
         self.system_data
             .update_velocity_change(&self.multipliers.mu);
         self.take_half_back(0..self.scene.bodies.len(), -1.0);
@@ -608,6 +612,7 @@ impl Step {
             Drives::OfSettings => self.drive_settings_as_before(),
             Drives::Present => {}
         }
+        self.leave_blows();
         self.solve_linearized(dt)
     }
 

@@ -15,7 +15,7 @@
 
 use super::Step;
 use crate::StepError;
-use crate::active_set::response_of_row;
+use crate::active_set::{RowState, response_of_row};
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
 use nalgebra::Vector3;
@@ -47,6 +47,9 @@ impl Step {
         if self.options.scheme.is_staggered() {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
+            if self.leave_blows() {
+                self.solve_linearized(self.substep())?;
+            }
             self.system_data
                 .update_velocity_change(&self.multipliers.mu);
             if self.progress.started {
@@ -64,12 +67,29 @@ impl Step {
             } else {
                 self.take_half_back(0..self.scene.bodies.len(), 1.0);
                 self.guarded.division.from_start = true;
+                self.guarded.division.work_of_start = self.account_for_half(1.0);
             }
         }
         self.progress.newly_added.clear();
         self.progress.stage = super::Stage::Unsolved;
         self.progress.started = true;
         Ok(())
+    }
+
+    /// Rows of the prepared system leave blows to the step that they fall in, since half a kick is of forces; those at their limits
+    /// have a force. Returns true if the system has changed.
+    pub(super) fn leave_blows(&mut self) -> bool {
+        let (dt, system_data) = (self.substep(), &mut self.system_data);
+        if !self.uses.bounds && !system_data.holds_speeds() {
+            return false;
+        }
+        let jv = &mut self.system.in_rows[0];
+        system_data.rows.times_jacobian(&system_data.v, jv);
+        system_data.leave_speeds(&self.active_set);
+        let rates = (&**jv, &*self.history.rate_now, &*self.history.rate);
+        let left = |k| !self.slip.holds(k) && self.active_set.place(k) == RowState::Inside;
+        self.activation.leave_blows(system_data, rates, dt, left);
+        true
     }
 
     /// Velocities of the bodies v − `sign` Δv/2: half a step back, or ahead where the sign is −1.

@@ -137,17 +137,14 @@ impl Step {
         self.system.in_rows[1] = moved;
     }
 
-    /// The present impulses bring the velocities to their own time: the work of the half before it, as far as drives do some.
-    pub(crate) fn account_up_to_now(&mut self) {
-        for (open, mu) in self
-            .record
-            .account
-            .open
-            .iter_mut()
-            .zip(&self.multipliers.mu[..])
-        {
-            self.record.account.work -= std::mem::take(open) * mu;
-        }
+    /// Half of the present impulses bring the velocities to their own time at the last rates of the drives, or, with `sign` 1, back
+    /// from it. Returns their work \[J].
+    pub(crate) fn account_for_half(&mut self, sign: f64) -> f64 {
+        let account = &mut self.record.account;
+        let halves = account.open.iter().zip(&self.multipliers.mu[..]);
+        let work = sign * halves.map(|(open, mu)| open * mu).sum::<f64>();
+        account.work += work;
+        work
     }
 
     /// The contacts' impulses are those of a blow after the sub-step: its work, with that of drives by the impulses of rows \[J].
