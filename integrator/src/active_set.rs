@@ -27,6 +27,10 @@ const NOISE: f64 = 1e-11;
 /// [`NOISE`] beside contacts, which are solved to fewer digits.
 const NOISE_BESIDE_CONTACTS: f64 = 1e-9;
 
+/// Σ over J M̃⁻¹ Jᵀ of drives with limits of force in a system that is singular without: a motor against a taut rope, none of them
+/// at a bound, has no solution, and this one takes the motor beyond its limit.
+const GIVES: f64 = 1e-9;
+
 /// State of a row in the active set: between its bounds, or at one of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -83,6 +87,8 @@ pub(crate) struct ActiveSet {
     closing: bool,
     /// True if contacts press in the system.
     presses: bool,
+    /// True if drives with limits of force [give way](GIVES) in the system.
+    gives_way: bool,
 }
 
 impl ActiveSet {
@@ -217,7 +223,7 @@ impl ActiveSet {
     pub(crate) fn begin(&mut self, rows: &Linearized) {
         self.emptied.fill(false);
         (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
-        self.closing = false;
+        (self.closing, self.gives_way) = (false, false);
         self.unite_chains(rows);
     }
 
@@ -243,6 +249,13 @@ impl ActiveSet {
         }
     }
 
+    /// Drives with limits give way in this system from now on, which has failed. Returns false if they did, or if there are none.
+    pub(crate) fn give_way(&mut self, bounds: &[RowBounds]) -> bool {
+        let could = !self.gives_way && bounds.iter().any(is_limited);
+        self.gives_way = could;
+        could
+    }
+
     /// Takes the rows at bounds out of the system of a step `dt` long.
     pub(crate) fn hold(&mut self, system_data: &mut SystemData, dt: f64) {
         if self.is_empty() {
@@ -252,6 +265,12 @@ impl ActiveSet {
         for (k, row) in self.rows.iter_mut().enumerate() {
             let bound = system_data.rows.bounds[k];
             let value = match row.place {
+                RowState::Inside if self.gives_way && is_limited(&bound) => {
+                    row.sigma = system_data.regularization.sigma[bound.row];
+                    let sigma = GIVES * response(system_data, k);
+                    system_data.regularization.sigma[bound.row] += sigma;
+                    continue;
+                }
                 RowState::Inside => continue,
                 RowState::Lower => bound.lower * dt,
                 RowState::Upper => bound.upper * dt,
@@ -306,15 +325,18 @@ impl ActiveSet {
 
     /// Puts back what [`hold`](Self::hold) took.
     pub(crate) fn release(&self, system_data: &mut SystemData) {
-        if self.places().all(|place| place == RowState::Inside) {
+        if !self.gives_way && self.places().all(|place| place == RowState::Inside) {
             return;
         }
         system_data.inertia.impulse.copy_from(&self.impulse);
         for (k, row) in self.rows.iter().enumerate() {
+            let bound = system_data.rows.bounds[k];
             if row.place == RowState::Inside {
+                if self.gives_way && is_limited(&bound) {
+                    system_data.regularization.sigma[bound.row] = row.sigma;
+                }
                 continue;
             }
-            let bound = system_data.rows.bounds[k];
             let saved = &self.jacobian[row.first..];
             for (s, saved) in system_data.rows.slot_range(bound.constraint).zip(saved) {
                 let to = entry(system_data, k, s);
@@ -516,6 +538,11 @@ impl ActiveSet {
 /// True if a row may push and pull up to its limits, as a motor or a brake.
 fn drives(bound: &RowBounds) -> bool {
     bound.lower < 0.0 && bound.upper > 0.0
+}
+
+/// True if a row pulls up to a limit, as a motor, a brake or a winch.
+fn is_limited(bound: &RowBounds) -> bool {
+    bound.lower < 0.0 && bound.lower > f64::NEG_INFINITY
 }
 
 /// First place of a row, before any solve: a cable that is too long is slack.

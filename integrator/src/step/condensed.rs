@@ -19,7 +19,13 @@ impl Step {
             self.contacts.keep(&self.system_data.inertia, true);
             let solved = self.solve_condensed(dt);
             self.active_set.release(&mut self.system_data);
-            solved?;
+            if let Err(error) = solved {
+                if !self.active_set.give_way(&self.system_data.rows.bounds) {
+                    return Err(error);
+                }
+                self.contacts.take_out(&mut self.system_data.inertia, false);
+                continue;
+            }
             // The rows that were held are back: their c and Δt f hold slip and impulses as well.
             self.contacts.apply(&mut self.system_data.inertia, false);
             self.slip.release(&mut self.system_data);
