@@ -44,13 +44,14 @@
 
 use super::{Stage, Step};
 use crate::activation::{Activation, SOFT};
-use crate::active_set::{RowState, jacobian, response_of};
+use crate::active_set::{RowState, jacobian, response_of, response_of_row};
 use crate::contact::ContactPoint;
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
 use crate::{Guard, StepError};
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
+use taut_model::linearized::dot;
 use taut_model::{Constraint, Frame, RowBounds, Slot};
 
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
@@ -62,6 +63,9 @@ const SWING: f64 = 1.5;
 
 /// Largest Ω that a division resolves well.
 const RESOLVED: f64 = 4.0;
+
+/// Least change of a rate of approach by curves in a step, over the rate, that divides a step in which shapes are thrown back.
+const STRAY: f64 = 2e-3;
 
 /// Least rate that divides a step, |g| Δt, over the largest one without restitution.
 pub(super) const LEAST: f64 = 10.0;
@@ -192,6 +196,7 @@ impl Step {
             return None;
         }
         let caught = self.uses.bounds.then(|| self.caught()).flatten();
+        let caught = caught.or_else(|| self.thrown_on_curves().then_some(0.0));
         self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {
             // Parts of one length in run and coarse run would have the same error, which no estimate sees.
@@ -208,10 +213,15 @@ impl Step {
 
     /// True if no rope can catch, no shape strike, no cable slip and no segment whip: a blow inside a step in parts gains energy.
     fn is_smooth(&self) -> bool {
+        let strikes = !self.active_set.is_empty() || self.contacts.can_be();
+        !strikes && self.slip.is_empty() && !self.bends()
+    }
+
+    /// True if there are cables of segments.
+    fn bends(&self) -> bool {
         use Constraint::{Cosserat, Fairlead, Paper};
         let bends = |c: &Constraint| matches!(c, Cosserat(_) | Fairlead(_) | Paper(_));
-        let strikes = !self.active_set.is_empty() || self.contacts.can_be();
-        !strikes && self.slip.is_empty() && !self.scene.constraints.iter().any(bends)
+        self.scene.constraints.iter().any(bends)
     }
 
     /// Largest angle θ by which a body turns in a step at its velocity from the beginning \[rad]; 0 where bodies are struck: where
@@ -326,6 +336,71 @@ impl Step {
         fast.map(omega)
             .filter(|omega| (SOFT..RESOLVED).contains(omega))
             .reduce(f64::max)
+    }
+
+    /// True if shapes of the step just taken are thrown back, on a body that rows lead along a curve: a whole step has one direction of
+    /// these rows for both ways, and what they change the rate of approach by is more than [`STRAY`] of it.
+    fn thrown_on_curves(&mut self) -> bool {
+        if self.guarded.division.parts > 1 || !self.contacts.rebound_is_due() || self.bends() {
+            return false;
+        }
+        self.swap_velocities();
+        let least = LEAST * slowest(&self.scene, self.substep());
+        let strays = |touch: &ContactPoint| {
+            let approach = -touch.normal_rate(|i| self.scene.bodies.rates(i));
+            approach > least && self.curve_along(touch) > STRAY * approach
+        };
+        let strays = self.contacts.thrown_back().any(strays);
+        self.swap_velocities();
+        strays
+    }
+
+    /// The velocities that the step has begun with, and those of the bodies, change places.
+    fn swap_velocities(&mut self) {
+        let (bodies, v) = (&mut self.scene.bodies, &mut self.system_data.v);
+        for i in 0..bodies.len() {
+            let rates = bodies.rates(i);
+            let [x, y, z, p, q, r] = v.get(i);
+            bodies.velocity[i] = Vector3::new(x, y, z);
+            bodies.angular_velocity[i] = Vector3::new(p, q, r);
+            v.set(i, rates);
+        }
+    }
+
+    /// Change of the rate at which the shapes of `touch` part that the curves of the rows at its bodies make in a step \[m/s].
+    fn curve_along(&self, touch: &ContactPoint) -> f64 {
+        let (rows, dt) = (&self.system_data.rows, self.substep());
+        let of_slot = |body: usize, h: &[f64; 6]| {
+            let slots = rows
+                .slots
+                .iter()
+                .enumerate()
+                .filter(move |(_, slot)| slot.body == body);
+            let mut sum = 0.0;
+            for (s, slot) in slots {
+                let (curves, count) = self.curves(slot.constraint, dt);
+                for ((r, j), curve) in rows
+                    .row_range(slot.constraint)
+                    .zip(rows.block(s).rows())
+                    .zip(curves)
+                    .take(count)
+                {
+                    let response = response_of_row(&self.system_data, slot.constraint, r);
+                    let mut inverse = [0.0; 6];
+                    self.system_data
+                        .inertia
+                        .apply_inverse(body, j, &mut inverse);
+                    if response > 0.0 {
+                        sum += dot(&inverse, h) * curve / (response * dt);
+                    }
+                }
+            }
+            sum
+        };
+        let own = touch
+            .row(0)
+            .filter(|(body, _)| self.scene.bodies.is_dynamic(*body));
+        own.map(|(body, h)| of_slot(body, &h)).sum::<f64>().abs()
     }
 
     /// Σ (t·n)² tᵀ k t of the joints at `body`, with the stiffness k of their rows and the direction t of their pull on it \[N/m]: what
