@@ -418,18 +418,19 @@ impl Activation {
         }
     }
 
-    /// Over a divided step the rows from `first` on hold the part `held` of their drift along `most`, up to its size \[m].
-    pub(crate) fn hold_drift(&mut self, first: usize, most: &[f64], held: f64) {
-        let drift = &mut self.drift[first..][..most.len()];
-        let square: f64 = most.iter().map(|m| m * m).sum();
-        let along: f64 = most.iter().zip(&*drift).map(|(m, d)| m * d).sum();
+    /// Over a divided step the rows from `first` on hold their drift along the `curve` that whole steps leave, up to twice of it, but
+    /// for the part `own` of it that the step's parts leave \[m].
+    pub(crate) fn hold_drift(&mut self, first: usize, curve: &[f64], own: f64) {
+        let drift = &mut self.drift[first..][..curve.len()];
+        let square: f64 = curve.iter().map(|c| c * c).sum();
         if square == 0.0 {
             return;
         }
-        let part = (along / square).clamp(0.0, 1.0);
-        for ((most, drift), kept) in most.iter().zip(drift).zip(&mut self.held[first..]) {
-            *kept = held * part * most;
-            *drift -= part * most;
+        let along: f64 = curve.iter().zip(&*drift).map(|(c, d)| c * d).sum();
+        let part = (along / square).clamp(0.0, 2.0);
+        for ((curve, drift), held) in curve.iter().zip(drift).zip(&mut self.held[first..]) {
+            *held = (part - own).max(0.0) * curve;
+            *drift -= part * curve;
         }
     }
 

@@ -37,7 +37,8 @@
 //!
 //! Whole steps leave gaps that they do not feel, p v² Δt²/L on a circle. Parts would take this drift of the rows at the beginning
 //! for stretch, or take it back at once. Of n parts each feels 1/n² of it, its own, so that the force along the curve goes on
-//! from the first part to the step after the last.
+//! from the first part to the step after the last. What drift the curve does not explain goes in proportion to time
+//! ([`crate::activation`]).
 //!
 //! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts, from which the next step
 //! starts: a catch in the last one is no force that lasts.
@@ -305,17 +306,16 @@ impl Step {
         CURVED * first.abs() / dt
     }
 
-    /// The drift p κ Δt² of curves stays over the `parts` of a divided step, each of which leaves 1/n² of it. More than twice of it
-    /// belongs to no curve.
+    /// The drift p κ Δt² of curves stays over the `parts` of a divided step, each of which leaves 1/n² of it.
     fn hold_drift_of_curves(&mut self, parts: u32) {
         let whole = self.substep() * f64::from(parts);
-        let most = 2.0 * self.options.scheme.weights().next;
-        let held = 1.0 - f64::from(parts).powi(-2);
+        let weight = self.options.scheme.weights().next;
+        let own = f64::from(parts).powi(-2);
         for c in 0..self.scene.constraints.len() {
             let (curves, count) = self.curves(c, whole);
             let first = self.system_data.rows.row_range(c).start;
-            let most = curves.map(|curve| most * curve);
-            self.activation.hold_drift(first, &most[..count], held);
+            let curves = curves.map(|curve| weight * curve);
+            self.activation.hold_drift(first, &curves[..count], own);
         }
     }
 
@@ -687,7 +687,9 @@ impl Step {
             Drives::OfSettings => self.drive_settings_as_before(),
             Drives::Present => {}
         }
-        self.leave_blows();
+        if self.can_strike() {
+            self.leave_blows();
+        }
         self.solve_linearized(dt)
     }
 

@@ -47,7 +47,9 @@ impl Step {
         if self.options.scheme.is_staggered() {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
-            if self.leave_blows() {
+            if self.can_strike() {
+                self.keep_what_presses();
+                self.leave_blows();
                 self.solve_linearized(self.substep())?;
             }
             self.system_data
@@ -76,20 +78,29 @@ impl Step {
         Ok(())
     }
 
+    /// Before a second solve of the present system, without blows: what a jump of a drive has left behind touches no more.
+    fn keep_what_presses(&mut self) {
+        self.slip.take_out(&mut self.system_data);
+        let inertia = &mut self.system_data.inertia;
+        self.contacts.take_out(inertia, false);
+        self.contacts.touches.retain(|touch| touch.impulse[0] > 0.0);
+    }
+
+    /// True if rows may strike bodies: those with bounds, and motors.
+    pub(super) fn can_strike(&self) -> bool {
+        self.uses.bounds || self.system_data.holds_speeds()
+    }
+
     /// Rows of the prepared system leave blows to the step that they fall in, since half a kick is of forces; those at their limits
-    /// have a force. Returns true if the system has changed.
-    pub(super) fn leave_blows(&mut self) -> bool {
+    /// have a force.
+    pub(super) fn leave_blows(&mut self) {
         let (dt, system_data) = (self.substep(), &mut self.system_data);
-        if !self.uses.bounds && !system_data.holds_speeds() {
-            return false;
-        }
         let jv = &mut self.system.in_rows[0];
         system_data.rows.times_jacobian(&system_data.v, jv);
         system_data.leave_speeds(&self.active_set);
         let rates = (&**jv, &*self.history.rate_now, &*self.history.rate);
-        let left = |k| !self.slip.holds(k) && self.active_set.place(k) == RowState::Inside;
-        self.activation.leave_blows(system_data, rates, dt, left);
-        true
+        let leaves = |k| !self.slip.holds(k) && self.active_set.place(k) == RowState::Inside;
+        self.activation.leave_blows(system_data, rates, dt, leaves);
     }
 
     /// Velocities of the bodies v − `sign` Δv/2: half a step back, or ahead where the sign is −1.
