@@ -5,6 +5,7 @@ mod caught;
 /// Dampers of what swings, drums that slip beside contacts.
 mod damped;
 /// Contacts beside motors and ropes.
+mod instants;
 mod meeting;
 /// Momenta, energy, unit quaternions of a free cable.
 mod momenta;

@@ -86,6 +86,9 @@ const JUMP: f64 = 2.0;
 /// divide no step but one that goes on.
 const STIFF: f64 = 96.0;
 
+/// Drift that is rounding, over that of the curve.
+const ROUNDING: f64 = 1e-9;
+
 /// A row without bounds that an event has made, and the steps since then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -431,6 +434,9 @@ impl Activation {
         for ((curve, drift), held) in curve.iter().zip(drift).zip(&mut self.held[first..]) {
             *held = (part - own).max(0.0) * curve;
             *drift -= part * curve;
+            if *drift * *drift < ROUNDING * ROUNDING * square {
+                *drift = 0.0;
+            }
         }
     }
 
@@ -451,7 +457,7 @@ impl Activation {
             if goes_on || rows.damping[r] > 0.0 {
                 self.drift[r] *= stiff_part(system_data, bound, dt);
             }
-            if bound.side() != 0.0 && (self.drift[r] != 0.0 || self.held[r] != 0.0) {
+            if bound.side() != 0.0 && self.drift[r] != 0.0 {
                 *age = (*age).min(1);
             }
         }

@@ -10,7 +10,7 @@ pub(super) fn stepper(text: &str, dt: f64) -> Stepper {
 }
 
 /// A run that ends where it gains more energy than this part of its own.
-fn weighed(text: &str, dt: f64, energy_tolerance: Option<f64>) -> Stepper {
+pub(super) fn weighed(text: &str, dt: f64, energy_tolerance: Option<f64>) -> Stepper {
     let source = SceneSource::parse(text, &[]).expect("reads");
     let scene = source.build().expect("builds");
     let options = StepOptions {

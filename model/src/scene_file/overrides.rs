@@ -14,7 +14,16 @@ pub(super) fn merge<T: DeserializeOwned>(
     table: &mut Table,
     overrides: &[(&str, &str)],
 ) -> Result<T, SceneError> {
-    let mut scene = toml::from_str::<T>(text).map_err(|e| located(&e, text));
+    let read = toml::from_str::<T>(text).map_err(|e| located(&e, text));
+    // A reader of text leaves the rest of a list that is too long; one of values does not.
+    let mut scene = match (read, table.clone().try_into::<T>()) {
+        (Ok(_), Err(e)) => Err(SceneError::Toml {
+            line: None,
+            column: None,
+            message: one_line(&e.to_string()),
+        }),
+        (read, _) => read,
+    };
     let sound = scene.is_ok();
     for (key, value) in overrides {
         let at_fault = |message: String| SceneError::Override {
