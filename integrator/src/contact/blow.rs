@@ -112,6 +112,13 @@ impl Contacts {
         self.touches.iter().filter(|touch| touch.rebound.is_some())
     }
 
+    /// Those, and where they count the ones that `land`: that press now and did not in the step before.
+    pub(crate) fn struck(&self, land: bool) -> impl Iterator<Item = &ContactPoint> {
+        let landed = move |touch: &ContactPoint| land && touch.arrives && touch.impulse[0] > 0.0;
+        let touches = self.touches.iter();
+        touches.filter(move |touch| touch.rebound.is_some() || landed(touch))
+    }
+
     /// Contacts that press now and did not in the step before.
     fn landed(&self) -> impl Iterator<Item = &ContactPoint> {
         let touches = self.touches.iter();

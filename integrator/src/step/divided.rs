@@ -11,9 +11,9 @@
 //! row: none, so that the load would arrive too fast by F Δt/m and keep that. Where a drum or a rope over a sheave slipped in the
 //! step before and its load is thrown back in this one, the step is divided too, with the Ω of a row that is caught.
 //!
-//! Shapes that are thrown back on an elastic row reverse its swing within the step. A whole step has one acceleration for both ways,
-//! and each bounce may gain Ω²/3 of the energy. From Ω = [`SOFT`] to [`RESOLVED`] such a step is divided where the
-//! blow is fast, in scenes with bounded rows. Slow rebounds divide none: in a chain whose own modes are faster than the step, the half
+//! Shapes that are struck on an elastic row reverse its swing within the step. A whole step has one acceleration for both ways:
+//! each bounce may gain Ω²/3 of the energy, and a blow without restitution loses what the row swings back with. From Ω = [`SOFT`]
+//! to [`RESOLVED`] such a step is divided where the blow is fast, in scenes with bounded rows. Slow rebounds divide none: in a chain whose own modes are faster than the step, the half
 //! kicks at both ends of a division would be added in every second step.
 //!
 //! An elastic row swings back after π/Ω of a step, Ω² = Δt² J M̃⁻¹ Jᵀ/ε. A whole step with Ω ≫ 1 damps this rebound, which may be
@@ -62,8 +62,9 @@ const PARTS: u32 = 32;
 /// Least number of parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, then takes four of them or more.
 const SWING: f64 = 1.5;
 
-/// Largest Ω that a division resolves well.
-const RESOLVED: f64 = 4.0;
+/// Largest Ω of shapes that are struck, and of those in scenes with cables of segments, whose own modes are faster than the step: the
+/// half kicks of a division at the rebound of a stiff one would add to them.
+const RESOLVED: [f64; 2] = [96.0, 4.0];
 
 /// Least change of a rate of approach by curves in a step, over the rate, that divides a step in which shapes are thrown back.
 const STRAY: f64 = 2e-3;
@@ -254,7 +255,7 @@ impl Step {
         }
         let dt = self.substep();
         let least = LEAST * slowest(&self.scene, dt);
-        let thrown_on_springs = self.thrown_on_springs(least);
+        let struck_on_springs = self.struck_on_springs(least);
         let driven = [&*self.guarded.division.phi_t, &*self.history.phi_t];
         let lands = self.contacts.lands();
         let landing = |k| if lands { self.landing(k, false) } else { 0.0 };
@@ -279,7 +280,7 @@ impl Step {
             loaded,
             thrown,
         );
-        let both = [struck, thrown_on_springs].into_iter().flatten();
+        let both = [struck, struck_on_springs].into_iter().flatten();
         both.reduce(f64::max)
     }
 
@@ -319,9 +320,11 @@ impl Step {
         }
     }
 
-    /// The largest Ω of shapes that are thrown back in the step just taken, faster than `least` (m/s), on elastic rows that pull them:
-    /// none below [`SOFT`], or where a division does not resolve it.
-    fn thrown_on_springs(&self, least: f64) -> Option<f64> {
+    /// The largest Ω of shapes that are struck in the step just taken, faster than `least` (m/s), on elastic rows that pull them: none
+    /// below [`SOFT`], or beyond what a division resolves. Beside cables of segments only shapes that are thrown back count.
+    fn struck_on_springs(&self, least: f64) -> Option<f64> {
+        let bends = self.bends();
+        let most = RESOLVED[usize::from(bends)];
         let omega = |touch: &ContactPoint| {
             let carriers = touch.carriers().iter().map(|carrier| carrier.body);
             let bodies = carriers.filter(|body| self.scene.bodies.is_dynamic(*body));
@@ -331,10 +334,10 @@ impl Step {
             self.substep() * bodies.map(square).fold(0.0, f64::max).sqrt()
         };
         let v = &self.system_data.v;
-        let thrown = self.contacts.thrown_back();
-        let fast = thrown.filter(|touch| -touch.normal_rate(|i| v.get(i)) > least);
+        let struck = self.contacts.struck(!bends);
+        let fast = struck.filter(|touch| -touch.normal_rate(|i| v.get(i)) > least);
         fast.map(omega)
-            .filter(|omega| (SOFT..RESOLVED).contains(omega))
+            .filter(|omega| (SOFT..most).contains(omega))
             .reduce(f64::max)
     }
 
