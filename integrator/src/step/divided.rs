@@ -52,7 +52,6 @@ use crate::system_data::SystemData;
 use crate::{Guard, StepError};
 use nalgebra::Vector3;
 use taut_lanes::Aligned;
-use taut_model::linearized::dot;
 use taut_model::{Constraint, Frame, RowBounds, Slot};
 
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
@@ -62,8 +61,8 @@ const PARTS: u32 = 32;
 /// Least number of parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, then takes four of them or more.
 const SWING: f64 = 1.5;
 
-/// Largest Ω of shapes that are struck, and of those in scenes with cables of segments, whose own modes are faster than the step: the
-/// half kicks of a division at the rebound of a stiff one would add to them.
+/// Largest Ω of shapes that are struck, and of those in scenes with ropes that slip or cables of segments, whose own modes are faster
+/// than the step: the half kicks of a division at the rebound of a stiff one would add to them.
 const RESOLVED: [f64; 2] = [96.0, 4.0];
 
 /// Least change of a rate of approach by curves in a step, over the rate, that divides a step in which shapes are thrown back.
@@ -321,10 +320,11 @@ impl Step {
     }
 
     /// The largest Ω of shapes that are struck in the step just taken, faster than `least` (m/s), on elastic rows that pull them: none
-    /// below [`SOFT`], or beyond what a division resolves. Beside cables of segments only shapes that are thrown back count.
+    /// below [`SOFT`], or beyond what a division resolves. Beside cables of segments, and ropes over sheaves with friction, whose slip
+    /// is of whole steps, only shapes that are thrown back count.
     fn struck_on_springs(&self, least: f64) -> Option<f64> {
-        let bends = self.bends();
-        let most = RESOLVED[usize::from(bends)];
+        let coarse = self.bends() || !self.slip.is_empty();
+        let most = RESOLVED[usize::from(coarse)];
         let omega = |touch: &ContactPoint| {
             let carriers = touch.carriers().iter().map(|carrier| carrier.body);
             let bodies = carriers.filter(|body| self.scene.bodies.is_dynamic(*body));
@@ -334,7 +334,7 @@ impl Step {
             self.substep() * bodies.map(square).fold(0.0, f64::max).sqrt()
         };
         let v = &self.system_data.v;
-        let struck = self.contacts.struck(!bends);
+        let struck = self.contacts.struck(!coarse);
         let fast = struck.filter(|touch| -touch.normal_rate(|i| v.get(i)) > least);
         fast.map(omega)
             .filter(|omega| (SOFT..most).contains(omega))
@@ -344,7 +344,8 @@ impl Step {
     /// True if shapes of the step just taken are thrown back, on a body that rows lead along a curve: a whole step has one direction of
     /// these rows for both ways, and what they change the rate of approach by is more than [`STRAY`] of it.
     fn thrown_on_curves(&mut self) -> bool {
-        if self.guarded.division.parts > 1 || !self.contacts.rebound_is_due() || self.bends() {
+        let can_be = self.guarded.division.parts == 1 && self.contacts.rebound_is_due();
+        if !can_be || self.bends() || !self.slip.is_empty() {
             return false;
         }
         self.swap_velocities();
@@ -370,40 +371,36 @@ impl Step {
         }
     }
 
-    /// Change of the rate at which the shapes of `touch` part that the curves of the rows at its bodies make in a step \[m/s].
+    /// Change of the rate of approach of `touch` in a step that the curves of rows make, and as far as its friction acts, that across
+    /// it \[m/s].
     fn curve_along(&self, touch: &ContactPoint) -> f64 {
-        let (rows, dt) = (&self.system_data.rows, self.substep());
-        let of_slot = |body: usize, h: &[f64; 6]| {
-            let slots = rows
-                .slots
-                .iter()
-                .enumerate()
-                .filter(move |(_, slot)| slot.body == body);
-            let mut sum = 0.0;
-            for (s, slot) in slots {
-                let (curves, count) = self.curves(slot.constraint, dt);
-                for ((r, j), curve) in rows
-                    .row_range(slot.constraint)
-                    .zip(rows.block(s).rows())
-                    .zip(curves)
-                    .take(count)
-                {
-                    let response = response_of_row(&self.system_data, slot.constraint, r);
-                    let mut inverse = [0.0; 6];
-                    self.system_data
-                        .inertia
-                        .apply_inverse(body, j, &mut inverse);
-                    if response > 0.0 {
-                        sum += dot(&inverse, h) * curve / (response * dt);
-                    }
-                }
+        let [n, s, t] = touch.rates(|i| self.kick_of_curves(i));
+        n.abs() + touch.found.surface.friction * s.hypot(t)
+    }
+
+    /// Change of the velocities of `body` in a step by which its rows, each alone, follow their curves \[m/s, rad/s].
+    fn kick_of_curves(&self, body: usize) -> [f64; 6] {
+        let (SystemData { rows, inertia, .. }, dt) = (&self.system_data, self.substep());
+        let mut kick = [0.0; 6];
+        if !self.scene.bodies.is_dynamic(body) {
+            return kick;
+        }
+        let slots = rows.slots.iter().enumerate();
+        for (s, slot) in slots.filter(|(_, slot)| slot.body == body) {
+            let (curves, count) = self.curves(slot.constraint, dt);
+            let block = rows.block(s);
+            let own = rows.row_range(slot.constraint).zip(block.rows());
+            for ((r, j), curve) in own.zip(curves).take(count) {
+                let response = response_of_row(&self.system_data, slot.constraint, r);
+                let mut inverse = [0.0; 6];
+                inertia.apply_inverse(body, j, &mut inverse);
+                let rate = curve / (dt * response.max(f64::MIN_POSITIVE));
+                kick.iter_mut()
+                    .zip(inverse)
+                    .for_each(|(kick, v)| *kick -= rate * v);
             }
-            sum
-        };
-        let own = touch
-            .row(0)
-            .filter(|(body, _)| self.scene.bodies.is_dynamic(*body));
-        own.map(|(body, h)| of_slot(body, &h)).sum::<f64>().abs()
+        }
+        kick
     }
 
     /// Σ (t·n)² tᵀ k t of the joints at `body`, with the stiffness k of their rows and the direction t of their pull on it \[N/m]: what
