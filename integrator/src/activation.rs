@@ -84,7 +84,10 @@ const JUMP: f64 = 2.0;
 
 /// Least Ω of a row that counts as rigid: its parts do not resolve a swing. Softer rows that are neither caught nor driven by a jump
 /// divide no step but one that goes on.
-const STIFF: f64 = 96.0;
+pub(crate) const STIFF: f64 = 96.0;
+
+/// Largest drift that is of a curve, over that of the curve at the present state.
+const MOST: f64 = 1.5;
 
 /// Drift that is rounding, over that of the curve.
 const ROUNDING: f64 = 1e-9;
@@ -110,7 +113,7 @@ pub(crate) struct Activation {
     begin: Vec<f64>,
     /// φ + ε λ at the beginning of a step that is redone, one a row \[m].
     drift: Vec<f64>,
-    /// Part of the drift that a divided step leaves, one a row \[m].
+    /// Part of the drift that a divided step holds, one a row \[m].
     held: Vec<f64>,
     /// Part of the drift left to the sub-steps after the present one, 0 … 1.
     pub(crate) left: f64,
@@ -301,7 +304,7 @@ impl Activation {
     /// `goes_on` from a divided one and they swing faster: whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within
     /// it take for v².
     ///
-    /// `before` are the rates of the step before, `driven` the drives of both \[m/s], `landing` the speed of a row's load \[m/s],
+    /// `hits` is told the rows that are struck, `before` are the rates of the step before, `driven` the drives of both \[m/s], `landing` the speed of a row's load \[m/s],
     /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg]; `thrown` the same of rows that
     /// slipped and whose load is thrown back in the step, which divide it whatever they do, 0 of all others.
     pub(crate) fn struck(
@@ -309,6 +312,7 @@ impl Activation {
         (system_data, bounded): (&SystemData, &ActiveSet),
         (before, driven): (&[f64], [&[f64]; 2]),
         (dt, least, goes_on): (f64, f64, bool),
+        mut hits: impl FnMut(usize),
         curving: impl Fn(usize) -> f64,
         landing: impl Fn(usize) -> f64,
         loaded: impl Fn(usize) -> f64,
@@ -341,7 +345,16 @@ impl Activation {
             };
             let drive = (driven[1][r] - driven[0][k]).abs();
             let lands = !was_open && landing(k) > least;
-            let is_hit = lands || rate > least && rate > least + curving(k);
+            // A rigid row opens and closes by rounding, at rates that its curve makes of none.
+            let explained = if is_rigid && rate > least {
+                curving(k)
+            } else {
+                0.0
+            };
+            let is_hit = lands || rate > least + explained;
+            if is_hit {
+                hits(k);
+            }
             // A rope that begins just at its length is caught as it is stretched, and so is one whose drum slipped.
             let is_caught = (was_slack || was_open) && !is_slack;
             let swings = is_caught || lands || goes_on;
@@ -368,17 +381,21 @@ impl Activation {
         }
     }
 
-    /// Nothing is left of the drift.
+    /// Nothing is left of the drift but what is held.
     pub(crate) fn forget_drift(&mut self) {
         self.drift.fill(0.0);
+    }
+
+    /// Nothing is held any more.
+    pub(crate) fn let_go(&mut self) {
         self.held.fill(0.0);
     }
 
     /// Before a step is redone in sub-steps from the present state, with λ of the last solve in `tension`. Implicit sub-steps take
     /// the drift of rows `without` bounds back at once.
     pub(crate) fn take_drift(&mut self, rows: &Linearized, tension: &[f64], without: bool) {
-        let left = |r: usize| rows.phi[r] + rows.compliance[r] * tension[r];
-        self.held.fill(0.0);
+        let held = &self.held;
+        let left = |r: usize| rows.phi[r] + rows.compliance[r] * tension[r] - held[r];
         for (r, drift) in self.drift.iter_mut().enumerate() {
             *drift = if without { left(r) } else { 0.0 };
         }
@@ -394,10 +411,10 @@ impl Activation {
         }
     }
 
-    /// Half a kick to the present or from it is of forces, not of blows: in the prepared system of a step of `dt` (s), whose rows
-    /// have the rates `jv` + ∂φ/∂t, `now` those with the drives of the step before and `before` those of the step before, bounded
-    /// rows that are stiff in its eyes leave the bodies the rates at which they are, as far as `leaves` tells so.
-    pub(crate) fn leave_blows(
+    /// Half a kick to the present or from it is of forces, not of blows. In the prepared system of a step, whose rows have the rates
+    /// `jv` + ∂φ/∂t, the bounded rows that are stiff in its eyes, and for which `leaves` is true, leave the bodies their rates. `now`
+    /// are the rates with the drives of the step before, `before` those of the step before, `dt` its length (s).
+    pub(crate) fn leave_rates(
         &self,
         system_data: &mut SystemData,
         (jv, now, before): (&[f64], &[f64], &[f64]),
@@ -408,21 +425,16 @@ impl Activation {
             let bound = system_data.rows.bounds[k];
             let r = bound.row;
             if !system_data.is_speed(r) {
-                let known = system_data.regularization.known_rate(
-                    r,
-                    now[r],
-                    before[r],
-                    dt,
-                    &system_data.rows,
-                );
+                let known = system_data.regularization.known_rate(r, now[r], before[r]);
                 let blow = known - jv[r] - system_data.rows.phi_t[r];
                 system_data.rate[r] -= stiff_part(system_data, &bound, dt) * blow;
             }
         }
     }
 
-    /// Over a divided step the rows from `first` on hold their drift along the `curve` that whole steps leave, up to twice of it, but
-    /// for the part `own` of it that the step's parts leave \[m].
+    /// Over a divided step the rows from `first` on hold their drift along the `curve` that whole steps leave, but for the part `own`
+    /// of it that the step's parts leave \[m]. Curves change from step to step, by less than a half: what is beyond is drift of
+    /// another kind.
     pub(crate) fn hold_drift(&mut self, first: usize, curve: &[f64], own: f64) {
         let drift = &mut self.drift[first..][..curve.len()];
         let square: f64 = curve.iter().map(|c| c * c).sum();
@@ -430,7 +442,7 @@ impl Activation {
             return;
         }
         let along: f64 = curve.iter().zip(&*drift).map(|(c, d)| c * d).sum();
-        let part = (along / square).clamp(0.0, 2.0);
+        let part = (along / square).clamp(0.0, MOST);
         for ((curve, drift), held) in curve.iter().zip(drift).zip(&mut self.held[first..]) {
             *held = (part - own).max(0.0) * curve;
             *drift -= part * curve;
@@ -516,8 +528,8 @@ impl Activation {
         for (k, bound) in rows.bounds.iter().enumerate() {
             gaps[bound.row] += rows.damping[bound.row] * self.slack(k, bound) / dt;
         }
-        for (gap, drift) in gaps.iter_mut().zip(&self.drift) {
-            *gap -= self.left * drift;
+        for (gap, (drift, held)) in gaps.iter_mut().zip(self.drift.iter().zip(&self.held)) {
+            *gap -= self.left * drift + held;
         }
     }
 }

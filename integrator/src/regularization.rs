@@ -83,18 +83,10 @@ impl Regularization {
         -excess / (self.weights.next[r] * dt + rows.damping[r])
     }
 
-    /// Rate r⁺ that row `r` asks for at φ = 0 in a step `dt` long after the rates r_n, `now`, and r_{n−1}, `before`.
-    pub(crate) fn known_rate(
-        &self,
-        r: usize,
-        now: f64,
-        before: f64,
-        dt: f64,
-        rows: &Linearized,
-    ) -> f64 {
+    /// Rate r⁺ that row `r` asks for at φ = 0 without its damper, after the rates r_n, `now`, and r_{n−1}, `before`.
+    pub(crate) fn known_rate(&self, r: usize, now: f64, before: f64) -> f64 {
         let weights = &self.weights;
-        let known = weights.now[r] * now - weights.before[r] * before;
-        dt * known / (weights.next[r] * dt + rows.damping[r])
+        (weights.now[r] * now - weights.before[r] * before) / weights.next[r]
     }
 
     /// Σ of a step `dt` long, and c − J v into `rate`, for the rates `jv` = J v and what is `known`; all of length rows.

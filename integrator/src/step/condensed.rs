@@ -5,6 +5,7 @@ use super::Step;
 use crate::StepError;
 use crate::active_set::Outcome;
 use crate::response::factor_of;
+use taut_solver::SolveError;
 
 impl Step {
     /// The system of the system's data, solved until all rows with bounds keep them.
@@ -20,9 +21,11 @@ impl Step {
             let solved = self.solve_condensed(dt);
             self.active_set.release(&mut self.system_data);
             if let Err(error) = solved {
-                if !self.active_set.give_way(&self.system_data.rows.bounds) {
+                let bounds = &self.system_data.rows.bounds;
+                if !is_singular(&error) || !self.active_set.give_way(bounds) {
                     return Err(error);
                 }
+                self.slip.take_out(&mut self.system_data);
                 self.contacts.take_out(&mut self.system_data.inertia, false);
                 continue;
             }
@@ -133,4 +136,16 @@ impl Step {
         }
         Ok(false)
     }
+}
+
+/// True if the matrix is singular to the solver.
+fn is_singular(error: &StepError) -> bool {
+    use SolveError::{NotPositiveDefinite, Singular};
+    matches!(
+        error,
+        StepError::Solve {
+            source: Singular { .. } | NotPositiveDefinite { .. },
+            ..
+        }
+    )
 }

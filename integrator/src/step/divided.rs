@@ -3,7 +3,7 @@
 //! A one-sided row closes or opens somewhere within a step, and the step knows this to Δt alone.
 //! Where a load lands and its rope catches it again, bodies keep velocities for a part of the step
 //! that they had lost, and the error is of first order. Such a step is taken back and made of
-//! [`PARTS`] or more steps of the same scheme. The condition is a row, stiff in its eyes, that is caught,
+//! [`PARTS`] or more steps of the same scheme, [`BLOW`] of rigid rows. The condition is a row, stiff in its eyes, that is caught,
 //! thrown open or driven at another speed by more than the speed that gravity gives
 //! in a step. Cables that slip over sheaves with friction are caught in whole steps: their parts share one length.
 //!
@@ -35,7 +35,7 @@
 //! Δv of a part. From there the next step begins as the first step of a run does. If it is divided too, it goes back to those
 //! velocities.
 //!
-//! Whole steps leave gaps that they do not feel, p v² Δt²/L on a circle. Parts would take this drift of the rows at the beginning
+//! Whole steps leave gaps that they do not feel, ½ (p + q − s) v² Δt²/L on a circle. Parts would take this drift of the rows at the beginning
 //! for stretch, or take it back at once. Of n parts each feels 1/n² of it, its own, so that the force along the curve goes on
 //! from the first part to the step after the last. What drift the curve does not explain goes in proportion to time
 //! ([`crate::activation`]).
@@ -44,7 +44,7 @@
 //! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Step};
-use crate::activation::{Activation, SOFT};
+use crate::activation::{Activation, SOFT, STIFF};
 use crate::active_set::{RowState, jacobian, response_of, response_of_row};
 use crate::contact::ContactPoint;
 use crate::contact::rebound::slowest;
@@ -57,6 +57,10 @@ use taut_model::{Constraint, Frame, RowBounds, Slot};
 /// Parts of a divided step. A load that lands beside the weight of its pulley lifts again to 0.62
 /// of the height at 1/60 s undivided, to 0.93 in 4 parts, 0.98 in 16, 0.99 in 32.
 const PARTS: u32 = 32;
+
+/// Parts where a rigid row is struck: a rope that goes slack as its load lands lacks its force for half to one and a half of a part,
+/// and a lift by a pulley then 3 % of its height with 32.
+const BLOW: u32 = 64;
 
 /// Least number of parts over Ω of an elastic rope that is caught: half a swing, π/Ω of a step, then takes four of them or more.
 const SWING: f64 = 1.5;
@@ -103,6 +107,8 @@ pub(crate) struct Division {
     /// Bounded rows that gave way at their limit of force, or to friction on a sheave, in the step before; none where nothing
     /// can touch.
     gave: Vec<bool>,
+    /// Bounded rows that the step just taken has struck.
+    hit: Vec<bool>,
     /// True if the step before was divided or implicit.
     pub(crate) goes_on: bool,
     /// True if an elastic rope is caught, whose swing the parts resolve.
@@ -138,6 +144,7 @@ impl Division {
             places: Vec::with_capacity(bounded),
             phi_t: Vec::with_capacity(bounded),
             gave: Vec::with_capacity(bounded),
+            hit: vec![false; bounded],
             goes_on: false,
             swings: false,
             from_start: false,
@@ -202,7 +209,8 @@ impl Step {
         if let Some(omega) = caught {
             // Parts of one length in run and coarse run would have the same error, which no estimate sees.
             let parts = (SWING * omega / self.guarded.division.coarseness) as u32;
-            return Some(parts.next_power_of_two().max(PARTS));
+            let least = if omega == 0.0 { BLOW } else { PARTS };
+            return Some(parts.next_power_of_two().max(least));
         }
         let least = if holds {
             1.0
@@ -248,10 +256,19 @@ impl Step {
     }
 
     /// The largest Ω of what was struck in the step just taken so fast that it has to be divided.
-    fn caught(&self) -> Option<f64> {
+    fn caught(&mut self) -> Option<f64> {
         if self.guarded.division.parts > 1 {
             return None;
         }
+        let mut hit = std::mem::take(&mut self.guarded.division.hit);
+        hit.fill(false);
+        let caught = self.caught_rows(|k| hit[k] = true);
+        self.guarded.division.hit = hit;
+        caught
+    }
+
+    /// [`caught`](Self::caught), with the rows that are struck.
+    fn caught_rows(&self, hits: impl FnMut(usize)) -> Option<f64> {
         let dt = self.substep();
         let least = LEAST * slowest(&self.scene, dt);
         let struck_on_springs = self.struck_on_springs(least);
@@ -274,6 +291,7 @@ impl Step {
             (&self.system_data, &self.active_set),
             (&self.history.rate, driven),
             (dt, least, self.guarded.division.goes_on),
+            hits,
             |k| self.curving(k),
             landing,
             loaded,
@@ -303,19 +321,32 @@ impl Step {
     fn curving(&self, k: usize) -> f64 {
         let dt = self.substep();
         let ([first, ..], _) = self.curves(self.system_data.rows.bounds[k].constraint, dt);
-        CURVED * first.abs() / dt
+        first.abs() / dt
     }
 
-    /// The drift p κ Δt² of curves stays over the `parts` of a divided step, each of which leaves 1/n² of it.
+    /// The drift ½ (p + q − s) κ Δt² of curves stays over the `parts` of a divided step, each of which leaves 1/n² of it.
     fn hold_drift_of_curves(&mut self, parts: u32) {
         let whole = self.substep() * f64::from(parts);
-        let weight = self.options.scheme.weights().next;
+        let weights = self.options.scheme.weights();
+        let weight = 0.5 * (weights.next + weights.now - weights.before);
         let own = f64::from(parts).powi(-2);
         for c in 0..self.scene.constraints.len() {
+            let rows = &self.system_data.rows;
+            let range = rows.row_range(c);
+            let bounds = rows.bounds.partition_point(|bound| bound.row < range.start);
+            let is_own = rows
+                .bounds
+                .get(bounds)
+                .is_some_and(|b| range.contains(&b.row));
+            // The gap of an elastic row that was struck is a swing, whatever its curve.
+            let is_hit = is_own && self.guarded.division.hit[bounds];
+            if is_hit && rows.compliance[range.start] > 0.0 {
+                continue;
+            }
             let (curves, count) = self.curves(c, whole);
-            let first = self.system_data.rows.row_range(c).start;
             let curves = curves.map(|curve| weight * curve);
-            self.activation.hold_drift(first, &curves[..count], own);
+            self.activation
+                .hold_drift(range.start, &curves[..count], own);
         }
     }
 
@@ -378,7 +409,8 @@ impl Step {
         n.abs() + touch.found.surface.friction * s.hypot(t)
     }
 
-    /// Change of the velocities of `body` in a step by which its rows, each alone, follow their curves \[m/s, rad/s].
+    /// Change of the velocities of `body` in a step by which its rigid rows follow their curves: those of lengths each alone, the three
+    /// of a joint's gap by the body's way \[m/s, rad/s].
     fn kick_of_curves(&self, body: usize) -> [f64; 6] {
         let (SystemData { rows, inertia, .. }, dt) = (&self.system_data, self.substep());
         let mut kick = [0.0; 6];
@@ -392,11 +424,19 @@ impl Step {
             let own = rows.row_range(slot.constraint).zip(block.rows());
             for ((r, j), curve) in own.zip(curves).take(count) {
                 let response = response_of_row(&self.system_data, slot.constraint, r);
-                let mut inverse = [0.0; 6];
-                inertia.apply_inverse(body, j, &mut inverse);
-                let rate = curve / (dt * response.max(f64::MIN_POSITIVE));
+                if dt * dt * response <= STIFF * STIFF * rows.compliance[r] {
+                    continue;
+                }
+                let mut along = [0.0; 6];
+                if count == 1 {
+                    inertia.apply_inverse(body, j, &mut along);
+                    along = along.map(|v| v / response);
+                } else {
+                    along[..3].copy_from_slice(&j[..3]);
+                }
+                let rate = curve / dt;
                 kick.iter_mut()
-                    .zip(inverse)
+                    .zip(along)
                     .for_each(|(kick, v)| *kick -= rate * v);
             }
         }
@@ -512,6 +552,7 @@ impl Step {
             self.system_data.rows.update_state(&self.scene, end);
             self.activation.make_young(&self.system_data.rows);
         }
+        self.activation.let_go();
         done
     }
 

@@ -100,7 +100,7 @@ impl Step {
         system_data.leave_speeds(&self.active_set);
         let rates = (&**jv, &*self.history.rate_now, &*self.history.rate);
         let leaves = |k| !self.slip.holds(k) && self.active_set.place(k) == RowState::Inside;
-        self.activation.leave_blows(system_data, rates, dt, leaves);
+        self.activation.leave_rates(system_data, rates, dt, leaves);
     }
 
     /// Velocities of the bodies v − `sign` Δv/2: half a step back, or ahead where the sign is −1.
