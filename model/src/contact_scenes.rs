@@ -220,32 +220,4 @@ mod tests {
             assert!(scene.load.is_some());
         }
     }
-
-    #[test]
-    fn parameters_out_of_range_are_named() {
-        let stack = ContactSceneParams::default();
-        let faults = [
-            ContactSceneParams {
-                count: Some(0),
-                ..stack.clone()
-            },
-            ContactSceneParams {
-                restitution: 1.5,
-                ..stack.clone()
-            },
-            ContactSceneParams {
-                friction: f64::NAN,
-                ..stack.clone()
-            },
-            ContactSceneParams {
-                mass_ratio: 0.5,
-                ..stack
-            },
-        ];
-        let names = ["count", "restitution", "friction", "mass_ratio"];
-        for (fault, name) in faults.iter().zip(names) {
-            let message = fault.build().expect_err("out of range").to_string();
-            assert!(message.contains(name), "{message}");
-        }
-    }
 }

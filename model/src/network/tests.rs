@@ -133,36 +133,3 @@ fn seeds_disturb_what_is_light() {
         assert!(rates.iter().all(|w| w.amax() <= params.seed_rate));
     }
 }
-
-#[test]
-fn faults_name_the_parameter() {
-    let says = |network, change: fn(&mut NetworkParams), words: &str| {
-        let mut params = NetworkParams::new(network);
-        change(&mut params);
-        let text = params.build().expect_err("a fault").to_string();
-        assert!(text.contains(words), "{text}");
-    };
-    use Network::{Cranes, Ladder, Net, Ring};
-    says(
-        Ring,
-        |p| p.segments = 7,
-        "segments is 7: it has to be at least 1, for a ring",
-    );
-    says(Ring, |p| p.points = 3, "points is 3: it has to be 1 or 2");
-    says(
-        Ladder,
-        |p| p.cables = 1,
-        "cables is 1: it has to be at least 2",
-    );
-    says(Ladder, |p| p.rung_every = 0, "rung_every is 0");
-    says(Ladder, |p| p.cables = usize::MAX, "segments × cables");
-    says(Net, |p| p.rows = 1, "rows is 1");
-    says(Net, |p| p.columns = 20_000_000, "rows × columns");
-    says(Cranes, |p| p.ea = 0.0, "ea is 0: it has to be > 0 N");
-    says(
-        Cranes,
-        |p| p.joint = JointKind::Paper,
-        "joint: a network has",
-    );
-    says(Cranes, |p| p.length = 1e-200, "when all is worked out");
-}

@@ -522,50 +522,6 @@ mod tests {
         Faer::new(FaerOptions { factorization })
     }
 
-    const ALL: [FaerFactorization; 4] = [
-        FaerFactorization::Llt,
-        FaerFactorization::Ldlt,
-        FaerFactorization::Lblt,
-        FaerFactorization::Lu,
-    ];
-
-    #[test]
-    fn positive_definite_systems_are_solved() {
-        for kind in ALL {
-            testing::solves_positive_definite(&mut faer(kind));
-        }
-    }
-
-    #[test]
-    fn quasi_definite_systems_are_solved() {
-        for kind in &ALL[1..] {
-            testing::solves_quasi_definite(&mut faer(*kind));
-        }
-    }
-
-    #[test]
-    fn singular_matrices_are_refused() {
-        for kind in ALL {
-            let in_order = matches!(kind, FaerFactorization::Llt | FaerFactorization::Ldlt);
-            testing::refuses_singular(&mut faer(kind), in_order);
-            if kind != FaerFactorization::Lu {
-                testing::sees_dependence(&mut faer(kind));
-            }
-        }
-    }
-
-    #[test]
-    fn cholesky_refuses_indefinite_matrices() {
-        testing::refuses_indefinite(&mut faer(FaerFactorization::Llt));
-    }
-
-    #[test]
-    fn numbers_at_the_ends_of_their_range() {
-        for kind in ALL {
-            testing::is_finite_or_refuses(&mut faer(kind));
-        }
-    }
-
     #[test]
     fn both_ways_of_the_cholesky_code_are_tested() {
         let panels = |p: &Arc<BlockPattern>| {
