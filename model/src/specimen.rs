@@ -274,8 +274,7 @@ impl SpecimenParams {
 mod tests {
     use super::*;
     use crate::linearized::Linearized;
-    use nalgebra::UnitQuaternion;
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
 
     #[test]
     fn defaults_are_a_straight_square_of_steel() {

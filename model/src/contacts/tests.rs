@@ -382,27 +382,6 @@ fn a_disc_that_hardly_tilts_stands_on_the_same_corners() {
 }
 
 #[test]
-fn a_box_on_an_incline_has_the_normal_of_the_plane() {
-    for angle in [0.1, 0.35, 0.9] {
-        let turn = about(v(0.0, 1.0, 0.0), angle);
-        let normal = turn.to_rotation_matrix() * Vector3::z();
-        let shapes = [
-            at(cuboid(1.0, 0.5, 0.4), 0.0, 0.0, 0.2),
-            at(Shape::HalfSpace, 0.0, 0.0, 0.0),
-        ];
-        let plate = [shapes[0], at(cuboid(9.0, 9.0, 1.0), 0.0, 0.0, -0.5)];
-        for pair in [shapes, plate] {
-            let found = contacts(&scene(pair, &turn, Vector3::zeros()));
-            assert_eq!(found.len(), 4);
-            assert!(
-                found.iter().all(|c| (c.normal - normal).norm() < 1e-15),
-                "{found:?}"
-            );
-        }
-    }
-}
-
-#[test]
 fn deep_overlaps_come_apart_on_the_shortest_way() {
     let z = v(0.0, 0.0, 1.0);
     touch! {

@@ -79,7 +79,7 @@ const FAULTS: &str = r##"
     [[1, 0, 0], [0, 1, 0] → [[1, 0, 0], [0, 2, 0] → line 37, column 1 … axes_a … orthonormal … unit columns
     stretch = 1e-6 → stretch = -1e-6 → line 38, column 1 … stretch: compliance is - … 0 is rigid
     stretch = 1e-6 → stretch = 0⏎transverse = true → line … transverse: needs kind
-    stretch = 1e-6 → stretch = 0⏎motion = { circle = { radius = 1, period = 2 } } → line … moves the world side
+    stretch = 1e-6 → stretch = 0⏎motion = { circle = { radius = 1, period = 2, ramp = 2 } } → line … moves the world side
     a = "hook"⏎b = "bob" → a = "world"⏎b = "world" → line … the world to the world
     stretch = 1e-6 → ea = 1e6 → line 38, column 1: joint `link`: ea … needs length
     damping = 0.1 → damping = -0.1 → line 40, column 1 … damping is -0.1 … ≥ 0 s

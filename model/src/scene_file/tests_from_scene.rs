@@ -1,27 +1,18 @@
 //! Tests of scenes written and read back. Equality is that of the bits: Rust's debug text tells −0 from 0.
 
-use std::f64::consts::TAU;
-
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use proptest::prelude::*;
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use nalgebra::Vector3;
 
 use super::keys::{self, Described};
 use super::testing::{reads_back, round_trip, says};
 use super::{SceneSource, SceneText};
-use crate::body::{Body, Mobility};
-use crate::constraint::{
-    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable,
-    Motor, Paper, RowLaw, Slider, Spherical, Target, TwistDefinition, Winch,
-};
+use crate::body::Body;
+use crate::constraint::{Constraint, Distance, RowLaw};
 use crate::contact_scenes::ContactScene;
-use crate::frame::{Frame, hanging_axes};
-use crate::motion::Motion;
+use crate::frame::Frame;
 use crate::named::NAMES;
 use crate::network::Network;
 use crate::reeved::Reeved;
-use crate::scene::{Control, Drive, Scene};
+use crate::scene::Scene;
 
 #[test]
 fn every_named_scene() {
