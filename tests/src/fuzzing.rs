@@ -19,6 +19,7 @@ use taut_bench::run_file::RunFile;
 use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_measure::matrix::prepared::Problem;
 use taut_measure::matrix::{Matrix, market, matrix_of, vector_of};
+use taut_model::scene_file::SceneText;
 use taut_model::{Scene, SceneSource};
 use taut_recording::{Recording, animation, page, still, table};
 use taut_solver::{
@@ -198,10 +199,32 @@ pub fn scene_builder(data: &[u8]) -> bool {
     };
     match scene {
         Ok(scene) => {
+            reads_back(&scene);
             let options = bytes.options(&backends());
             run(scene, options, &mut bytes)
         }
         Err(e) => says(&e),
+    }
+}
+
+/// What a sound scene is written as is read back to it, to the bit: Rust's debug text tells −0 from 0.
+pub fn reads_back(scene: &Scene) {
+    if scene.validate().is_err() {
+        return;
+    }
+    match SceneText::from_scene(scene) {
+        Ok(text) => {
+            let source = SceneSource::Explicit(Box::new(text));
+            for toml in [source.to_toml(), source.to_commented_toml()] {
+                let toml = toml.expect("writes");
+                let again = SceneSource::parse(&toml, &[]).and_then(|source| source.build());
+                let again = again.unwrap_or_else(|e| panic!("{e}\n{toml}"));
+                assert_eq!(format!("{again:?}"), format!("{scene:?}"), "{toml}");
+            }
+        }
+        Err(e) => {
+            says(&e);
+        }
     }
 }
 

@@ -49,20 +49,6 @@ fn a_driven_run_can_be_repeated() {
     assert!((way - 0.2).abs() < 1e-9, "{way}");
 }
 
-/// Parameters and bodies one by one, written and read back: the same driven run to the last bit.
-#[test]
-fn a_written_gantry_is_driven_as_the_gantry_itself() {
-    let at = with_inputs("written_gantry");
-    let driven = "--controls inputs.csv --time 0.5 --json -";
-    let by_name = json(&at, &format!("run {GANTRY} {driven}"));
-    for form in ["", "--explicit"] {
-        let written = good(&at, &format!("scene {GANTRY} {form}"));
-        fs::write(at.join("f.toml"), &written).expect("writable");
-        same(&json(&at, &format!("run f.toml {driven}")), &by_name, form);
-        assert_eq!(good(&at, "scene f.toml"), written, "{form}");
-    }
-}
-
 #[test]
 fn faulty_inputs_are_refused_with_their_line() {
     let at = folder("faulty_inputs");

@@ -375,18 +375,4 @@ fn what_is_no_sequence_is_refused() {
         "
     );
     refuses(&at, &rows);
-    good(&at, &format!("{dump} --steps 0..4"));
-    let index = fs::read_to_string(at.join("s/sequence.csv")).expect("written");
-    let gap: String = index
-        .lines()
-        .filter(|l| !l.starts_with("2,"))
-        .map(|l| format!("{l}\n"))
-        .collect();
-    write(&at, "s/sequence.csv", &gap);
-    let row = "study sequence s → sequence.csv … step 3 follows step 1";
-    refuses(&at, row);
-    write(&at, "s/sequence.csv", &index);
-    let rhs = fs::read_to_string(at.join("s/kkt_1_rhs.mtx")).expect("written");
-    write(&at, "s/kkt_1_rhs.mtx", &rhs[..rhs.len() / 2]);
-    refused(&at, "study sequence s", &["kkt_1_rhs.mtx"]);
 }

@@ -109,27 +109,3 @@ fn loops_are_a_group_of_their_own() {
         assert!(scene.start_in_equilibrium);
     }
 }
-
-#[test]
-fn seeds_disturb_what_is_light() {
-    for network in Network::ALL {
-        let params = NetworkParams {
-            seed: 3,
-            ..NetworkParams::new(network)
-        };
-        let bodies = build(&params).bodies;
-        let rates = if network == Network::Net {
-            &bodies.velocity
-        } else {
-            &bodies.angular_velocity
-        };
-        let moving = rates.iter().filter(|w| w.amin() > 0.0).count();
-        let rigid = match network {
-            Network::Junction => 2,
-            Network::Net => 0,
-            _ => 1,
-        };
-        assert_eq!(moving, bodies.len() - rigid, "{network:?}");
-        assert!(rates.iter().all(|w| w.amax() <= params.seed_rate));
-    }
-}

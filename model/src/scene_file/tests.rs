@@ -32,18 +32,6 @@ fn names_and_overrides() {
 }
 
 #[test]
-fn written_text_reads_back_to_the_identical_scene() {
-    let overrides = [
-        ("ea", "1.2345678901234567e7"),
-        ("initial_angle", "0.1"),
-        ("seed", "77"),
-        ("damping", "1e-300"),
-    ];
-    let source = SceneSource::load("hoist", &overrides).expect("loads");
-    reads_back(&source);
-}
-
-#[test]
 fn particle_chains_by_name_and_text() {
     let overrides = [
         ("particles", "9"),
@@ -59,17 +47,6 @@ fn particle_chains_by_name_and_text() {
     reads_back(&source);
     let text = fault("[particles-a]\nspacing = -1\n", &[]);
     assert_eq!(text.split(':').next(), Some("spacing is -1"));
-}
-
-#[test]
-fn specimens_by_name_and_text() {
-    for (name, load) in [("pull", "force"), ("twist", "torque"), ("bend", "moment")] {
-        let overrides = [("segments", "5"), ("material", "rubber"), (load, "0.25")];
-        let source = SceneSource::load(name, &overrides).expect("loads");
-        let scene = source.build().expect("builds");
-        assert_eq!((scene.bodies.len(), scene.name.as_str()), (6, name));
-        reads_back(&source);
-    }
 }
 
 #[test]

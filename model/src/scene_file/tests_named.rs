@@ -97,3 +97,31 @@ fn no_parameter_is_nan_or_infinite() {
     }
     assert!(found > 900, "{found}");
 }
+
+/// The same seed is the same scene, none leaves it at rest, and one moves all but four bodies at most.
+#[test]
+fn seeds_are_reproducible_and_bounded() {
+    for (name, rate) in [
+        ("hoist", "seed_rate"),
+        ("gantry", "seed_rate"),
+        ("particles-a", "seed_velocity"),
+        ("ring", "seed_rate"),
+        ("junction", "seed_rate"),
+        ("ladder", "seed_rate"),
+        ("cranes", "seed_rate"),
+        ("net", "seed_rate"),
+    ] {
+        let rates = |seed| {
+            let source = SceneSource::load(name, &[("seed", seed), (rate, "0.01")]);
+            let bodies = source.and_then(|s| s.build()).expect(name).bodies;
+            let pairs = bodies.velocity.into_iter().zip(bodies.angular_velocity);
+            pairs.map(|(v, w)| v + w).collect::<Vec<_>>()
+        };
+        let five = rates("5");
+        assert!(five == rates("5") && five != rates("6"), "{name}");
+        assert!(rates("0").iter().all(|rate| rate.amax() == 0.0), "{name}");
+        assert!(five.iter().all(|rate| rate.amax() <= 0.01), "{name}");
+        let moving = five.iter().filter(|rate| rate.amin() > 0.0).count();
+        assert!(moving + 4 >= five.len(), "{name}: {moving}");
+    }
+}
