@@ -515,11 +515,19 @@ fn library(e: impl std::fmt::Display) -> SolveError {
 #[cfg(test)]
 mod tests {
     use super::super::testing;
+    use super::FaerFactorization::{Lblt, Ldlt, Llt};
     use super::*;
     use crate::LinearSolver;
 
     fn faer(factorization: FaerFactorization) -> Faer {
         Faer::new(FaerOptions { factorization })
+    }
+
+    #[test]
+    fn dependent_rows_are_refused() {
+        for kind in [Llt, Ldlt, Lblt] {
+            testing::sees_dependence(&mut faer(kind));
+        }
     }
 
     #[test]

@@ -147,7 +147,13 @@ impl TryFrom<&CscMatrix<f64>> for GeneralMatrix {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing;
     use super::*;
+
+    #[test]
+    fn dependent_rows_are_refused() {
+        testing::sees_dependence(&mut NalgebraSparse::default());
+    }
 
     #[test]
     fn matrices_of_nalgebra_sparse_are_taken_over() {

@@ -163,6 +163,18 @@ pub(crate) fn springs(digits: i32) -> impl Iterator<Item = (String, [SymBlockMat
     })
 }
 
+/// Dependence is seen whichever pivot it leaves weak, and nothing else is taken for it.
+pub(crate) fn sees_dependence(solver: &mut dyn LinearSolver) {
+    // Two less than without roots, whose squares are twice as inexact.
+    for (name, [loose, firm]) in springs(23) {
+        solver.analyze(loose.pattern()).unwrap();
+        let refused = solver.factorize(&loose);
+        let singular = matches!(refused, Err(SolveError::Singular { .. }));
+        assert!(singular, "{name}: {refused:?}");
+        solves(solver, &firm);
+    }
+}
+
 /// The dense solver with a fault of that name, or with none.
 pub(crate) struct Faulty {
     pub(crate) inner: Box<dyn LinearSolver>,

@@ -208,4 +208,56 @@ mod tests {
             }
         }
     }
+
+    /// A condition of 7·10¹⁴, rows and columns scaled, and residuals that are small beside |A| |x|: x may have no digit.
+    #[test]
+    fn small_residuals_of_rows_make_no_claim_beyond_the_condition() {
+        let lower = [
+            (0, 0, 2.220446049250313e-16),
+            (1, 1, 1.661534994731145e35),
+            (2, 1, -8.112963841460668e32),
+            (2, 2, 32768.0),
+            (3, 0, -2.3384026197294447e49),
+            (3, 3, 3.602879701896397e16),
+            (4, 1, 2.8003770703545734e49),
+            (4, 2, -1.0857823013812522e49),
+            (4, 4, 2.220446049250313e-16),
+            (5, 1, -16777216.0),
+            (5, 2, 0.0009765625),
+            (5, 5, 4.9039857307708443e55),
+            (6, 1, -8192.0),
+            (6, 2, -0.25),
+            (6, 4, 549755813888.0),
+            (6, 5, 3.831238852164722e53),
+            (6, 6, 7.205759403792794e16),
+        ];
+        let b = [
+            2.3384026197294447e49,
+            2.8003770703545557e49,
+            -1.0857823013812521e49,
+            2.3384026197294447e49,
+            -5.846006549323612e48,
+            1.9615942923083377e56,
+            3.831238852164722e53,
+        ];
+        let upper = lower.iter().filter(|(r, c, _)| r != c);
+        let upper: Vec<_> = upper.map(|&(r, c, a)| (c, r, a)).collect();
+        let a = GeneralMatrix::from_entries(7, [&lower[..], &upper].concat()).expect("sound");
+        let solve = |name: &str| {
+            let backend: Backend = name.parse().expect("a backend");
+            solve_general(&backend, &a, &b)
+        };
+        let (right, _) = solve("dense:extended").expect("regular");
+        // In the units of the columns.
+        let size = |v: &[f64]| v[..6].iter().fold(v[6] / 128.0, |m: f64, v| m.max(v.abs()));
+        for name in ["dense:double", "faer:lu", "umfpack", "umfpack:refinement=0"] {
+            if let Ok((x, report)) = solve(name)
+                && report.status == Status::Direct
+            {
+                let off: Vec<f64> = x.iter().zip(&right).map(|(x, y)| (x - y).abs()).collect();
+                let off = size(&off) / size(&right);
+                assert!(off <= 0.3, "{name}: {off:.1e}");
+            }
+        }
+    }
 }
