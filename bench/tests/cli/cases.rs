@@ -1,9 +1,7 @@
-use crate::{folder, good, program, refused, refuses, taut, text};
+use crate::{folder, good, refused, refuses, taut, text};
 use serde_json::Value;
-use std::fs::{self, File};
+use std::fs::{self};
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
-use std::time::Duration;
 
 fn read(at: &Path, name: &str) -> Value {
     let text = fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused, refuses};
+use crate::{folder, json, refused, refuses};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;

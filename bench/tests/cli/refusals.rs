@@ -1,4 +1,4 @@
-use crate::{folder, good, has, refused, refuses, taut, text};
+use crate::{folder, has, refused, refuses, taut, text};
 use std::fs;
 
 #[test]
@@ -19,29 +19,6 @@ fn unknown_names_list_the_known_ones_and_missing_arguments_are_named() {
         run hoist --json → --json … --help
     ";
     refuses(&at, rows);
-}
-
-#[test]
-fn a_backend_that_is_not_compiled_in_is_named_with_its_feature() {
-    let at = folder("not_compiled");
-    let features = [
-        ("banded", cfg!(feature = "banded")),
-        ("gauss-seidel", cfg!(feature = "gauss-seidel")),
-        ("cg", cfg!(feature = "cg")),
-        ("minres", cfg!(feature = "minres")),
-        ("faer", cfg!(feature = "faer")),
-        ("nalgebra-sparse", cfg!(feature = "nalgebra-sparse")),
-        ("umfpack", cfg!(feature = "umfpack")),
-    ];
-    for (name, on) in features {
-        let arguments = format!("run hoist --set segments=2 --time 0.1 --backend {name}");
-        if on {
-            good(&at, &arguments);
-        } else {
-            let cure = format!("--features {name}");
-            refused(&at, &arguments, &[name, "not compiled in", &cure]);
-        }
-    }
 }
 
 #[test]

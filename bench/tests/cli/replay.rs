@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refuses, taut, text};
+use crate::{folder, good, refuses, taut, text};
 use std::fs;
 use std::path::PathBuf;
 
