@@ -47,67 +47,46 @@ fn merged(at: &PathBuf, study: &str, call: &str, option: &str) -> String {
     good(at, &format!("merge {files} --json merged.json {option}"))
 }
 
-#[test]
-fn three_shards_merged_are_one_run() {
-    for (study, call) in [
-        ("stability", "study stability --quick --time 0.5"),
-        (
-            "linear",
-            "study linear --segments 3 --ratios 10,1e6 --backends dense",
-        ),
-        ("energy", "study energy --quick"),
-    ] {
-        let at = folder(&format!("shards_{study}"));
-        let whole = good(&at, &format!("{call} --json whole.json --csv whole.csv"));
-        let own = page(&at, study);
-        assert_eq!(
-            merged(&at, study, call, "--csv merged.csv"),
-            whole,
-            "{study}"
-        );
-        assert_eq!(page(&at, study), own, "{study}");
-        for ending in ["json", "csv"] {
-            let [a, b] = ["whole", "merged"].map(|name| {
-                let path = at.join(format!("{name}.{ending}"));
-                fs::read_to_string(path).expect("written")
-            });
-            assert_eq!(a, b, "{study}");
-        }
-        let command = read(&at, &format!("target/taut/{study}.report.json"))["command"].clone();
-        assert!(
-            command
-                .as_str()
-                .is_some_and(|c| c.contains("--quick") || c.contains("--segments=3"))
-        );
-    }
-}
+/// Studies, whether all of their numbers are the same in every run, and a call of each.
+const SHARDED: &str = "\
+stability | same | study stability --quick --time 0.5
+linear | same | study linear --segments 3 --ratios 10,1e6 --backends dense
+energy | same | study energy --quick
+bench | timed | bench --quick --segments 4 --ratios 10,100 --iterations 1,50 --time 0.3
+kernels | timed | study kernels --quick --segments 3,4 --backends dense
+shocks | timed | study shocks --quick --ratios 100 --time 1
+scenes | timed | bench --scene ring,net --segments 8 --ratios 10 --backends dense,cg:group --quick";
 
 #[test]
-fn three_shards_merged_are_one_run_but_for_times() {
-    for (study, call) in [
-        (
-            "bench",
-            "bench --quick --segments 4 --ratios 10,100 --iterations 1,50 --time 0.3",
-        ),
-        (
-            "kernels",
-            "study kernels --quick --segments 3,4 --backends dense",
-        ),
-        ("shocks", "study shocks --quick --ratios 100 --time 1"),
-        (
-            "scenes",
-            "bench --scene ring,net --segments 8 --ratios 10 --backends dense,cg:group --quick",
-        ),
-    ] {
-        let at = folder(&format!("timed_{study}"));
-        good(&at, &format!("{call} --json whole.json"));
+fn three_shards_merged_are_one_run() {
+    for row in SHARDED.lines() {
+        let [study, kind, call] = [0, 1, 2].map(|k| row.split(" | ").nth(k).expect("three"));
+        let at = folder(&format!("shards_{study}"));
+        let csv = |name: &str| match kind {
+            "same" => format!("--csv {name}.csv"),
+            _ => String::new(),
+        };
+        let whole = good(&at, &format!("{call} --json whole.json {}", csv("whole")));
         let own = page(&at, study);
-        merged(&at, study, call, "");
+        let told = merged(&at, study, call, &csv("merged"));
         let [a, b] = ["whole.json", "merged.json"].map(|name| untimed(&read(&at, name)));
         assert_eq!(a, b, "{study}");
         let merged = page(&at, study);
         for field in ["settings", "omissions", "machine", "version"] {
             assert_eq!(merged[field], own[field], "{study}: {field}");
+        }
+        if kind == "same" {
+            assert_eq!((told, merged), (whole, own), "{study}");
+            for ending in ["json", "csv"] {
+                let [a, b] = ["whole", "merged"].map(|name| {
+                    let path = at.join(format!("{name}.{ending}"));
+                    fs::read_to_string(path).expect("written")
+                });
+                assert_eq!(a, b, "{study}");
+            }
+            let report = read(&at, &format!("target/taut/{study}.report.json"));
+            let command = report["command"].as_str().expect("a command");
+            assert!(command.contains("--quick") || command.contains("--segments=3"));
         }
     }
 }

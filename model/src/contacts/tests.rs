@@ -7,9 +7,9 @@ use crate::body::Body;
 use crate::collide::Collider;
 
 /// How exact gaps, points and normals are in shapes of about 1 m.
-const EXACT: f64 = 1e-12;
+pub(super) const EXACT: f64 = 1e-12;
 
-fn v(x: f64, y: f64, z: f64) -> Vector3<f64> {
+pub(super) fn v(x: f64, y: f64, z: f64) -> Vector3<f64> {
     Vector3::new(x, y, z)
 }
 
@@ -21,7 +21,7 @@ fn ball(radius: f64) -> Shape {
     Shape::Sphere { radius }
 }
 
-fn cuboid(x: f64, y: f64, z: f64) -> Shape {
+pub(super) fn cuboid(x: f64, y: f64, z: f64) -> Shape {
     let size = v(x, y, z);
     Shape::Cuboid { size }
 }
@@ -58,7 +58,7 @@ fn scene(shapes: [Placed; 2], turn: &UnitQuaternion<f64>, shift: Vector3<f64>) -
     scene
 }
 
-fn contacts(scene: &Scene) -> Vec<Contact> {
+pub(super) fn contacts(scene: &Scene) -> Vec<Contact> {
     let mut collisions = Collisions::new(scene);
     let found = collisions.find(scene, 0.0).expect("finite");
     found.to_vec()

@@ -1,8 +1,8 @@
 //! Invariants of splitting and merging at a winch.
 
 use super::*;
+use crate::constraint::testing::Poses;
 use crate::constraint::{JointLaw, RowLaw, Spherical, Winch};
-use crate::scene::segments::tests::Random;
 use crate::{Body, Cable, CableEnd, Frame, Linearized, Material, Segments};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -127,7 +127,7 @@ fn what_hangs_at_rest_stays_at_rest() {
 
 #[test]
 fn a_cable_wound_in_and_out_is_a_cable() {
-    let [mut random, mut speeds] = [7, 8].map(Random::new);
+    let [mut random, mut speeds] = [7, 8].map(Poses::new);
     let mut scene = cable(-Vector3::z() * 6.0, CableEnd::Clamped);
     let about = |by: f64| UnitQuaternion::from_axis_angle(&-Vector3::z_axis(), by);
     scene.bodies.orientation[0] = about(2.0);
@@ -154,7 +154,7 @@ fn a_cable_wound_in_and_out_is_a_cable() {
         let twist = measures(&scene)[1];
         assert!((twist - 2.0).abs() < 1e-11, "{twist}");
         for velocity in &mut scene.bodies.velocity {
-            *velocity = speeds.vector(0.1);
+            *velocity = speeds.vector() * 0.1;
         }
         let momentum = scene.momentum();
         let [split, merged] = wind(&mut scene);
