@@ -262,11 +262,6 @@ mod tests {
         Ok(x)
     }
 
-    #[test]
-    fn many_right_hand_sides_are_solved_as_each_alone() {
-        testing::solves_many(&mut Banded::default());
-    }
-
     /// A chain from its last block on has no first pivot where that is rigid: masses come before what joins them.
     #[test]
     fn a_rigid_kkt_matrix_is_eliminated_in_its_order() {

@@ -517,7 +517,6 @@ mod tests {
     use super::super::testing;
     use super::FaerFactorization::{Lblt, Ldlt, Llt};
     use super::*;
-    use crate::LinearSolver;
 
     fn faer(factorization: FaerFactorization) -> Faer {
         Faer::new(FaerOptions { factorization })
@@ -566,20 +565,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn lu_needs_no_diagonal_to_pivot_on() {
-        // [0 B; Bᵀ 0]: no pivot stands on the diagonal.
-        let pattern = Arc::new(BlockPattern::new(&[3, 3], &[(0, 1)]).unwrap());
-        let mut a = SymBlockMatrix::zeros(pattern.clone());
-        a.block_mut(1)
-            .copy_from_slice(&[2.0, 1.0, 0.0, -1.0, 3.0, 1.0, 0.5, 0.0, 4.0]);
-        let mut solver = faer(FaerFactorization::Lu);
-        solver.analyze(&pattern).unwrap();
-        testing::solves(&mut solver, &a);
-        let mut solver = faer(FaerFactorization::Ldlt);
-        solver.analyze(&pattern).unwrap();
-        assert_eq!(solver.factorize(&a), Err(SolveError::Singular { block: 0 }));
     }
 }

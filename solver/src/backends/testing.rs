@@ -101,34 +101,6 @@ pub(crate) fn solves(solver: &mut dyn LinearSolver, a: &SymBlockMatrix) {
     }
 }
 
-/// Columns of right-hand sides, of any number, are solved as each alone; what is not whole columns is refused.
-pub(crate) fn solves_many(solver: &mut dyn LinearSolver) {
-    for pattern in patterns() {
-        let (a, n) = (positive_definite(&pattern, 5), pattern.dim());
-        solver.analyze(&pattern).unwrap();
-        solver.factorize(&a).unwrap();
-        for columns in [1, 2, 5] {
-            let b = right_side(columns * n);
-            let mut x = vec![f64::NAN; b.len()];
-            let report = solver.solve_many(&a, &b, &mut x).unwrap();
-            assert!(report.is_claim());
-            for (b, x) in b.chunks(n).zip(x.chunks(n)) {
-                let mut alone = vec![0.0; n];
-                solver.solve(&a, b, &mut alone).unwrap();
-                let difference = crate::forward_error(x, &alone);
-                assert!(difference < 1e-14, "{}: {difference:e}", solver.name());
-            }
-        }
-        for (of_b, of_x) in [(0, 0), (2 * n + 1, 2 * n + 1), (2 * n, n)] {
-            let b = right_side(of_b);
-            let mut x = vec![0.0; of_x];
-            let refused = solver.solve_many(&a, &b, &mut x);
-            let whole = n == 1 && of_b == 2 * n + 1;
-            assert!(whole || matches!(refused, Err(SolveError::Dimension { .. })));
-        }
-    }
-}
-
 /// Springs between five nodes that nothing holds, in chains and rings; and the same with a grain of 10⁻¹² of each more at
 /// both of its nodes, which holds them. The weaker those of some node, from a third to that over 2 to the power of `digits` − 1, the more of its pivot
 /// is what rounding made of the others.
