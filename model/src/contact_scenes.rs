@@ -206,18 +206,3 @@ impl ContactSceneParams {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_scene_stands_clear_of_the_ground() {
-        for grounded in ContactScene::ALL {
-            let scene = ContactSceneParams::new(grounded).build().expect("builds");
-            assert_eq!(scene.name, grounded.name());
-            assert!(scene.bodies.position.iter().all(|x| x.z > 0.0));
-            assert!(scene.load.is_some());
-        }
-    }
-}

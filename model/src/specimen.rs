@@ -277,33 +277,6 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn defaults_are_a_straight_square_of_steel() {
-        for specimen in Specimen::ALL {
-            assert_eq!(Specimen::named(specimen.name()), Some(specimen));
-            let params = SpecimenParams::new(specimen);
-            let found = params.resolve().expect("sound");
-            let scene = params.build().expect("builds");
-            assert_eq!(
-                (scene.name.as_str(), scene.load),
-                (specimen.name(), Some(24))
-            );
-            assert_eq!((scene.bodies.len(), scene.constraints.len()), (25, 25));
-            assert!((found.stiffness.ea - 2e7).abs() < 1e-6);
-            assert!((found.stiffness.ei - 2e11 * 1e-8 / 12.0).abs() < 1e-10);
-            assert!(
-                Linearized::at(&scene, 0.0)
-                    .phi
-                    .iter()
-                    .all(|phi| phi.abs() < 1e-15)
-            );
-            let (force, torque) = (scene.bodies.force[24], scene.bodies.torque[24]);
-            let loads = [force.x, torque.x, torque.z].map(|load| load != 0.0);
-            assert_eq!(loads, Specimen::ALL.map(|s| s == specimen));
-        }
-        assert_eq!(Specimen::named("push"), None);
-    }
-
-    #[test]
     fn a_bearing_draws_the_cable() {
         let params = SpecimenParams {
             bearing: true,

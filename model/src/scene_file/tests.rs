@@ -1,6 +1,6 @@
 //! Tests of scenes as one table, and of overrides.
 
-use super::testing::{check_faults, fault, reads_back, says};
+use super::testing::{check_faults, fault, says};
 use super::*;
 use crate::HoistParams;
 use crate::cable::JointKind;
@@ -29,24 +29,6 @@ fn names_and_overrides() {
     let text = "[hoist]\nsegments = 3\nanchor = \"clamped\"\n";
     let source = SceneSource::parse(text, &[("segments", "4")]).expect("loads");
     assert_eq!(hoist(&source).segments, 4);
-}
-
-#[test]
-fn particle_chains_by_name_and_text() {
-    let overrides = [
-        ("particles", "9"),
-        ("load_mass", "1e3"),
-        ("particles-a.transverse", "true"),
-        ("compliance", "1.2345678901234567e-9"),
-        ("seed", "3"),
-    ];
-    let source = SceneSource::load("particles-a", &overrides).expect("loads");
-    let scene = source.build().expect("builds");
-    assert_eq!((scene.bodies.len(), scene.bodies.mass[8]), (9, 1e3));
-    assert_eq!(scene.constraints[0].rows(), 3);
-    reads_back(&source);
-    let text = fault("[particles-a]\nspacing = -1\n", &[]);
-    assert_eq!(text.split(':').next(), Some("spacing is -1"));
 }
 
 #[test]
