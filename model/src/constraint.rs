@@ -28,7 +28,7 @@ mod sheave;
 mod slider;
 mod spherical;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use cosserat::Cosserat;
 pub(crate) use cosserat::{BendTwist, bends_little};

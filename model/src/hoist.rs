@@ -226,7 +226,6 @@ impl Hoist {
 mod tests {
     use super::*;
     use crate::material::CrossSection;
-    use proptest::prelude::*;
     use std::f64::consts::PI;
 
     #[test]
@@ -260,96 +259,5 @@ mod tests {
             ..params
         };
         assert_eq!(load.resolve().expect("sound").load_mass, 3.0);
-    }
-
-    #[test]
-    fn faults_name_the_parameter() {
-        let says = |change: fn(&mut HoistParams), words: &str| {
-            let mut params = HoistParams::default();
-            change(&mut params);
-            let text = params.build().expect_err("a fault").to_string();
-            assert!(text.contains(words), "{text}");
-            assert!(params.exact_elongation().is_nan());
-        };
-        says(|p| p.segments = 0, "segments is 0: it has to be at least 1");
-        says(|p| p.segments = 20_000_000, "at most 10000000");
-        says(|p| p.length = 0.0, "length is 0: it has to be > 0 m");
-        says(|p| p.mass_ratio = -1.0, "mass_ratio is -1");
-        says(|p| p.segment_mass = Some(0.0), "segment_mass is 0");
-        says(|p| p.top_mass = Some(0.0), "top_mass is 0");
-        says(|p| p.segment_mass = Some(-1.0), "segment_mass is -1");
-        says(|p| p.mass_ratio = f64::INFINITY, "mass_ratio is inf");
-        says(|p| p.length = f64::NAN, "length is NaN");
-        says(|p| p.ea = Some(f64::NAN), "ea is NaN");
-        says(|p| p.ea = Some(-2e7), "ea is -20000000");
-        says(|p| p.initial_angle = f64::INFINITY, "initial_angle is inf");
-        says(
-            |p| p.material = Some("wood".into()),
-            "choose one of steel, nylon, rubber",
-        );
-        says(|p| p.stretch = false, "stretch");
-        says(
-            |p| (p.move_x, p.circle_radius) = (1.0, 1.0),
-            "excludes move_x",
-        );
-        says(
-            |p| (p.joint, p.anchor) = (JointKind::Spherical, End::Clamped),
-            "anchor: spherical joints have stretch rows only",
-        );
-        says(
-            |p| (p.joint, p.twist) = (JointKind::Spherical, Some(true)),
-            "twist: spherical joints",
-        );
-        says(
-            |p| p.twist_definition = TwistDefinition::Alternative,
-            "twist_definition: is a choice of the paper's joint",
-        );
-        says(|p| p.length = 1e-305, "when all is worked out");
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-        /// Whatever the numbers: a valid scene or a one-line error, never a panic.
-        #[test]
-        fn any_numbers_build_or_are_refused(
-            segments in 0_usize..20,
-            v in proptest::collection::vec(proptest::num::f64::ANY, 14),
-            given in proptest::collection::vec(any::<bool>(), 14),
-            seed in any::<u64>(),
-            ends in any::<[bool; 2]>(),
-        ) {
-            let base = HoistParams::default();
-            let of = |i: usize, default: f64| if given[i] { v[i] } else { default };
-            let option = |i: usize| given[i].then_some(v[i].abs());
-            let end = |clamped| if clamped { End::Clamped } else { End::Spherical };
-            let params = HoistParams {
-                segments,
-                length: of(0, base.length).abs(),
-                mass_ratio: of(1, base.mass_ratio).abs(),
-                gravity: of(2, base.gravity).abs(),
-                segment_mass: option(3),
-                load_mass: option(4),
-                radius: option(5),
-                ea: option(6),
-                ei: option(7),
-                gj: option(8),
-                load_offset: of(9, 0.0),
-                initial_angle: of(10, 0.0),
-                seed_rate: of(11, 0.0),
-                move_x: of(12, 0.0),
-                damping: of(13, 0.0),
-                seed,
-                anchor: end(ends[0]),
-                attachment: end(ends[1]),
-                ..base
-            };
-            for scene in [params.build(), params.hanging_equilibrium()] {
-                match scene {
-                    Ok(scene) => prop_assert_eq!(scene.validate(), Ok(())),
-                    Err(error) => prop_assert!(!error.to_string().contains('\n')),
-                }
-            }
-        }
     }
 }

@@ -502,7 +502,7 @@ mod tests {
     use super::*;
     use crate::constraint::MAX_ROWS;
     use crate::{End, HoistParams, JointKind};
-    use crate::{Motion, Side};
+
     use nalgebra::Vector3;
 
     impl Linearized {
@@ -584,22 +584,6 @@ mod tests {
         }
         assert!(lin.phi_t[0] > 0.9, "the anchor moves at 15/8 of 0.5 m/s");
         assert!(after.phi_t.iter().all(|rate| *rate == 0.0));
-    }
-
-    #[test]
-    fn drive_on_side_b_has_the_other_sign() {
-        let mut scene = hoist();
-        let mut lin = Linearized::new(&scene);
-        lin.drive(&scene, 0.2, 0.3);
-        let forward = lin.phi_t[0];
-        scene.constraints[0].frames_mut().reverse();
-        assert!(matches!(
-            scene.constraints[0].frames()[1].side,
-            Side::World(Motion::Smooth { .. })
-        ));
-        let mut lin = Linearized::new(&scene);
-        lin.drive(&scene, 0.2, 0.3);
-        assert_eq!(lin.phi_t[0], -forward);
     }
 
     #[test]

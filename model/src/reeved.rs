@@ -334,21 +334,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn parameters_out_of_range_are_named() {
-        let says = |reeved, change: fn(&mut ReevedParams), words: &str| {
-            let mut params = ReevedParams::new(reeved);
-            change(&mut params);
-            let said = params.build().expect_err("refused").to_string();
-            assert!(said.contains(words), "{said}");
-        };
-        use Reeved::{Capstan, Elevator, Tackle};
-        says(Capstan, |p| p.friction = -0.1, "friction is -0.1");
-        says(Capstan, |p| p.friction = 300.0, "friction times wrap");
-        says(Tackle, |p| p.falls = 0, "falls is 0");
-        says(Tackle, |p| p.ea = 0.0, "ea is 0");
-        says(Elevator, |p| p.wheel_inertia = Some(0.0), "inertia is 0");
-        says(Elevator, |p| p.radius = f64::NAN, "radius is NaN");
-    }
 }

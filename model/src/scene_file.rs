@@ -136,6 +136,8 @@ mod tests_lean;
 #[cfg(test)]
 mod tests_lengths;
 #[cfg(test)]
+mod tests_named;
+#[cfg(test)]
 mod tests_sheaves;
 mod write;
 

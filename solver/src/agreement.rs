@@ -318,78 +318,13 @@ impl Examination<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SolveReport;
-    use crate::{AnalyzeReport, FactorReport, Phases};
-
-    /// The dense solver with one fault, for each fault that is looked for.
-    struct Faulty {
-        inner: Box<dyn LinearSolver>,
-        fault: &'static str,
-        phases: Phases,
-    }
-
-    impl LinearSolver for Faulty {
-        fn name(&self) -> &'static str {
-            "faulty"
-        }
-
-        fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-            self.phases.analyzed(pattern);
-            self.inner.analyze(pattern)
-        }
-
-        fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-            if self.fault == "keeps an old factorisation" {
-                let _ = self.inner.factorize(a);
-                return Ok(FactorReport::default());
-            }
-            self.inner.factorize(a)
-        }
-
-        fn solve(
-            &mut self,
-            a: &SymBlockMatrix,
-            b: &[f64],
-            x: &mut [f64],
-        ) -> Result<SolveReport, SolveError> {
-            let guess = x.first().copied().unwrap_or(0.0);
-            let result = self.inner.solve(a, b, x);
-            match self.fault {
-                "wrong in the seventh digit" => x.iter_mut().for_each(|x| *x *= 1.0 + 1e-7),
-                "adds the guess" => x.iter_mut().for_each(|x| *x += guess),
-                "nothing is an error" => {
-                    return Ok(SolveReport::DIRECT);
-                }
-                "gives up" => {
-                    return result.map(|r| SolveReport {
-                        status: Status::IterationLimit,
-                        ..r
-                    });
-                }
-                _ => {}
-            }
-            result
-        }
-
-        fn solve_many(
-            &mut self,
-            a: &SymBlockMatrix,
-            b: &[f64],
-            x: &mut [f64],
-        ) -> Result<SolveReport, SolveError> {
-            let report = self.inner.solve_many(a, b, x);
-            if self.fault == "forgets the last column" {
-                x[b.len() - a.dim()..].fill(0.0);
-            }
-            report
-        }
-    }
+    use crate::backends::testing::Faulty;
 
     #[test]
     fn each_fault_is_found() {
         for (fault, asked) in [
             ("wrong in the seventh digit", "the backward error is small"),
-            ("adds the guess", "direct solvers ignore the guess"),
+            ("reads the guess", "direct solvers ignore the guess"),
             ("nothing is an error", "solve before analyze is refused"),
             (
                 "keeps an old factorisation",
@@ -398,13 +333,7 @@ mod tests {
             ("gives up", "a solve ends in a solution"),
             ("forgets the last column", "the backward error is small"),
         ] {
-            let mut faulty = Faulty {
-                inner: Backend::Dense(crate::DenseOptions::default())
-                    .create()
-                    .unwrap(),
-                fault,
-                phases: Phases::default(),
-            };
+            let mut faulty = Faulty::dense(fault);
             let claims = Claims::DIRECT;
             assert_eq!(check(&mut faulty, &claims).unwrap_err().asked, asked);
         }

@@ -23,6 +23,8 @@ pub(crate) mod minres;
 pub(crate) mod nalgebra_sparse;
 #[cfg(test)]
 pub(crate) mod testing;
+#[cfg(test)]
+mod tests_iterations;
 #[cfg(feature = "umfpack")]
 pub(crate) mod umfpack;
 

@@ -334,56 +334,12 @@ pub(crate) fn caught<R>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Backend;
     use crate::agreement::{Claims, adverse, check};
-    use crate::{Backend, DenseOptions};
-
-    /// The dense solver with a fault of that name.
-    struct Faulty(Box<dyn LinearSolver>, &'static str);
-
-    impl LinearSolver for Faulty {
-        fn name(&self) -> &'static str {
-            "faulty"
-        }
-
-        fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-            self.0.analyze(pattern)
-        }
-
-        fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-            match self.1 {
-                "forgets the pattern" => Err(SolveError::PatternChanged),
-                _ => self.0.factorize(a),
-            }
-        }
-
-        fn solve(
-            &mut self,
-            a: &SymBlockMatrix,
-            b: &[f64],
-            x: &mut [f64],
-        ) -> Result<SolveReport, SolveError> {
-            let given = x.to_vec();
-            let report = self.0.solve(a, b, x)?;
-            let last = x.len() - 1;
-            match self.1 {
-                "writes NaN" => x[last] = f64::NAN,
-                "writes less" => x[last] = given[last],
-                "writes more" => x[given.len()] = 0.0,
-                "reads the guess" => x[0] += given[0],
-                "claims falsely" => x[0] *= 1.0 + 1e-6,
-                _ => {}
-            }
-            Ok(report)
-        }
-    }
-
-    fn dense() -> Box<dyn LinearSolver> {
-        let backend = Backend::Dense(DenseOptions::default());
-        backend.create().unwrap()
-    }
+    use crate::backends::testing::Faulty;
 
     fn faulty(fault: &'static str) -> Checked {
-        Checked::new("faulty", Box::new(Faulty(dense(), fault)), None)
+        Checked::new("faulty", Box::new(Faulty::dense(fault)), None)
     }
 
     fn solved(solver: &mut Checked) -> Result<SolveReport, SolveError> {
@@ -416,7 +372,7 @@ mod tests {
     fn what_panicked_is_not_called_again() {
         let mut solver = faulty("writes more");
         let first = solved(&mut solver).unwrap_err();
-        solver.inner = dense();
+        solver.inner = Box::new(Faulty::dense("none"));
         assert_eq!(solved(&mut solver), Err(first));
     }
 
@@ -427,7 +383,9 @@ mod tests {
         solver.analyze(system.a.pattern()).unwrap();
         solver.factorize(&system.a).unwrap();
         solver.solves = 10 * FIRST;
-        solver.inner = Box::new(Faulty(solver.inner, "claims falsely"));
+        let fault = "claims falsely";
+        let inner = solver.inner;
+        solver.inner = Box::new(Faulty { inner, fault });
         let mut x = vec![0.0; system.b.len()];
         let mut solve = || solver.solve(&system.a, &system.b, &mut x);
         let first = (1..=EVERY).find(|_| solve().is_err());
@@ -455,39 +413,9 @@ mod tests {
 
     #[test]
     fn many_columns_are_solved_at_once_and_each_is_verified() {
-        /// Forgets to write the last column.
-        struct Short(Box<dyn LinearSolver>);
-        impl LinearSolver for Short {
-            fn name(&self) -> &'static str {
-                "short"
-            }
-            fn analyze(&mut self, p: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-                self.0.analyze(p)
-            }
-            fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-                self.0.factorize(a)
-            }
-            fn solve(
-                &mut self,
-                _: &SymBlockMatrix,
-                _: &[f64],
-                _: &mut [f64],
-            ) -> Result<SolveReport, SolveError> {
-                panic!("column by column")
-            }
-            fn solve_many(
-                &mut self,
-                a: &SymBlockMatrix,
-                b: &[f64],
-                x: &mut [f64],
-            ) -> Result<SolveReport, SolveError> {
-                let (b, x) = (&b[..2 * a.dim()], &mut x[..2 * a.dim()]);
-                self.0.solve_many(a, b, x)
-            }
-        }
         let system = adverse(0).unwrap();
         let n = system.b.len();
-        let mut solver = Checked::new("short", Box::new(Short(dense())), None);
+        let mut solver = faulty("stops after two columns");
         solver.analyze(system.a.pattern()).unwrap();
         solver.factorize(&system.a).unwrap();
         let b = system.b.repeat(3);

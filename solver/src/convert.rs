@@ -347,50 +347,36 @@ mod tests {
 
     #[test]
     fn what_is_no_square_symmetric_matrix_is_refused_with_its_place() {
-        let refused = |change: fn(&mut Vec<usize>, &mut Vec<usize>, &mut Vec<f64>)| {
+        use ConvertError as E;
+        type Change = fn(&mut Vec<usize>, &mut Vec<usize>, &mut Vec<f64>);
+        let rows: [(Change, ConvertError); 11] = [
+            (|_, rows, _| rows[3] = 0, E::Duplicate { row: 0, column: 1 }),
+            (|_, rows, _| rows.swap(2, 3), E::Unsorted { column: 1 }),
+            (
+                |_, rows, _| rows[6] = 3,
+                E::RowOutOfRange { row: 3, column: 2 },
+            ),
+            (
+                |_, _, v| v[1] = f64::NAN,
+                E::NonFinite { row: 1, column: 0 },
+            ),
+            (
+                |_, _, v| v[1] = 1.0_f64.next_up(),
+                E::NotSymmetric { row: 1, column: 0 },
+            ),
+            (|_, _, v| v.truncate(6), E::Lengths { rows: 7, values: 6 }),
+            (|start, _, _| start[3] = 6, E::ColumnStarts),
+            (|start, _, _| start[0] = 1, E::ColumnStarts),
+            (|start, _, _| start.swap(1, 2), E::ColumnStarts),
+            (|start, _, _| start.truncate(3), E::ColumnStarts),
+            (|start, _, _| start.clear(), E::ColumnStarts),
+        ];
+        for (change, expected) in rows {
             let (mut start, mut row, mut values) = plain();
             change(&mut start, &mut row, &mut values);
             let a = GeneralMatrix::from_csc(3, 3, start, row, values);
-            a.and_then(|a| SymBlockMatrix::from_symmetric(&a, &[1, 1, 1]))
-                .expect_err("refused")
-        };
-        let at = |row, column| (row, column);
-        let (row, column) = at(0, 1);
-        assert_eq!(
-            refused(|_, row, _| row[3] = 0),
-            ConvertError::Duplicate { row, column }
-        );
-        assert_eq!(
-            refused(|_, row, _| row.swap(2, 3)),
-            ConvertError::Unsorted { column }
-        );
-        let (row, column) = at(3, 2);
-        assert_eq!(
-            refused(|_, rows, _| rows[6] = 3),
-            ConvertError::RowOutOfRange { row, column }
-        );
-        let (row, column) = at(1, 0);
-        assert_eq!(
-            refused(|_, _, v| v[1] = f64::NAN),
-            ConvertError::NonFinite { row, column }
-        );
-        assert_eq!(
-            refused(|_, _, v| v[1] = 1.0_f64.next_up()),
-            ConvertError::NotSymmetric { row, column }
-        );
-        let lengths = ConvertError::Lengths { rows: 7, values: 6 };
-        assert_eq!(refused(|_, _, v| v.truncate(6)), lengths);
-        for change in [
-            |start: &mut Vec<usize>| start[3] = 6,
-            |start: &mut Vec<usize>| start[0] = 1,
-            |start: &mut Vec<usize>| start.swap(1, 2),
-            |start: &mut Vec<usize>| start.truncate(3),
-            |start: &mut Vec<usize>| start.clear(),
-        ] {
-            let (mut start, row, values) = plain();
-            change(&mut start);
-            let a = GeneralMatrix::from_csc(3, 3, start, row, values);
-            assert_eq!(a, Err(ConvertError::ColumnStarts));
+            let a = a.and_then(|a| SymBlockMatrix::from_symmetric(&a, &[1, 1, 1]));
+            assert_eq!(a, Err(expected));
         }
         let (start, row, values) = plain();
         let (rows, columns) = (4, 3);

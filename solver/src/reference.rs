@@ -63,37 +63,6 @@ mod tests {
     use crate::BlockPattern;
     use std::sync::Arc;
 
-    /// The chain of N unit masses under a load R: S is tridiagonal with 1/mᵢ + 1/mᵢ₊₁, and its inverse is known:
-    /// (S⁻¹)ᵢⱼ = Σ of the masses from max(i, j) on.
-    #[test]
-    fn hanging_chain_has_its_exact_multipliers() {
-        let n = 40;
-        let couplings: Vec<_> = (1..n).map(|i| (i, i - 1)).collect();
-        let p = Arc::new(BlockPattern::new(&vec![1; n], &couplings).unwrap());
-        for load in [1.0, 1024.0, 2.0_f64.powi(40)] {
-            let mass = |i: usize| if i + 1 == n { load } else { 1.0 };
-            let mut a = SymBlockMatrix::zeros(p.clone());
-            for i in 0..n {
-                let k = p.find(i, i).unwrap();
-                a.block_mut(k)[0] = 1.0 / mass(i) + if i > 0 { 1.0 / mass(i - 1) } else { 0.0 };
-                if i > 0 {
-                    let k = p.find(i, i - 1).unwrap();
-                    a.block_mut(k)[0] = -1.0 / mass(i - 1);
-                }
-            }
-            let mut b = vec![0.0; n];
-            b[0] = 1.0;
-            let x = reference_solution(&a, &b).unwrap();
-            for (i, x) in x.iter().enumerate() {
-                let exact = load + (n - 1 - i) as f64;
-                assert!(
-                    (x - exact).abs() <= 2.0 * f64::EPSILON * exact,
-                    "{i}: {x} {exact}"
-                );
-            }
-        }
-    }
-
     /// Hilbert's matrices, times the common multiple of their denominators and so of integers: the solution of A·1 is 1,
     /// exactly, up to a condition of 10¹³, which no correction of 10⁻²⁴ is left at.
     #[test]

@@ -1,6 +1,6 @@
 use taut_integrator::{Elimination, EliminationOrder, Form, StepOptions, Stepper};
 use taut_measure::Choice;
-use taut_model::{Scene, Topology};
+use taut_model::Scene;
 use taut_solver::{Backend, Status, backward_error, forward_error};
 use taut_tests::graphs::{ladder, net, parts, rings, star, tree};
 use taut_tests::{Worst, compiled, compiled_direct};
@@ -41,12 +41,6 @@ fn border_rows(scene: &Scene, elimination: Elimination) -> usize {
     let as_it_is: Vec<usize> = (0..pattern.blocks()).collect();
     let rows = Backend::Banded.border_rows(&pattern, &as_it_is);
     rows.expect("an order").unwrap_or(usize::MAX)
-}
-
-/// Entries of S itself, all of which a factor has.
-fn entries(scene: &Scene) -> u64 {
-    let stepper = Stepper::new(scene.clone(), StepOptions::default()).expect("sound");
-    stepper.system().0.pattern().stored_values() as u64
 }
 
 /// Every direct solver, in both forms and every order, after one refinement; and the order is what it is called.
@@ -169,43 +163,6 @@ fn a_redundant_constraint_is_named_in_every_order() {
             let named = ["again", &original].map(|name| error.contains(&format!("`{name}`")));
             assert_ne!(named, [false; 2], "{choice}, {elimination}: {error}");
         }
-    }
-}
-
-#[test]
-fn trees_cost_in_proportion_to_their_bodies() {
-    let per_body = [10, 100, 1000].map(|bodies| {
-        let scene = tree("cosserat", bodies, 3);
-        assert!(Topology::of(&scene).closing.is_empty());
-        for elimination in [Elimination::MinimumDegree, Elimination::Auto] {
-            let order = order(&scene, elimination);
-            let found = order.cost.map(|c| c.entries);
-            assert_eq!(
-                found,
-                Some(entries(&scene)),
-                "{bodies} bodies, {elimination}"
-            );
-        }
-        flops(&scene, Elimination::Auto) as f64 / bodies as f64
-    });
-    println!("flops a body of trees: {per_body:?}");
-    // Small trees have more ends.
-    assert!(
-        (per_body[2] / per_body[1] - 1.0).abs() < 0.2,
-        "{per_body:?}"
-    );
-    assert!(per_body[2] < 3.0 * per_body[0], "{per_body:?}");
-}
-
-#[test]
-fn a_ring_costs_in_proportion_to_its_length() {
-    for elimination in Elimination::ALL {
-        let per_body = [100, 1000].map(|n| {
-            let ring = rings("cosserat", 1, n);
-            flops(&ring, elimination) as f64 / n as f64
-        });
-        let growth = per_body[1] / per_body[0];
-        assert!((growth - 1.0).abs() < 0.05, "{elimination}: {per_body:?}");
     }
 }
 

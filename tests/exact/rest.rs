@@ -1,14 +1,10 @@
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_integrator::{
-    GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
-};
+use taut_integrator::{StepError, StepOptions, Stepper, static_equilibrium};
 use taut_measure::Choice;
 use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
 use taut_solver::Backend;
 use taut_tests::scenes::slings;
-use taut_tests::{Worst, compiled_direct, compiled_iterative};
-
-const DT: f64 = 1.0 / 60.0;
+use taut_tests::{Worst, compiled_direct};
 const LENGTH: f64 = 10.0;
 
 fn backend() -> Backend {
@@ -37,93 +33,10 @@ fn bent(damping: f64) -> Scene {
     scene
 }
 
-/// Steps until nothing moves any more.
-fn settled(scene: Scene, options: StepOptions) -> Scene {
-    let dt = options.dt;
-    let mut stepper = Stepper::new(scene, options).expect("sound");
-    let steps = (60.0 / dt) as usize;
-    for _ in 0..steps {
-        stepper.step().expect("stable");
-        let rates = stepper.scene().bodies.velocity.iter();
-        if rates.map(Vector3::norm).fold(0.0, f64::max) < 1e-12 {
-            break;
-        }
-    }
-    stepper.into_scene()
-}
-
 /// Largest distance of a body from where it is in the other scene, over the cable's length.
 fn distance(a: &Scene, b: &Scene) -> f64 {
     let pairs = a.bodies.position.iter().zip(&b.bodies.position);
     pairs.map(|(x, y)| (x - y).norm()).fold(0.0, f64::max) / LENGTH
-}
-
-/// H13: the shape at rest depends on the forces and the compliances only. It bends by more than 0.3 rad.
-#[test]
-fn the_static_shape_depends_on_nothing_dynamic() {
-    let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");
-    let turned = shape.bodies.orientation[5].angle_to(&shape.bodies.orientation[0]);
-    assert!(turned > 0.3, "{turned}");
-    let mut worst = Worst::default();
-    let base = || taut_tests::changed(StepOptions::default(), |o| o.guard = None);
-    let mut see = |damping: f64, options: StepOptions| {
-        let place = format!(
-            "τ = {damping}, Δt = {}, {}, K {}, {}/{}",
-            options.dt, options.scheme, options.stiffness, options.backend, options.form
-        );
-        worst.see(distance(&settled(bent(damping), options), &shape), place);
-    };
-    for scheme in Scheme::KINDS {
-        for stiffness in [
-            GeometricStiffness::Off,
-            GeometricStiffness::Inertia { alpha: 0.5 },
-        ] {
-            let options = StepOptions {
-                scheme,
-                stiffness,
-                ..base()
-            };
-            see(0.3, options);
-        }
-    }
-    for damping in [0.2, 0.6] {
-        see(damping, base());
-    }
-    for dt in [1.0 / 30.0, 1.0 / 240.0] {
-        see(0.3, StepOptions { dt, ..base() });
-    }
-    for choice in compiled_direct() {
-        let Choice { backend, form } = choice;
-        see(
-            0.3,
-            StepOptions {
-                backend,
-                form,
-                ..base()
-            },
-        );
-    }
-    worst.expect_measured("static shape", 3.4e-12);
-}
-
-/// From the unstrained cable to the exact gaps ε_j T_j in closed form.
-#[test]
-fn the_equilibrium_of_a_hanging_cable_is_exact() {
-    let mut worst = Worst::default();
-    for mass_ratio in [1.0, 1e3, 1e6] {
-        for segments in [6, 24] {
-            let params = HoistParams {
-                segments,
-                mass_ratio,
-                ..HoistParams::default()
-            };
-            let exact = params.hanging_equilibrium().expect("sound");
-            let found = static_equilibrium(params.build().expect("sound"), &backend());
-            let place = format!("ratio {mass_ratio:e}, {segments} segments");
-            worst.see(distance(&found.expect("an equilibrium"), &exact), place);
-        }
-    }
-    worst.expect_measured("hanging equilibrium", 5.4e-13);
 }
 
 #[test]
@@ -231,24 +144,4 @@ fn a_load_on_slings_comes_to_rest_from_beside() {
         }
     }
     assert!(worst.error() < 1e-9, "{}", worst.error());
-}
-
-#[test]
-fn converged_iterations_find_the_same_shape() {
-    let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");
-    let mut worst = Worst::default();
-    for Choice { backend, .. } in compiled_iterative() {
-        if !backend.to_string().starts_with("cg") {
-            continue;
-        }
-        let options = StepOptions {
-            dt: DT,
-            refinements: 0,
-            backend: backend.with_iterations(500).with_tolerance(1e-14),
-            guard: None,
-            ..StepOptions::default()
-        };
-        worst.see(distance(&settled(bent(0.3), options), &shape), &backend);
-    }
-    worst.expect_measured("static shape by iteration", 2.0e-12);
 }

@@ -163,13 +163,3 @@ fn named_scenes_at_a_ratio_of_a_trillion_end_or_stay_finite() {
         }
     }
 }
-
-#[test]
-fn without_gravity_nothing_moves() {
-    let mut scene = ground(Surface::default());
-    scene.gravity = Vector3::zeros();
-    let at = Vector3::z() * 0.5;
-    add_box(&mut scene, "load", Vector3::repeat(1.0), 1.0, at);
-    let fastest = live(scene, DT).expect("a box at rest");
-    assert!(fastest < 1e-12, "{fastest}");
-}

@@ -2,8 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_measure::Choice;
 use taut_model::{
-    Bodies, Body, Constraint, Distance, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError,
-    Spherical,
+    Body, Constraint, Distance, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError, Spherical,
 };
 use taut_output::check;
 use taut_solver::{Backend, DenseOptions, SolveError};
@@ -164,10 +163,6 @@ fn numbers_at_the_ends_of_their_range_leave_no_nan() {
         linked(1e-9),
         under(1e300),
     ];
-    let spoils: [fn(&mut Bodies); 2] = [
-        |b| b.velocity[1].y = 1e200,
-        |b| b.angular_velocity[1].y = 1e8,
-    ];
     let ends_well = |found: Result<bool, StepError>, place: &str| match found {
         Ok(finite) => assert!(finite, "{place}"),
         Err(
@@ -188,16 +183,6 @@ fn numbers_at_the_ends_of_their_range_leave_no_nan() {
         for dt in [1e-320, 1e300] {
             let found = run(small(), choice.options(dt));
             ends_well(found, &format!("{choice}, {dt:e} s"));
-        }
-        for (i, spoil) in spoils.iter().enumerate() {
-            let mut stepper = Stepper::new(small(), choice.options(DT)).expect("sound");
-            stepper.step().expect("sound");
-            let mut bodies = stepper.scene().bodies.clone();
-            spoil(&mut bodies);
-            stepper.set_state(&bodies, DT).expect("finite");
-            let found = (0..STEPS).try_for_each(|_| stepper.step().map(drop));
-            let found = found.map(|()| finite(&stepper));
-            ends_well(found, &format!("{choice}, state {i}"));
         }
     }
 }

@@ -20,7 +20,11 @@ fn shares(
     choice: &Choice,
 ) -> Result<(Vec<Vector3<f64>>, SolveReport), StepError> {
     let mut stepper = Stepper::new(copies(n, compliance), choice.plain_options(DT))?;
-    let said = stepper.step()?.solve;
+    let before = stepper.scene().clone();
+    let said = stepper.step().map(|report| report.solve);
+    // A refused step leaves the state as it was.
+    assert!(said.is_ok() || *stepper.scene() == before, "{choice}");
+    let said = said?;
     let rows = stepper.multipliers().chunks_exact(3);
     // Side a is the world.
     let share = |mu: &[f64]| -Vector3::from_column_slice(mu) * (n as f64 / BALL / DT);

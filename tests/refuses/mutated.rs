@@ -13,6 +13,9 @@ use taut_model::named::NAMES;
 use taut_model::scene_file::SceneText;
 use taut_recording::Recorder;
 use taut_tests::fuzzing::{self, TARGETS};
+use taut_tests::machines::random_machine;
+use taut_tests::products::{Choices, scene::toml};
+use taut_tests::scenes::random_scene;
 
 /// No input takes longer than so many of these slices: small scenes take milliseconds, and this machine may be busy. One that is
 /// suspended for a while loses a slice.
@@ -205,6 +208,23 @@ fn scenes_of_any_numbers_are_refused_or_run() {
     proptest!(config(1500), |(data in bytes(rarity(), 400))| {
         let _ = in_time(&data, || fuzzing::scene_builder(&data));
     });
+}
+
+/// Scenes with joints, motors and contacts of all kinds.
+#[test]
+fn scenes_are_read_back_to_the_bit() {
+    let mut read = 0;
+    for seed in 1..=200 {
+        let net = toml(&Choices::of_seed(seed));
+        let net = net.and_then(|text| SceneSource::parse(&text, &[])?.build());
+        let all = [random_scene(seed), random_machine(seed)].into_iter();
+        read += all
+            .chain(net)
+            .filter(|s| fuzzing::reads_back(s.clone()))
+            .count();
+    }
+    // All but what a text cannot hold.
+    assert!(read > 570, "{read}");
 }
 
 #[test]

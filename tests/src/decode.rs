@@ -28,6 +28,9 @@ const AWKWARD: [f64; 14] = [
     1e9,
 ];
 
+/// Names that a text has to quote.
+const ODD: [&str; 5] = ["two words", "a.b", "\"quoted\"\n", "Seil #1 ü", ""];
+
 /// Bytes that are read one after the other; zeros at their end.
 #[derive(Debug)]
 pub struct Bytes<'a> {
@@ -175,15 +178,15 @@ impl<'a> Bytes<'a> {
         let mut scene = Scene::new("any");
         scene.gravity = self.vector();
         let bodies = self.below(5);
-        for i in 0..bodies {
+        for name in ODD.into_iter().take(bodies) {
             let body = self.body();
-            scene.add_body(format!("body-{i}"), body);
+            scene.add_body(name, body);
         }
         let constraints = self.below(6);
         for i in 0..constraints {
             let constraint = self.constraint(bodies);
             let group = u32::from(self.byte() % 3);
-            scene.add_constraint(format!("joint-{i}"), constraint, group);
+            scene.add_constraint(format!("{}{i}", ODD[i % 5]), constraint, group);
         }
         for i in 0..self.below(3) {
             let drives = (0..self.below(3)).map(|_| Drive {

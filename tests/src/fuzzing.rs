@@ -19,7 +19,8 @@ use taut_bench::run_file::RunFile;
 use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_measure::matrix::prepared::Problem;
 use taut_measure::matrix::{Matrix, market, matrix_of, vector_of};
-use taut_model::{Scene, SceneSource};
+use taut_model::scene_file::SceneText;
+use taut_model::{BendDefinition, Constraint, RowLaw, Scene, SceneSource, TwistDefinition};
 use taut_recording::{Recording, animation, page, still, table};
 use taut_solver::{
     Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SolveReport, SymBlockMatrix,
@@ -198,11 +199,47 @@ pub fn scene_builder(data: &[u8]) -> bool {
     };
     match scene {
         Ok(scene) => {
+            let _ = reads_back(scene.clone());
             let options = bytes.options(&backends());
             run(scene, options, &mut bytes)
         }
         Err(e) => says(&e),
     }
+}
+
+/// What a sound scene is written as is read back to it, to the bit: Rust's debug text tells −0 from 0. Whether it can be written.
+pub fn reads_back(mut scene: Scene) -> bool {
+    // What decoding leaves as it is.
+    for (i, constraint) in scene.constraints.iter_mut().enumerate() {
+        let law = RowLaw::new(1e-6 * i as f64, 0.1);
+        let turned = 7.0 * i as f64;
+        match constraint {
+            Constraint::Cosserat(c) => c.twist_reference = turned,
+            Constraint::Paper(p) => {
+                (p.twist_reference, p.safeguard) = (turned, 1e-9);
+                p.twist_definition = TwistDefinition::Alternative;
+            }
+            Constraint::Hinge(h) => (h.stretch, h.tilt, h.angle_reference) = (law, law, turned),
+            Constraint::Slider(s) => (s.rotation, s.across) = (law, law),
+            Constraint::LinkBend(b) => b.definition = BendDefinition::Vector,
+            _ => {}
+        }
+    }
+    if scene.validate().is_err() {
+        return false;
+    }
+    let text = match SceneText::from_scene(&scene) {
+        Ok(text) => text,
+        Err(e) => return says(&e),
+    };
+    let source = SceneSource::Explicit(Box::new(text));
+    for toml in [source.to_toml(), source.to_commented_toml()] {
+        let toml = toml.expect("writes");
+        let again = SceneSource::parse(&toml, &[]).and_then(|source| source.build());
+        let again = again.unwrap_or_else(|e| panic!("{e}\n{toml}"));
+        assert_eq!(format!("{again:?}"), format!("{scene:?}"), "{toml}");
+    }
+    true
 }
 
 /// Judges the result of a backend; true if it solved the system.

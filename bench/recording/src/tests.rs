@@ -126,9 +126,9 @@ fn cut_and_damaged_files_are_read_as_far_as_they_are_whole() {
     }
 }
 
-/// Chunks that are whole by their sums and mean nothing are refused, never a panic.
+/// Chunks that are whole by their sums; of those that hold anything else the fuzzer's target is.
 #[test]
-fn chunks_that_mean_nothing_are_refused() {
+fn chunks_in_another_order_are_refused() {
     let bytes = hoist_recorded(3);
     let mut from = &bytes[MAGIC.len() + 1..];
     let mut chunks = Vec::new();
@@ -136,28 +136,6 @@ fn chunks_that_mean_nothing_are_refused() {
         chunks.push(chunk);
     }
     assert_eq!(chunks.len(), 4);
-    let (mut refused, mut read_on) = (0, 0);
-    for (which, chunk) in chunks.iter().enumerate() {
-        for place in (0..chunk.len()).step_by(3) {
-            let mut file = Vec::new();
-            file::begin(&mut file).expect("memory");
-            for (k, other) in chunks.iter().enumerate() {
-                let mut own = other.clone();
-                if k == which {
-                    own[place] = own[place].wrapping_add(1 + (place % 200) as u8);
-                }
-                file::put(&mut file, &own).expect("memory");
-            }
-            match read(&file) {
-                Ok(recording) => {
-                    let _ = page(&[("damaged", &recording)]).expect("memory");
-                    read_on += 1;
-                }
-                Err(_) => refused += 1,
-            }
-        }
-    }
-    assert!(refused > 300 && read_on > 30, "{refused} {read_on}");
     let header = &chunks[..1];
     for wrong in [
         &chunks[2..],
@@ -253,41 +231,6 @@ fn a_state_that_is_not_finite_is_the_end() {
         assert_eq!(recording.frames(), frames);
         assert_eq!(recording.ending, Ending::NotFinite(frames as f64));
         assert!(page(&[("ball", &recording)]).is_ok());
-    }
-}
-
-/// A disk of so many bytes.
-struct Disk(Vec<u8>, usize);
-
-impl Write for Disk {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let room = self.1 - self.0.len();
-        if room == 0 {
-            return Err(io::ErrorKind::StorageFull.into());
-        }
-        let count = bytes.len().min(room);
-        self.0.extend_from_slice(&bytes[..count]);
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-#[test]
-fn what_a_full_disk_has_is_readable() {
-    let whole = hoist_recorded(300);
-    for part in [0.5, 0.8, 0.95] {
-        let mut disk = Disk(Vec::new(), (part * whole.len() as f64) as usize);
-        let e = recorded(&mut disk, BUDGET, hoist(), 300, |_, _| ()).expect_err("full");
-        assert_eq!(e.kind(), io::ErrorKind::StorageFull);
-        let recording = read(&disk.0).expect("readable");
-        assert!(
-            recording.frames() >= 64 && recording.frames() < 300,
-            "{}",
-            recording.frames()
-        );
     }
 }
 

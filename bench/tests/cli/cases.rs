@@ -1,9 +1,7 @@
-use crate::{folder, good, program, refused, refuses, taut, text};
+use crate::{folder, good, refused, refuses, taut, text};
 use serde_json::Value;
-use std::fs::{self, File};
+use std::fs::{self};
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
-use std::time::Duration;
 
 fn read(at: &Path, name: &str) -> Value {
     let text = fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -49,67 +47,46 @@ fn merged(at: &PathBuf, study: &str, call: &str, option: &str) -> String {
     good(at, &format!("merge {files} --json merged.json {option}"))
 }
 
-#[test]
-fn three_shards_merged_are_one_run() {
-    for (study, call) in [
-        ("stability", "study stability --quick --time 0.5"),
-        (
-            "linear",
-            "study linear --segments 3 --ratios 10,1e6 --backends dense",
-        ),
-        ("energy", "study energy --quick"),
-    ] {
-        let at = folder(&format!("shards_{study}"));
-        let whole = good(&at, &format!("{call} --json whole.json --csv whole.csv"));
-        let own = page(&at, study);
-        assert_eq!(
-            merged(&at, study, call, "--csv merged.csv"),
-            whole,
-            "{study}"
-        );
-        assert_eq!(page(&at, study), own, "{study}");
-        for ending in ["json", "csv"] {
-            let [a, b] = ["whole", "merged"].map(|name| {
-                let path = at.join(format!("{name}.{ending}"));
-                fs::read_to_string(path).expect("written")
-            });
-            assert_eq!(a, b, "{study}");
-        }
-        let command = read(&at, &format!("target/taut/{study}.report.json"))["command"].clone();
-        assert!(
-            command
-                .as_str()
-                .is_some_and(|c| c.contains("--quick") || c.contains("--segments=3"))
-        );
-    }
-}
+/// Studies, whether all of their numbers are the same in every run, and a call of each.
+const SHARDED: &str = "\
+stability | same | study stability --quick --time 0.5
+linear | same | study linear --segments 3 --ratios 10,1e6 --backends dense
+energy | same | study energy --quick
+bench | timed | bench --quick --segments 4 --ratios 10,100 --iterations 1,50 --time 0.3
+kernels | timed | study kernels --quick --segments 3,4 --backends dense
+shocks | timed | study shocks --quick --ratios 100 --time 1
+scenes | timed | bench --scene ring,net --segments 8 --ratios 10 --backends dense,cg:group --quick";
 
 #[test]
-fn three_shards_merged_are_one_run_but_for_times() {
-    for (study, call) in [
-        (
-            "bench",
-            "bench --quick --segments 4 --ratios 10,100 --iterations 1,50 --time 0.3",
-        ),
-        (
-            "kernels",
-            "study kernels --quick --segments 3,4 --backends dense",
-        ),
-        ("shocks", "study shocks --quick --ratios 100 --time 1"),
-        (
-            "scenes",
-            "bench --scene ring,net --segments 8 --ratios 10 --backends dense,cg:group --quick",
-        ),
-    ] {
-        let at = folder(&format!("timed_{study}"));
-        good(&at, &format!("{call} --json whole.json"));
+fn three_shards_merged_are_one_run() {
+    for row in SHARDED.lines() {
+        let [study, kind, call] = [0, 1, 2].map(|k| row.split(" | ").nth(k).expect("three"));
+        let at = folder(&format!("shards_{study}"));
+        let csv = |name: &str| match kind {
+            "same" => format!("--csv {name}.csv"),
+            _ => String::new(),
+        };
+        let whole = good(&at, &format!("{call} --json whole.json {}", csv("whole")));
         let own = page(&at, study);
-        merged(&at, study, call, "");
+        let told = merged(&at, study, call, &csv("merged"));
         let [a, b] = ["whole.json", "merged.json"].map(|name| untimed(&read(&at, name)));
         assert_eq!(a, b, "{study}");
         let merged = page(&at, study);
         for field in ["settings", "omissions", "machine", "version"] {
             assert_eq!(merged[field], own[field], "{study}: {field}");
+        }
+        if kind == "same" {
+            assert_eq!((told, merged), (whole, own), "{study}");
+            for ending in ["json", "csv"] {
+                let [a, b] = ["whole", "merged"].map(|name| {
+                    let path = at.join(format!("{name}.{ending}"));
+                    fs::read_to_string(path).expect("written")
+                });
+                assert_eq!(a, b, "{study}");
+            }
+            let report = read(&at, &format!("target/taut/{study}.report.json"));
+            let command = report["command"].as_str().expect("a command");
+            assert!(command.contains("--quick") || command.contains("--segments=3"));
         }
     }
 }
@@ -178,32 +155,6 @@ fn experiments_that_end_in_checks_are_merged() {
 }
 
 #[test]
-fn a_killed_run_goes_on_with_what_it_has_written() {
-    let at = folder("killed");
-    let call = "study stability --quick";
-    let whole = good(
-        &at,
-        &format!("{call} --json whole.json --cases whole.cases"),
-    );
-    let mut child = program(&at, call);
-    let child = child.stdout(Stdio::null()).stderr(Stdio::null());
-    let mut child = child.spawn().expect("started");
-    let path = at.join("target/taut/stability.cases");
-    let has_cases = || fs::metadata(&path).is_ok_and(|file| file.len() > 0);
-    while !has_cases() && child.try_wait().expect("a child").is_none() {
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    child.kill().expect("killed");
-    child.wait().expect("ended");
-    let resumed = good(&at, &format!("{call} --resume --json resumed.json"));
-    assert_eq!(resumed, whole);
-    assert_eq!(read(&at, "resumed.json"), read(&at, "whole.json"));
-    let files = ["target/taut/stability.cases", "whole.cases"];
-    let [resumed, once] = files.map(|name| fs::metadata(at.join(name)).expect("there").len());
-    assert_eq!(resumed, once, "a case is lost, or there twice");
-}
-
-#[test]
 fn a_study_that_refuses_its_options_costs_no_cases() {
     let at = folder("kept");
     let call = "study stability --quick --time 0.1";
@@ -249,11 +200,8 @@ fn a_shard_is_not_run_over_its_own_cases() {
 #[test]
 fn shards_that_are_none_are_refused() {
     let at = folder("no_shards");
-    for shard in ["3/2", "0/2", "1/0", "half", "1/2/3", "1/99999"] {
-        let row = format!("study stability --shard {shard} → --shard … from 1/8");
-        refuses(&at, &row);
-    }
     let rows = r"
+        study stability --shard 3/2 → --shard … from 1/8
         study stability --shard 1/2 --json a.json → cannot be used
         study stability --shard 1/2 --csv a.csv → cannot be used
         merge → FILE.cases
@@ -273,32 +221,22 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
         "target/taut/stability.1-of-2.cases",
         "target/taut/stability.2-of-2.cases",
     ];
-    for other in [
+    good(
+        &at,
         "study stability --quick --time 0.2 --shard 2/2 --cases other.cases",
-        "study linear --segments 3 --ratios 1 --backends dense --shard 2/2 --cases linear.cases",
-    ] {
-        good(&at, other);
-    }
+    );
     let bytes = fs::read(at.join(two)).expect("readable");
     fs::write(at.join("torn.cases"), &bytes[..30]).expect("writable");
     fs::write(at.join("cut.cases"), &bytes[..bytes.len() - 3]).expect("writable");
     fs::write(at.join("text.cases"), "a,b\n").expect("writable");
-    let older = String::from_utf8_lossy(&bytes).replacen(env!("CARGO_PKG_VERSION"), "0.0.0", 1);
-    fs::write(at.join("older.cases"), &older).expect("writable");
     let rows = format!(
         r"
         merge {one} --json merged.json → is in no file … all shards
         merge {one} other.cases --json merged.json → other.cases` has another command … --time=0.2
-        merge {one} linear.cases --json merged.json → linear.cases` has another command … taut study linear
-        merge {one} older.cases --json merged.json → older.cases` has another version … 0.0.0
-        merge older.cases --json merged.json → another version … this program
         merge {one} text.cases --json merged.json → text.cases` is no file of cases … taut
         merge {one} none.cases --json merged.json → cannot read … none.cases
-        merge . --json merged.json → no file of cases
         merge {one} {two} --json {one} → it is read
         study stability --quick --resume --cases other.cases → another command … --time=0.2 … this run
-        study stability --quick --time 0.1 --shard 2/2 --resume --cases older.cases → another version … 0.0.0
-        study stability --quick --cases text.cases → no file of cases
         "
     );
     refuses(&at, &rows);
@@ -319,15 +257,6 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
         let length = fs::read(at.join(file)).expect("there").len();
         assert_eq!(length, bytes.len());
     }
-}
-
-#[test]
-fn a_file_of_cases_has_one_writer() {
-    let at = folder("one_writer");
-    let file = File::create(at.join("a.cases")).expect("writable");
-    file.lock().expect("locked");
-    let row = "study stability --quick --cases a.cases → a.cases … another run";
-    refuses(&at, row);
 }
 
 /// The inputs of a study are part of the identity of its cases.

@@ -82,20 +82,3 @@ fn hard_cases_are_checks_by_name() {
     assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
     assert!(at.join("checks.json").exists());
 }
-
-#[test]
-fn the_static_table_is_json_too() {
-    let at = folder("static");
-    let rows = json(&at, "static --segments 3 --ratios 10 --limit 200 --json -");
-    for row in rows["settled"].as_array().expect("direct solvers") {
-        assert!(row["error"].as_f64().is_some_and(|e| e <= 1e-9), "{row}");
-    }
-    if cfg!(feature = "cg") {
-        let needed = rows["needed"].as_array().expect("iterative solvers");
-        let cg = needed.iter().filter(|r| r["backend"] == "cg:jacobi");
-        assert!(
-            cg.map(|r| r["iterations"].as_u64()).all(|n| n == Some(4)),
-            "{rows}"
-        );
-    }
-}

@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused, refuses};
+use crate::{folder, json, refused, refuses};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -47,20 +47,6 @@ fn a_driven_run_can_be_repeated() {
     let strong = "run gantry --set segments=3 --controls inputs.csv --time 1 --json -";
     let way = trolley(&json(&at, strong));
     assert!((way - 0.2).abs() < 1e-9, "{way}");
-}
-
-/// Parameters and bodies one by one, written and read back: the same driven run to the last bit.
-#[test]
-fn a_written_gantry_is_driven_as_the_gantry_itself() {
-    let at = with_inputs("written_gantry");
-    let driven = "--controls inputs.csv --time 0.5 --json -";
-    let by_name = json(&at, &format!("run {GANTRY} {driven}"));
-    for form in ["", "--explicit"] {
-        let written = good(&at, &format!("scene {GANTRY} {form}"));
-        fs::write(at.join("f.toml"), &written).expect("writable");
-        same(&json(&at, &format!("run f.toml {driven}")), &by_name, form);
-        assert_eq!(good(&at, "scene f.toml"), written, "{form}");
-    }
 }
 
 #[test]

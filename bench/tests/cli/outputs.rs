@@ -42,6 +42,7 @@ fn one_output_that_fails_does_not_cost_the_others() {
         ("--out", ["--json", "--save"]),
         ("--json", ["--out", "--save"]),
         ("--save", ["--out", "--json"]),
+        ("--record", ["--out", "--save"]),
     ] {
         let [a, b] = others;
         let output = taut(

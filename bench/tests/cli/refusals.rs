@@ -1,4 +1,4 @@
-use crate::{folder, good, has, refused, refuses, taut, text};
+use crate::{folder, has, refused, refuses, taut, text};
 use std::fs;
 
 #[test]
@@ -22,45 +22,13 @@ fn unknown_names_list_the_known_ones_and_missing_arguments_are_named() {
 }
 
 #[test]
-fn a_backend_that_is_not_compiled_in_is_named_with_its_feature() {
-    let at = folder("not_compiled");
-    let features = [
-        ("banded", cfg!(feature = "banded")),
-        ("gauss-seidel", cfg!(feature = "gauss-seidel")),
-        ("cg", cfg!(feature = "cg")),
-        ("minres", cfg!(feature = "minres")),
-        ("faer", cfg!(feature = "faer")),
-        ("nalgebra-sparse", cfg!(feature = "nalgebra-sparse")),
-        ("umfpack", cfg!(feature = "umfpack")),
-    ];
-    for (name, on) in features {
-        let arguments = format!("run hoist --set segments=2 --time 0.1 --backend {name}");
-        if on {
-            good(&at, &arguments);
-        } else {
-            let cure = format!("--features {name}");
-            refused(&at, &arguments, &[name, "not compiled in", &cure]);
-        }
-    }
-}
-
-#[test]
 fn parameters_out_of_range_are_named_with_their_range() {
     let at = folder("parameters");
     let rows = r"
         run hoist --set segment_mass=-1 → segment_mass is -1 … > 0 kg
         bench --set segment_mass=-1 → segment_mass is -1 … > 0 kg
-        run hoist --set length=0 → length is 0 … > 0 m
-        run hoist --set length=nan → length is NaN … > 0 m
-        run hoist --set mass_ratio=inf → mass_ratio is inf … > 0
-        run hoist --set segments=0 → segments is 0 … at least 1
         bench --segments 0 → segments is 0 … at least 1
         run hoist --set segments=1.5 → segments … 1.5
-        run hoist --set joint=glue → joint … glue … cosserat
-        run hoist --set material=wood → wood … steel, nylon, rubber
-        run net --set columns=1 → columns … at least 2
-        run particles-e --set added_compliance=-1 → added_compliance
-        run twist --set joint=spherical → joint … cosserat
         run hoist --set foo → --set foo … KEY=VALUE
         run hoist --set weight=3 → weight … segment_mass
         bench --set weight=3 → weight … segment_mass
@@ -95,18 +63,8 @@ fn bad_scene_files_are_refused() {
     let file = |name: &str, content: &[u8]| fs::write(at.join(name), content).expect("writable");
     file("empty.toml", b"");
     refused(&at, "run empty.toml", &["no bodies", "[[body]]"]);
-    file("comment.toml", b"# nothing yet\n");
-    refused(&at, "run comment.toml", &["no bodies", "[[body]]"]);
     file("malformed.toml", b"[hoist]\nsegments = 4\nlength = = 3\n");
     refused(&at, "run malformed.toml", &["line 3"]);
-    file("unknown.toml", b"[hoist]\nsegments = 4\nweight = 3\n");
-    refused(
-        &at,
-        "run unknown.toml",
-        &["line 3", "weight", "segment_mass"],
-    );
-    file("nan.toml", b"[hoist]\nlength = nan\n");
-    refused(&at, "run nan.toml", &["length is NaN"]);
     file("binary.toml", &[0xff, 0xfe, 0x00]);
     refused(&at, "run binary.toml", &["binary.toml", "UTF-8"]);
     refused(&at, "run missing.toml", &["missing.toml", "cannot read"]);

@@ -1,4 +1,4 @@
-use crate::{folder, good, program, refuses, taut, text};
+use crate::{folder, good, refuses, taut, text};
 use std::fs;
 use std::path::PathBuf;
 
@@ -177,52 +177,6 @@ fn a_recording_tells_how_its_run_ended() {
     );
     let page = fs::read_to_string(at.join("lost.html")).expect("written");
     assert!(page.contains("ended at t =") || page.contains("not finite"));
-}
-
-/// A disk that is full ends the recording with an error; what is there is readable.
-#[cfg(unix)]
-#[test]
-fn a_recording_ends_where_the_disk_is_full() {
-    let at = folder("tape-full");
-    let run = "run hoist --set segments=24 --set seed=1 --set move_x=0.5 --time 60";
-    // In blocks of 512 or 1024 bytes; a signal would end the program.
-    let mut shell = std::process::Command::new("sh");
-    let script = format!(
-        "trap '' XFSZ; ulimit -f 400; exec {} {run} --record full.tape",
-        env!("CARGO_BIN_EXE_taut")
-    );
-    let output = shell
-        .current_dir(&at)
-        .args(["-c", &script])
-        .output()
-        .expect("a shell");
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(stderr.contains("cannot write `full.tape`"), "{stderr}");
-    assert!(
-        text(&output.stdout).contains("verdict"),
-        "the run itself is told"
-    );
-    let output = taut(&at, "replay full.tape --csv time");
-    assert!(
-        text(&output.stderr).contains("cut or damaged"),
-        "{}",
-        text(&output.stderr)
-    );
-    assert!(text(&output.stdout).lines().count() > 64);
-    if cfg!(target_os = "linux") {
-        refused_device(&at);
-    }
-}
-
-fn refused_device(at: &PathBuf) {
-    let mut run = program(
-        at,
-        "run hoist --set segments=2 --time 0.1 --record /dev/full",
-    );
-    let output = run.output().expect("it runs");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("cannot write `/dev/full`"));
 }
 
 /// A scene in which all is called so, TOML.

@@ -85,113 +85,18 @@ fn the_summary_of_a_run_has_its_fields() {
     );
 }
 
-#[test]
-fn a_scene_file_is_the_named_scene_with_its_parameters() {
-    let at = folder("scene_file");
-    fs::write(
-        at.join("cable.toml"),
-        "[hoist]\nsegments = 5\nmass_ratio = 20.0\nmove_x = 0.3\n",
-    )
-    .expect("writable");
-    let by_file = json(&at, "run cable.toml --time 0.5 --json -");
-    let by_name =
-        "run hoist --set segments=5 --set mass_ratio=20 --set move_x=0.3 --time 0.5 --json -";
-    let by_name = json(&at, by_name);
-    assert_eq!(by_file["load"], by_name["load"]);
-    assert_eq!(by_file["final_state"], by_name["final_state"]);
-    // The anchor moves: it is not a comparison of zeros.
-    assert!(
-        by_file["load"]["position"][29][0]
-            .as_f64()
-            .is_some_and(|x| x != 0.0)
-    );
-}
-
-/// Both forms of every scene, written and read back: the same run, bit for bit (numbers in JSON keep all their digits).
-#[test]
-fn a_written_scene_runs_as_the_scene_itself() {
-    let at = folder("written_scene");
-    for name in taut_model::named::NAMES {
-        let size = if name.starts_with("particles") {
-            "particles=4 --set seed=2"
-        } else if taut_model::Reeved::named(name).is_some() {
-            "falls=3 --set friction=0.2"
-        } else if taut_model::ContactScene::named(name).is_some() {
-            "count=3 --set segments=4"
-        } else {
-            "segments=8 --set seed=2"
-        };
-        let by_name = json(&at, &format!("run {name} --set {size} --time 0.2 --json -"));
-        for form in ["", "--explicit"] {
-            let written = good(&at, &format!("scene {name} --set {size} {form}"));
-            fs::write(at.join("f"), written).expect("writable");
-            let by_file = json(&at, "run f --time 0.2 --json -");
-            let words = "load final_state energy max_violation_m balance max_load_tension \
-                notes";
-            for what in words.split(' ') {
-                assert_eq!(by_file[what], by_name[what], "{name} {form}: {what}");
-            }
-            // Writing the file again gives an identical text.
-            assert_eq!(
-                good(&at, "scene f"),
-                good(&at, &format!("scene {name} --set {size} {form}"))
-            );
-        }
-        let speeds = by_name["final_state"]["velocity"].as_array();
-        let mut components = speeds.into_iter().flatten().filter_map(Value::as_array);
-        let moves = components.any(|v| v.iter().any(|x| x.as_f64() != Some(0.0)));
-        assert!(moves, "{name} rests: it would be a comparison of zeros");
-    }
-    refused(&at, "scene crane", &["crane", "hoist"]);
-    refused(&at, "scene hoist --set length=-1", &["length is -1"]);
-}
-
-/// A lost run fails for one and the same reason in both forms of its scene.
-#[test]
-fn a_lost_run_is_lost_in_both_forms() {
-    let at = folder("lost");
-    let chain = good(&at, "scene particles-a --set load_mass=500 --explicit");
-    fs::write(at.join("chain.toml"), chain).expect("writable");
-    let paper = "--scheme linearly-implicit --stiffness off --guard off --time 30";
-    let net = good(&at, "scene net --explicit");
-    fs::write(at.join("net.toml"), net).expect("writable");
-    let few = "--backend gauss-seidel:joints:iterations=5 --time 10";
-    for (named, file, options) in [
-        ("particles-a --set load_mass=500", "chain.toml", paper),
-        ("net", "net.toml", few),
-    ] {
-        let failures = [named, file].map(|scene| {
-            let output = taut(&at, &format!("run {scene} {options} --json -"));
-            assert_eq!(output.status.code(), Some(1), "{scene}");
-            let run: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-            assert_eq!(run["stable"], false, "{scene}");
-            run["failure"].clone()
-        });
-        assert_eq!(failures[0], failures[1], "{named}");
-    }
-    let far = good(&at, "scene particles-a --explicit");
-    let far = far.replacen(
-        "position = [1.0, 0.0, 0.0]",
-        "position = [1.0, 0.0, 1e160]",
-        1,
-    );
-    fs::write(at.join("far.toml"), far).expect("writable");
-    let output = taut(&at, "run far.toml --time 0.2");
-    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
-}
-
 /// The tension above a load at rest, the largest of a swing, and the column of each step.
 #[test]
 fn runs_tell_the_tension_above_the_load() {
     let at = folder("tension");
     let run = "run hoist --set mass_ratio=100 --set equilibrium=true --time 0.2 --substeps 4";
-    let run = json(&at, &format!("{run} --json - --out t.csv"));
+    let run = json(&at, &format!("{run} --json - --out deep/t.csv"));
     let weight = 100.0 * 9.81;
     for field in ["load_tension", "max_load_tension"] {
         let tension = run[field].as_f64().expect("a number");
         assert!((tension / weight - 1.0).abs() < 1e-6, "{field}: {tension}");
     }
-    let csv = fs::read_to_string(at.join("t.csv")).expect("written");
+    let csv = fs::read_to_string(at.join("deep/t.csv")).expect("written");
     let heading = csv.lines().next().expect("a heading");
     assert!(heading.ends_with(",load_tension_N"), "{heading}");
     let last = csv.lines().last().and_then(|line| line.rsplit(',').next());
@@ -252,26 +157,6 @@ fn a_run_begins_with_the_energy_of_the_state_given() {
     assert_eq!(run["energy"]["start"]["kinetic"], 12.5);
     assert_eq!(run["energy"]["start"]["gravity"], 9.81 * 0.14);
     assert!(run["failure"].is_null(), "{}", run["failure"]);
-}
-
-#[test]
-fn a_csv_file_has_a_line_for_each_step() {
-    let at = folder("csv");
-    let stdout = good(
-        &at,
-        "run hoist --set segments=3 --time 0.5 --out deep/load.csv",
-    );
-    has(&stdout, "verdict … stable");
-    let csv = fs::read_to_string(at.join("deep/load.csv")).expect("written");
-    let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(lines.len(), 31);
-    assert!(
-        lines.iter().all(|line| line.len() == lines[0].len()),
-        "{csv}"
-    );
-    for cell in lines[1..].iter().flatten() {
-        assert!(cell.parse::<f64>().is_ok_and(f64::is_finite), "{cell}");
-    }
 }
 
 #[test]

@@ -41,102 +41,24 @@ fn the_main_job_times_each_solver_with_each_limit() {
 }
 
 #[test]
-fn the_study_linear_writes_sound_rows_of_each_solver() {
-    let records = json(&folder("linear"), "study linear --quick --json -");
-    let records = records.as_array().expect("a list of records");
-    for record in records {
-        for field in "mass_ratio ea forward_error backward_error".split(' ') {
-            let number = record[field].as_f64();
-            assert!(
-                number.is_some_and(|x| (0.0..f64::INFINITY).contains(&x)),
-                "{field}: {record}"
-            );
+fn studies_read_what_narrows_them() {
+    let rows = "\
+linear --segments 4,3,3 --ratios 1e9,10 --backends dense,dense,dense/kkt | straight, 3 segments;bent, 4 segments;at most 1e-12 with
+kernels --quick --segments 3 --ratios 10,1e5 --backends dense,banded,dense+refine,banded | 3 segments, 4 joints of 5 rows, mass ratio 1e5;dense:double+refine";
+    // Two solvers, two cables, two ratios, two poses, three refinements; three solvers, two ratios, three kinds of joints.
+    for (row, count) in rows.lines().zip([48, 18]) {
+        let (call, told) = row.split_once(" | ").expect("two cells");
+        let study = call.split(' ').next().expect("a name");
+        let at = folder(&format!("{study}_narrow"));
+        let stdout = good(&at, &format!("study {call}"));
+        for words in told.split(';') {
+            assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
         }
-        assert_eq!(
-            (&record["segments"], &record["error"]),
-            (&24.into(), &Value::Null)
-        );
+        let rows = fs::read_to_string(at.join(format!("target/taut/{study}.json")));
+        let rows: Value = serde_json::from_str(&rows.expect("the copy")).expect("JSON");
+        let records = rows.get("records").unwrap_or(&rows);
+        assert_eq!(records.as_array().map(Vec::len), Some(count), "{study}");
     }
-    let all = taut_measure::Choice::all().into_iter();
-    for choice in all.filter(|c| c.check().is_ok()) {
-        let own = records.iter().filter(|r| r["backend"] == *choice.family());
-        // Two poses, five ratios, three refinements.
-        assert_eq!(own.count(), 30, "{choice}");
-    }
-}
-
-#[test]
-fn the_study_linear_reads_what_narrows_it() {
-    let at = folder("linear_narrow");
-    let stdout = good(
-        &at,
-        "study linear --segments 4,3,3 --ratios 1e9,10 --backends dense,dense,dense/kkt",
-    );
-    for words in [
-        "straight, 3 segments",
-        "bent, 4 segments",
-        "at most 1e-12 with",
-    ] {
-        assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
-    }
-    let rows = fs::read_to_string(at.join("target/taut/linear.json")).expect("the copy");
-    let rows: Value = serde_json::from_str(&rows).expect("JSON");
-    // Two solvers, two cables, two ratios, two poses, three refinements.
-    assert_eq!(rows.as_array().map(Vec::len), Some(48));
-}
-
-#[test]
-fn the_study_kernels_writes_rows() {
-    let at = folder("kernels");
-    let results = json(&at, "study kernels --quick --segments 24,8 --json -");
-    let records = results["records"].as_array().expect("a list of records");
-    let numbers = "ns_per_joint ns_per_joint_median backward_error_componentwise forward_error";
-    for record in records {
-        for field in numbers.split(' ') {
-            let number = record[field].as_f64();
-            assert!(
-                number.is_some_and(|x| (0.0..f64::INFINITY).contains(&x)),
-                "{field}: {record}"
-            );
-        }
-        assert_eq!(record["error"], Value::Null, "{record}");
-        assert_eq!(
-            record["ratio"].is_number(),
-            cfg!(feature = "banded"),
-            "{record}"
-        );
-        if record["options"] == "banded" {
-            assert!(record["backward_error_componentwise"].as_f64() <= Some(1e-15));
-        }
-    }
-    let compiled = taut_studies::kernels::Rival::all()
-        .into_iter()
-        .filter(|r| r.check().is_ok());
-    for rival in compiled {
-        let name = rival.to_string();
-        // Two cables, three kinds of joints.
-        let rows = records.iter().filter(|r| r["options"] == *name).count();
-        assert_eq!(rows, 6, "{name}");
-    }
-}
-
-#[test]
-fn the_study_kernels_reads_what_narrows_it() {
-    let at = folder("kernels_narrow");
-    let stdout = good(
-        &at,
-        "study kernels --quick --segments 3 --ratios 10,1e5 --backends dense,banded,dense+refine,banded",
-    );
-    for words in [
-        "3 segments, 4 joints of 5 rows, mass ratio 1e5",
-        "dense:double+refine",
-    ] {
-        assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
-    }
-    let rows = fs::read_to_string(at.join("target/taut/kernels.json")).expect("the copy");
-    let rows: Value = serde_json::from_str(&rows).expect("JSON");
-    // Three solvers, two ratios, three kinds of joints.
-    assert_eq!(rows["records"].as_array().map(Vec::len), Some(18));
 }
 
 #[test]

@@ -98,10 +98,9 @@ impl Facts for Hinge {
 mod tests {
     use super::*;
     use crate::constraint::Constraint;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::linearized::update_windings;
+    use crate::constraint::testing::{LAW, Poses, assert_rows, bent};
+
     use crate::{Linearized, RowLaw};
-    use std::f64::consts::TAU;
 
     fn hinge(motor: Option<Motor>) -> impl Fn([Frame; 2]) -> Constraint {
         move |frames| {
@@ -128,26 +127,6 @@ mod tests {
         assert_rows("hinge", relative, hinge(None));
         let motor = holds(Target::Position(0.4));
         assert_rows("hinge with motor", relative, hinge(Some(motor)));
-    }
-
-    #[test]
-    fn a_position_motor_follows_any_number_of_turns() {
-        let mut poses = Poses::new(3);
-        let motor = holds(Target::Position(0.25));
-        let mut angle = 0.0;
-        let mut scene = poses.pair(&bent(0.0, &nalgebra::Vector3::y(), 0.0), hinge(Some(motor)));
-        let axes = scene.constraints[0].frames()[1].axes;
-        let start = scene.bodies.orientation[1];
-        let axis = start * axes.column(0).into_owned();
-        while angle < 3.0 * TAU {
-            angle += 0.5;
-            let turn = nalgebra::UnitQuaternion::from_scaled_axis(axis * angle);
-            scene.bodies.orientation[1] = turn * start;
-            update_windings(&mut scene, 0.0);
-        }
-        let phi = phi(&scene);
-        assert!((phi[5] - (angle - 0.25)).abs() < 1e-12, "{phi:?}");
-        assert!(phi[3..5].iter().all(|tilt| tilt.abs() < 1e-12));
     }
 
     #[test]

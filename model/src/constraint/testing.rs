@@ -17,19 +17,19 @@ pub(super) const BAR: f64 = 1e-7;
 pub(super) const LAW: RowLaw = RowLaw::new(1e-6, 0.01);
 
 /// Source of random poses with a fixed seed.
-pub(super) struct Poses(Xoshiro256PlusPlus);
+pub(crate) struct Poses(Xoshiro256PlusPlus);
 
 impl Poses {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
 
     /// Uniform in −1 to 1.
-    pub(super) fn number(&mut self) -> f64 {
+    pub(crate) fn number(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
     }
 
-    pub(super) fn vector(&mut self) -> Vector3<f64> {
+    pub(crate) fn vector(&mut self) -> Vector3<f64> {
         Vector3::new(self.number(), self.number(), self.number())
     }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::tests::{cuboid, v};
 use super::tests_random::Random;
 use super::*;
 use crate::body::Body;
@@ -9,16 +10,7 @@ use crate::collide::Collider;
 
 const DT: f64 = 1.0 / 60.0;
 
-fn v(x: f64, y: f64, z: f64) -> Vector3<f64> {
-    Vector3::new(x, y, z)
-}
-
 const BALL: Shape = Shape::Sphere { radius: 0.1 };
-
-fn cuboid(x: f64, y: f64, z: f64) -> Shape {
-    let size = v(x, y, z);
-    Shape::Cuboid { size }
-}
 
 fn add(scene: &mut Scene, shape: Shape, position: Vector3<f64>, velocity: Vector3<f64>) -> usize {
     let name = format!("body-{}", scene.bodies.len());

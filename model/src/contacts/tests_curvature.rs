@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::tests::v;
 use super::*;
 use crate::body::Body;
 use crate::collide::Collider;
@@ -9,10 +10,6 @@ use crate::collide::Collider;
 /// Radius of the round things, and the capsule's.
 const WIDE: f64 = 0.2;
 const THIN: f64 = 0.03;
-
-fn v(x: f64, y: f64, z: f64) -> Vector3<f64> {
-    Vector3::new(x, y, z)
-}
 
 fn capsule(radius: f64) -> Shape {
     Shape::Capsule {

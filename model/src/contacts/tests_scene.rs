@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::tests::{EXACT, contacts, v};
 use super::*;
 use crate::body::Body;
 use crate::cable::{Cable, CableEnd, Segments};
@@ -9,19 +10,6 @@ use crate::collide::Collider;
 use crate::constraint::{MasslessCable, RowLaw, Spherical};
 use crate::frame::Frame;
 use crate::material::Material;
-
-/// How exact lengths of about 1 m are.
-const EXACT: f64 = 1e-12;
-
-fn v(x: f64, y: f64, z: f64) -> Vector3<f64> {
-    Vector3::new(x, y, z)
-}
-
-fn contacts(scene: &Scene) -> Vec<Contact> {
-    let mut collisions = Collisions::new(scene);
-    let found = collisions.find(scene, 0.0).expect("finite");
-    found.to_vec()
-}
 
 /// Balls of 1 m that all overlap each other and the ground.
 fn heap(count: usize) -> Scene {

@@ -219,17 +219,6 @@ fn eight_lanes_find_what_four_find() {
 }
 
 #[test]
-fn a_large_angle_leaves_the_other_lanes_as_they_are() {
-    let mut scene = cable(8, 0.0, 3);
-    let bend = UnitQuaternion::from_scaled_axis(Vector3::new(1.2, 0.0, 0.0));
-    for q in &mut scene.bodies.orientation[6..] {
-        *q = bend * *q;
-    }
-    let lin = Linearized::at(&scene, 0.0);
-    assert_agree(&lin, &scene, "bent");
-}
-
-#[test]
 fn packs_hold_what_the_blocks_hold() {
     for angle in [0.1, 2.0] {
         let scene = cable(6, angle, 3);

@@ -94,6 +94,17 @@ fn faults_of_cables_name_line_and_key() {
         body = "world", held → body = "word", held → … names the body `word`
         [2, 0, -9], held → [2, 0, -9], hold → … unknown field `hold`
         body = "rope-6" → held = "free", body = "rope-6" → … a free end is a point
+        segments = 6 → segments = 20000000 → … at most 10000000
+        segments = 6 → lengths = [1, 1] → … lengths on a route of
+        segments = 6 → lengths = [9, -1] → … length of segment 2 is -1
+        [[1, 0, -4]] → [[nan, 0, -4]] → … cable `rope`: points is NaN
+        [[1, 0, -4]] → [[2, 0, -15.6]] → … point 2 of the route: is a fold
+        points = [[1, 0, -4]]⏎segments = 6 → points = [[30, 0, -4]]⏎segments = 1 → … segment 1: cuts off too much
+        damping_ratio = 0.02 → damping_ratio = -0.1 → … damping is -0.1 … damping_ratio
+        damping_ratio = 0.02 → joint = "spherical" → … ball joints do not clamp
+        mass_per_length = 0.3 → mass_per_length = nan → … mass_per_length is NaN
+        mass_per_length = 0.3 → mass_per_length = 1e-320 → … `tail-1`: mass is 0.000
+        ei = 20 → ei = 20⏎gj = -1 → … gj is -1
         ei = 20 → ei = 0 → line 35, column 1: cable `tail`: ei is 0
         name = "tail" → name = "rope" → … two cable entries are called `rope`
         points = [[1 → through = [[1 → … is a [[massless_cable]]

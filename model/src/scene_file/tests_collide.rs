@@ -178,6 +178,9 @@ const FAULTS: &str = r##"
     length = 0.2, radius = 0.02 → length = 0.2, radius = 0 → line … collider `handle` of body `crate`: radius is 0: it has to be > 0 m
     length = 0.2, radius = 0.02 → length = -0.2, radius = 0.02 → line … length is -0.2: it has to be ≥ 0 m
     length = 2, radius = 0.1 → length = 2e9, radius = 0.1 → line … smallest dimension is 0.2: it has to be > 1e-9
+    length = 2, radius = 0.1 → length = 0, radius = 0.1 → line … collider `post`: length is 0: it has to be > 0 m
+    { sphere = { radius = 1e-3 } } → { sphere = { radius = nan } } → line … radius is NaN
+    { capsule = { length = 0.2, radius = 0.02 } } → { box = { size = [1, 1, -1] } } → line … size is -1: it has to be > 0 m
     orientation = [0, 1, 0, 0] → orientation = [0, 2, 0, 0] → line … collider `post`: norm of the orientation is 2
     rotation = [0, 1.5, 0] → rotation = [0, 1.5, 0]⏎orientation = [1, 0, 0, 0] → line … excludes rotation
     { sphere = { radius = 1e-3 } } → { box = { size = [1, 1, 1] } } → line … collider `dust` of body `dust`: shape: would turn a point mass

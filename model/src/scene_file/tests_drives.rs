@@ -91,6 +91,7 @@ const FAULTS: &str = r##"
     { speed = 0.5 } → { speed = 0.5, position = 1 } → line 47, column 11: joint `rail`: motor.speed … excludes motor.position … give one
     { speed = 0.5 } → { force_limit = 5 } → line 47, column 1: joint `rail`: motor … speed or position … give one
     { speed = 0.5 } → { speed = nan } → line 47, column 11: joint `rail`: motor.speed is NaN … finite
+    { position = 6.5, → { position = inf, → line … joint `slew`: motor.position is inf … finite
     { speed = 0.5 } → { velocity = 0.5 } → line 47, column 11 … `velocity` … `speed`
     force_limit = 1e5 → force_limit = -1e5 → line 36, column 27: joint `slew`: motor.force_limit is -100000 … ≥ 0 N or N m … leave it out
     compliance = 1e-6 → compliance = -1e-6 → line 36, column 46: joint `slew`: motor.compliance … 0 is rigid
@@ -99,6 +100,11 @@ const FAULTS: &str = r##"
     # Winches
     longest = 30 → longest = 3, shortest = 4 → line 53, column 65: massless cable `rope`: winch.longest is 3 … ≥ winch.shortest … leave it out
     longest = 30 → shortest = 0 → line 53, column 65: massless cable `rope`: winch.shortest is 0 … > 0 m … hauling in
+    force_limit = 4000 → force_limit = -4e3 → line … massless cable `rope`: winch.force_limit is -4000 … ≥ 0 N
+    speed = -0.25 → speed = nan → line … massless cable `rope`: winch.speed is NaN … finite
+    longest = 30 → since = nan → line … massless cable `rope`: winch.since is NaN … finite
+    velocity = [0.5, 0, 0] → velocity = [inf, 0, 0] → line … body `ship`: velocity is inf … finite
+    a = "tower"⏎b = "jib" → a = "tower"⏎b = "ship" → line … make one side a dynamic body
     brake_limit = 9e3 → brake_limit = -9e3 → line 53, column 46: massless cable `rope`: winch.brake_limit is -9000 … ≥ 0 N … leave it out
     brake_limit = 9e3 → brake = 1 → line 53 … key `brake` … boolean
     { body = "trolley" }, { body = "hook" } → { body = "tower" }, { body = "ship" } → line 50, column 1 … `rope` … make one side a dynamic body

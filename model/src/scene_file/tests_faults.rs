@@ -68,6 +68,7 @@ const FAULTS: &str = r##"
     [0.2, 0.2, 0.3] → [0.2, 0.2, 0] → line 9, column 19: body `hook`: shape.box.size … > 0 m
     [1, 2, 2.5] → [1, 2, -2.5] → line 16, column 1 … inertia … positive principal moments
     [0.6, 0, 0.8, 0] → [0.7, 0, 0.8, 0] → line 18, column 1 … orientation … unit quaternion
+    orientation = → rotation = [0, 1, 0]⏎orientation = → line … excludes rotation
     inertia = → shape = { sphere = { radius = 1 } }⏎inertia = → line 17, column 1 … inertia … exactly one
     name = "bob" → name = "hook" → line 14, column 1: two body entries … `hook` … rename … name
     name = "bob" → name = "world" → line 14, column 1 … name … take another
@@ -77,6 +78,9 @@ const FAULTS: &str = r##"
     b = "bob" → b = "hook" → line 34, column 1 … key `b` … make one side another body
     [[1, 0, 0], [0, 1, 0] → [[1, 0, 0], [0, 2, 0] → line 37, column 1 … axes_a … orthonormal … unit columns
     stretch = 1e-6 → stretch = -1e-6 → line 38, column 1 … stretch: compliance is - … 0 is rigid
+    stretch = 1e-6 → stretch = 0⏎transverse = true → line … transverse: needs kind
+    stretch = 1e-6 → stretch = 0⏎motion = { circle = { radius = 1, period = 2, ramp = 2 } } → line … moves the world side
+    a = "hook"⏎b = "bob" → a = "world"⏎b = "world" → line … the world to the world
     stretch = 1e-6 → ea = 1e6 → line 38, column 1: joint `link`: ea … needs length
     damping = 0.1 → damping = -0.1 → line 40, column 1 … damping is -0.1 … ≥ 0 s
     "cosserat" → "distance" → line 32, column 1 … kind … cosserat

@@ -1,6 +1,5 @@
 use super::*;
 use crate::agreement::{Claims, check};
-use crate::options::{MOST_ITERATIONS, check_iteration};
 
 #[test]
 fn text_form_round_trips() {
@@ -33,16 +32,6 @@ fn the_entry_of_each_backend_is_its_own() {
             assert_eq!(named(row).unwrap().name(), entry.name, "{row}");
         }
     }
-}
-
-#[test]
-fn iteration_options_are_checked() {
-    assert!(check_iteration(0, 0.1).is_err());
-    assert!(check_iteration(usize::MAX, 0.0).is_err());
-    assert!(check_iteration(MOST_ITERATIONS, 0.0).is_ok());
-    assert!(check_iteration(1, f64::NAN).is_err());
-    assert!(check_iteration(1, -1.0).is_err());
-    assert!(check_iteration(1, 0.0).is_ok());
 }
 
 #[test]

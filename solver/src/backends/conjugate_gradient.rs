@@ -341,7 +341,7 @@ impl LinearSolver for ConjugateGradient {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Preconditioner, Status, backward_error};
+    use crate::Preconditioner;
 
     /// A chain of blocks of two rows, which are padded, with a strong diagonal.
     fn chain(scale: f64) -> SymBlockMatrix {
@@ -354,95 +354,6 @@ mod tests {
             diagonal.copy_from_slice(&[4.0, 0.5, 0.5, 3.0].map(|v| v * scale));
         }
         a
-    }
-
-    /// Overflow in one solve leaves nothing behind.
-    #[test]
-    fn a_failed_solve_does_not_spoil_the_next() {
-        let good = chain(1.0);
-        let b: Vec<_> = (0..good.dim()).map(|i| (i as f64).cos()).collect();
-        let preconditioners = [
-            Preconditioner::None,
-            Preconditioner::BlockJacobi,
-            Preconditioner::Group,
-        ];
-        for preconditioner in preconditioners {
-            let options = CgOptions {
-                preconditioner,
-                ..CgOptions::default()
-            };
-            let mut solver = ConjugateGradient::new(options).expect("sound options");
-            solver.analyze(good.pattern()).expect("analysed");
-            // Overflow in the first residual, and in products within the iteration.
-            for (scale, load, guess) in [(1e200, 1.0, 1e150), (1e200, 1e150, 0.0)] {
-                let (bad, mut x) = (chain(scale), vec![guess; good.dim()]);
-                let b_bad: Vec<_> = b.iter().map(|b| b * load).collect();
-                solver.factorize(&bad).expect("finite");
-                // How it ends is not the matter here.
-                solver.solve(&bad, &b_bad, &mut x).ok();
-                solver.factorize(&good).expect("definite");
-                x.fill(0.0);
-                let report = solver.solve(&good, &b, &mut x).expect("solvable");
-                assert_eq!(report.status, Status::Converged, "{preconditioner:?}");
-                let error = backward_error(&good, &b, &x).expect("finite");
-                assert!(error.normwise < 1e-12, "{preconditioner:?}: {error:?}");
-            }
-        }
-    }
-
-    /// With a tolerance that cannot be met an iteration ends where rounding does, and says so.
-    #[test]
-    fn no_tolerance_at_all_ends_in_a_stall() {
-        let couplings: Vec<_> = (1..9).map(|i| (i - 1, i)).collect();
-        let grouped = BlockPattern::new(&[2; 9], &couplings).expect("a pattern");
-        let grouped = grouped
-            .with_groups(vec![0, 0, 0, 1, 1, 1, 2, 2, 2])
-            .expect("groups");
-        let preconditioners = [
-            Preconditioner::None,
-            Preconditioner::BlockJacobi,
-            Preconditioner::Group,
-        ];
-        for preconditioner in preconditioners {
-            // Large and small entries over- and underflow sooner.
-            for scale in [1.0, 1e120, 1e-120] {
-                let a = chain(scale);
-                let mut grouped = SymBlockMatrix::zeros(Arc::new(grouped.clone()));
-                grouped.values_mut().copy_from_slice(a.values());
-                let a = grouped;
-                let options = CgOptions {
-                    preconditioner,
-                    tolerance: 0.0,
-                    iterations: 20_000,
-                };
-                let mut solver = ConjugateGradient::new(options).expect("sound options");
-                solver.analyze(a.pattern()).expect("analysed");
-                solver.factorize(&a).expect("definite");
-                let b: Vec<_> = (0..a.dim()).map(|i| 0.1 + (i as f64).cos()).collect();
-                let mut x = vec![0.0; a.dim()];
-                let report = solver.solve(&a, &b, &mut x);
-                let report = report.unwrap_or_else(|e| panic!("{preconditioner:?} {scale:e}: {e}"));
-                assert_eq!(
-                    report.status,
-                    Status::Stalled,
-                    "{preconditioner:?} {scale:e}"
-                );
-                assert!(report.iterations < 200, "{preconditioner:?}: {report:?}");
-                let error = backward_error(&a, &b, &x).expect("finite");
-                assert!(error.normwise < 1e-15, "{preconditioner:?}: {error:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn what_cannot_be_squared_is_not_claimed_to_converge() {
-        let a = chain(1.0);
-        let mut solver = ConjugateGradient::new(CgOptions::default()).expect("sound options");
-        solver.analyze(a.pattern()).expect("analysed");
-        solver.factorize(&a).expect("definite");
-        let mut x = vec![0.0; a.dim()];
-        let report = solver.solve(&a, &vec![1e-170; a.dim()], &mut x);
-        assert_eq!(report.expect("finite").status, Status::Stalled);
     }
 
     /// Products that are no doubles tell nothing of definiteness.

@@ -2,7 +2,10 @@
 
 #![allow(dead_code)] // where no backend that uses it is compiled in
 
-use crate::{BlockPattern, LinearSolver, SolveError, SymBlockMatrix, backward_error};
+use crate::{
+    AnalyzeReport, Backend, BlockPattern, DenseOptions, FactorReport, LinearSolver, SolveError,
+    SolveReport, Status, SymBlockMatrix, backward_error,
+};
 use std::sync::Arc;
 
 /// Pseudo-random numbers in −1 … 1.
@@ -76,30 +79,6 @@ pub(crate) fn quasi_definite(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlock
     a
 }
 
-/// A matrix of full couplings whose last row is the same as its first one: singular to rounding, without an exact zero.
-fn redundant(sizes: &[usize]) -> SymBlockMatrix {
-    let full: Vec<_> = (0..sizes.len())
-        .flat_map(|i| (0..i).map(move |j| (i, j)))
-        .collect();
-    let pattern = Arc::new(BlockPattern::new(sizes, &full).unwrap());
-    let from = positive_definite(&pattern, 7);
-    let last = pattern.dim() - 1;
-    let same = |r: usize| if r == last { 0 } else { r };
-    let mut a = from.clone();
-    for bj in 0..pattern.blocks() {
-        for k in pattern.column(bj) {
-            let rows = pattern.rows(pattern.row(k));
-            let entries = pattern
-                .rows(bj)
-                .flat_map(|c| rows.clone().map(move |r| (r, c)));
-            for ((r, c), v) in entries.zip(a.block_mut(k)) {
-                *v = from.get(same(r), same(c));
-            }
-        }
-    }
-    a
-}
-
 /// A right-hand side.
 fn right_side(n: usize) -> Vec<f64> {
     (0..n).map(|i| (i as f64).sin() + 0.1).collect()
@@ -120,106 +99,6 @@ pub(crate) fn solves(solver: &mut dyn LinearSolver, a: &SymBlockMatrix) {
             a.pattern()
         );
     }
-}
-
-/// Columns of right-hand sides, of any number, are solved as each alone; what is not whole columns is refused.
-pub(crate) fn solves_many(solver: &mut dyn LinearSolver) {
-    for pattern in patterns() {
-        let (a, n) = (positive_definite(&pattern, 5), pattern.dim());
-        solver.analyze(&pattern).unwrap();
-        solver.factorize(&a).unwrap();
-        for columns in [1, 2, 5] {
-            let b = right_side(columns * n);
-            let mut x = vec![f64::NAN; b.len()];
-            let report = solver.solve_many(&a, &b, &mut x).unwrap();
-            assert!(report.is_claim());
-            for (b, x) in b.chunks(n).zip(x.chunks(n)) {
-                let mut alone = vec![0.0; n];
-                solver.solve(&a, b, &mut alone).unwrap();
-                let difference = crate::forward_error(x, &alone);
-                assert!(difference < 1e-14, "{}: {difference:e}", solver.name());
-            }
-        }
-        for (of_b, of_x) in [(0, 0), (2 * n + 1, 2 * n + 1), (2 * n, n)] {
-            let b = right_side(of_b);
-            let mut x = vec![0.0; of_x];
-            let refused = solver.solve_many(&a, &b, &mut x);
-            let whole = n == 1 && of_b == 2 * n + 1;
-            assert!(whole || matches!(refused, Err(SolveError::Dimension { .. })));
-        }
-    }
-}
-
-/// Positive definite systems of all patterns, with new values on the same analysis and after a new analysis.
-pub(crate) fn solves_positive_definite(solver: &mut dyn LinearSolver) {
-    for pattern in patterns() {
-        solver.analyze(&pattern).unwrap();
-        for seed in 1..5 {
-            solves(solver, &positive_definite(&pattern, seed));
-        }
-    }
-}
-
-/// Quasi-definite systems of all patterns, with new values on the same analysis.
-pub(crate) fn solves_quasi_definite(solver: &mut dyn LinearSolver) {
-    for pattern in patterns() {
-        solver.analyze(&pattern).unwrap();
-        for seed in 1..5 {
-            solves(solver, &quasi_definite(&pattern, seed));
-        }
-    }
-}
-
-/// Singular matrices are named as such; where `in_order` the backend eliminates in the order of the pattern, and the
-/// block is the first whose rows depend on those before it.
-pub(crate) fn refuses_singular(solver: &mut dyn LinearSolver, in_order: bool) {
-    let pattern =
-        |sizes: &[usize], couplings: &[_]| Arc::new(BlockPattern::new(sizes, couplings).unwrap());
-    let mut check = |a: &SymBlockMatrix, expected: usize| {
-        solver.analyze(a.pattern()).unwrap();
-        match solver.factorize(a) {
-            Err(SolveError::Singular { block }) => {
-                assert!(
-                    if in_order {
-                        block == expected
-                    } else {
-                        block < a.pattern().blocks()
-                    },
-                    "{block}"
-                );
-            }
-            other => panic!("{other:?} for {:?}", a.pattern()),
-        }
-        let (b, mut x) = (right_side(a.dim()), vec![0.0; a.dim()]);
-        assert!(matches!(
-            solver.solve(a, &b, &mut x),
-            Err(SolveError::OutOfOrder { .. })
-        ));
-        // The failure leaves nothing behind.
-        solves(solver, &positive_definite(a.pattern(), 1));
-    };
-    for p in patterns() {
-        let first = (0..p.blocks()).find(|&i| p.size(i) > 0).unwrap();
-        check(&SymBlockMatrix::zeros(p), first);
-    }
-    // Rows 0 and 1 are equal to the last digit, and so is their elimination or not.
-    let mut a = SymBlockMatrix::zeros(pattern(&[1, 1, 1], &[(0, 1), (0, 2), (1, 2)]));
-    a.values_mut()
-        .copy_from_slice(&[0.3, 0.3, 0.1, 0.3, 0.1, 5.0]);
-    check(&a, 1);
-    // A chain that nothing holds: all of it is exact, and the last pivot is an exact zero.
-    let mut a = SymBlockMatrix::zeros(pattern(&[3; 8], &chain(8)));
-    for j in 0..8 {
-        let column = a.pattern().column(j);
-        for (k, value) in column.zip([if j % 7 == 0 { 1.0 } else { 2.0 }, -1.0]) {
-            a.block_mut(k)
-                .iter_mut()
-                .step_by(4)
-                .for_each(|v| *v = value);
-        }
-    }
-    check(&a, 7);
-    check(&redundant(&[6, 3, 6, 3, 6]), 4);
 }
 
 /// Springs between five nodes that nothing holds, in chains and rings; and the same with a grain of 10⁻¹² of each more at
@@ -268,39 +147,82 @@ pub(crate) fn sees_dependence(solver: &mut dyn LinearSolver) {
     }
 }
 
-/// Indefinite matrices are named as such, with the block, and leave nothing behind.
-pub(crate) fn refuses_indefinite(solver: &mut dyn LinearSolver) {
-    for pattern in patterns() {
-        solver.analyze(&pattern).unwrap();
-        for bad in (0..pattern.blocks()).filter(|&j| pattern.size(j) > 0) {
-            let mut a = positive_definite(&pattern, 3);
-            a.block_mut(pattern.column(bad).start)[0] *= -1.0;
-            assert_eq!(
-                solver.factorize(&a),
-                Err(SolveError::NotPositiveDefinite { block: bad })
-            );
-            let (b, mut x) = (right_side(a.dim()), vec![0.0; a.dim()]);
-            assert!(matches!(
-                solver.solve(&a, &b, &mut x),
-                Err(SolveError::OutOfOrder { .. })
-            ));
-            solves(solver, &positive_definite(&pattern, 4));
-        }
+/// The dense solver with a fault of that name, or with none.
+pub(crate) struct Faulty {
+    pub(crate) inner: Box<dyn LinearSolver>,
+    pub(crate) fault: &'static str,
+}
+
+impl Faulty {
+    pub(crate) fn dense(fault: &'static str) -> Self {
+        let inner = Backend::Dense(DenseOptions::default()).create().unwrap();
+        Self { inner, fault }
     }
 }
 
-/// Whatever overflows or underflows, the answer is a solution or an error.
-pub(crate) fn is_finite_or_refuses(solver: &mut dyn LinearSolver) {
-    let pattern = Arc::new(BlockPattern::new(&[2, 1], &[(0, 1)]).unwrap());
-    solver.analyze(&pattern).unwrap();
-    for scale in [1e300, 1e-300, 5e-324, f64::MAX / 200.0] {
-        let mut a = positive_definite(&pattern, 2);
-        a.values_mut().iter_mut().for_each(|v| *v *= scale);
-        for b in [[1.0, 2.0, 3.0], [1e300; 3], [1e-300; 3]] {
-            let mut x = [0.0; 3];
-            if solver.factorize(&a).is_ok() && solver.solve(&a, &b, &mut x).is_ok() {
-                assert!(x.iter().all(|x| x.is_finite()));
+impl LinearSolver for Faulty {
+    fn name(&self) -> &'static str {
+        "faulty"
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        self.inner.analyze(pattern)
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        let result = self.inner.factorize(a);
+        match self.fault {
+            "forgets the pattern" => Err(SolveError::PatternChanged),
+            "keeps an old factorisation" => Ok(FactorReport::default()),
+            _ => result,
+        }
+    }
+
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        let given = x.to_vec();
+        let result = self.inner.solve(a, b, x);
+        if self.fault == "nothing is an error" {
+            return Ok(SolveReport::DIRECT);
+        }
+        let mut report = result?;
+        let Some(last) = x.len().checked_sub(1) else {
+            return Ok(report);
+        };
+        match self.fault {
+            "wrong in the seventh digit" => x.iter_mut().for_each(|x| *x *= 1.0 + 1e-7),
+            "gives up" => report.status = Status::IterationLimit,
+            "writes NaN" => x[last] = f64::NAN,
+            "writes less" => x[last] = given[last],
+            "writes more" => x[given.len()] = 0.0,
+            "reads the guess" => x[0] += given[0],
+            "claims falsely" => x[0] *= 1.0 + 1e-6,
+            _ => {}
+        }
+        Ok(report)
+    }
+
+    fn solve_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        match self.fault {
+            "stops after two columns" => {
+                let (b, x) = (&b[..2 * a.dim()], &mut x[..2 * a.dim()]);
+                self.inner.solve_many(a, b, x)
             }
+            "forgets the last column" => {
+                let report = self.inner.solve_many(a, b, x);
+                x[b.len() - a.dim()..].fill(0.0);
+                report
+            }
+            _ => self.inner.solve_many(a, b, x),
         }
     }
 }

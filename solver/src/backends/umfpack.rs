@@ -287,37 +287,6 @@ mod tests {
     use crate::{BlockPattern, LinearSolver};
 
     #[test]
-    fn definite_and_quasi_definite_systems_are_solved() {
-        for refinement_steps in [2, 0] {
-            let mut solver = Umfpack::new(UmfpackOptions { refinement_steps });
-            testing::solves_positive_definite(&mut solver);
-        }
-        testing::solves_quasi_definite(&mut Umfpack::default());
-    }
-
-    #[test]
-    fn indefinite_systems_are_solved() {
-        // [0 B; Bᵀ 0]: no pivot stands on the diagonal.
-        let pattern = Arc::new(BlockPattern::new(&[3, 3], &[(0, 1)]).unwrap());
-        let mut a = SymBlockMatrix::zeros(pattern.clone());
-        a.block_mut(1)
-            .copy_from_slice(&[2.0, 1.0, 0.0, -1.0, 3.0, 1.0, 0.5, 0.0, 4.0]);
-        let mut solver = Umfpack::default();
-        solver.analyze(&pattern).unwrap();
-        testing::solves(&mut solver, &a);
-    }
-
-    #[test]
-    fn singular_matrices_are_refused() {
-        testing::refuses_singular(&mut Umfpack::default(), true);
-    }
-
-    #[test]
-    fn numbers_at_the_ends_of_their_range() {
-        testing::is_finite_or_refuses(&mut Umfpack::default());
-    }
-
-    #[test]
     fn condition_is_estimated_and_bad_scaling_is_not_singular() {
         let pattern = Arc::new(BlockPattern::new(&[1, 1], &[(0, 1)]).unwrap());
         let mut a = SymBlockMatrix::zeros(pattern.clone());

@@ -236,26 +236,12 @@ fn rows(a: &[&[f64]]) -> String {
     general(a.len(), &entries.concat())
 }
 
-/// Whatever the pivot at which elimination meets it, in whatever units.
 #[test]
 fn a_singular_matrix_is_said_to_be_singular_and_where_it_is_empty() {
-    let line = |n: usize| {
-        let beside = (1..n).flat_map(|i| [(i, i - 1, 1.0), (i - 1, i, 1.0)]);
-        general(n, &beside.collect::<Vec<_>>())
-    };
     let to_rounding = "the matrix is singular to rounding: rows depend on others";
     for (text, words) in [
         (
             rows(&[&[1.0, 2.0, 3.0], &[4.0, 5.0, 6.0], &[7.0, 8.0, 9.0]]),
-            to_rounding,
-        ),
-        // Rank 1: row 2 is 10⁻²⁰ times row 1, row 3 is twice row 2.
-        (
-            rows(&[
-                &[3e11, 7e11, 1e11],
-                &[3e-9, 7e-9, 1e-9],
-                &[6e-9, 14e-9, 2e-9],
-            ]),
             to_rounding,
         ),
         (
@@ -265,22 +251,6 @@ fn a_singular_matrix_is_said_to_be_singular_and_where_it_is_empty() {
         (
             rows(&[&[1.0, 0.0, 2.0], &[3.0, 0.0, 1.0], &[1.0, 0.0, 5.0]]),
             "column 2 holds nothing",
-        ),
-        (
-            general(2, &[(0, 0, 2.0), (1, 1, 3.0), (1, 1, -3.0)]),
-            "row 2 holds nothing",
-        ),
-        (line(3), to_rounding),
-        (line(21), to_rounding),
-        // Row 4 is the sum of the others: only the last pivot vanishes.
-        (
-            rows(&[
-                &[2.0, 1.0, 0.0, 3.0],
-                &[1.0, 3.0, 1.0, 5.0],
-                &[0.0, 1.0, 4.0, 5.0],
-                &[3.0, 5.0, 5.0, 13.0],
-            ]),
-            to_rounding,
         ),
     ] {
         let results = results(&text);
@@ -293,56 +263,6 @@ fn a_singular_matrix_is_said_to_be_singular_and_where_it_is_empty() {
         }
         if let Some(refusal) = results.refusal() {
             assert!(refusal.contains("is singular"), "{refusal}");
-        }
-    }
-}
-
-/// Units are no reason: rates of 10⁻²⁰ beside a row of ones, numbers below the smallest normal one beside others, masses of 10⁻³⁰ beside
-/// joints of 1.
-#[test]
-fn regular_matrices_in_any_units_are_solved() {
-    let rate = 1e-20;
-    for text in [
-        rows(&[
-            &[1.0, 1.0, 1.0],
-            &[-2.0 * rate, rate, 0.5 * rate],
-            &[rate, -3.0 * rate, 0.25 * rate],
-        ]),
-        rows(&[&[1.0, 1.0], &[0.0, 1e-17]]),
-        rows(&[&[0.0, 1e-300], &[1e-300, 0.0]]),
-        rows(&[&[1.0, 1e-320], &[2e-320, 1.0]]),
-        rows(&[&[1.0, 0.0], &[1e-320, 1e-300]]),
-        rows(&[
-            &[1e-30, 0.0, 1.0, 0.0],
-            &[0.0, 2e-30, -1.0, 1.0],
-            &[1.0, -1.0, 0.0, 0.0],
-            &[0.0, 1.0, 0.0, 0.0],
-        ]),
-    ] {
-        let results = results(&text);
-        for name in ["umfpack", "faer:lu", "dense"] {
-            let backend: taut_solver::Backend = name.parse().expect("a backend");
-            if backend.is_compiled() {
-                let name = crate::Choice::schur(backend).family();
-                let row = results.records.iter().find(|r| r.backend == name);
-                let claimed = row.is_some_and(|row| row.status == "direct");
-                assert!(claimed, "{name}: {text}{row:?} {:?}", results.omissions);
-            }
-        }
-        assert_eq!(results.about.singular, None, "{text}");
-    }
-}
-
-/// ‖A‖∞ ‖A⁻¹‖∞ of a line of neighbours is its length.
-#[test]
-fn the_condition_of_a_line_is_its_length() {
-    for n in [4, 8, 12, 16, 20, 100, 200, 1000, 1004] {
-        let beside = (1..n).flat_map(|i| [(i, i - 1, 1.0), (i - 1, i, 1.0)]);
-        let (matrix, _) = parsed(&general(n, &beside.collect::<Vec<_>>())).expect("sound");
-        let found = exact::condition(&Problem::new(&matrix)).expect("regular");
-        for found in [found.of_matrix, found.scaled] {
-            let part = found / n as f64;
-            assert!((1.0 / 3.0..1.001).contains(&part), "{n}: {found}");
         }
     }
 }

@@ -39,6 +39,12 @@ fn laid(
     scene
 }
 
+/// A chain of rods on ball joints.
+fn chain(along: Vector3<f64>) -> Scene {
+    let (ball, free) = (JointKind::Spherical, [true, true]);
+    laid(&Material::STEEL, ball, free, along, true)
+}
+
 /// Multipliers of a joint that pulls the points before it and after it together with the force `tension` (N).
 fn pulling(constraint: &Constraint, scene: &Scene, along: &Vector3<f64>, tension: f64) -> [f64; 6] {
     let place = |frame: &Frame| match frame.side {
@@ -96,13 +102,7 @@ fn a_cable_pulls_with_a_positive_and_pushes_with_a_negative_tension() {
 #[test]
 fn a_ball_joint_alone_has_the_size_of_its_force() {
     let along = Vector3::x() * 2.0;
-    let mut scene = laid(
-        &Material::STEEL,
-        JointKind::Spherical,
-        [true, true],
-        along,
-        true,
-    );
+    let mut scene = chain(along);
     scene.cables.clear();
     let lambda = [-3.0, 0.0, 4.0];
     for joint in 0..scene.constraints.len() {
@@ -114,13 +114,7 @@ fn a_ball_joint_alone_has_the_size_of_its_force() {
 #[test]
 fn a_bent_chain_pulls_along_the_mean_of_its_links() {
     let along = Vector3::x() * 3.0;
-    let mut scene = laid(
-        &Material::STEEL,
-        JointKind::Spherical,
-        [true, true],
-        along,
-        true,
-    );
+    let mut scene = chain(along);
     let joint = scene.cables[0].joints[1];
     let turned = scene.cables[0].bodies[1];
     for (angle, expected) in [
@@ -128,13 +122,7 @@ fn a_bent_chain_pulls_along_the_mean_of_its_links() {
         (2.0, 100.0 * 1.0_f64.cos()),
     ] {
         let axis = Vector3::z() * angle;
-        let straight = laid(
-            &Material::STEEL,
-            JointKind::Spherical,
-            [true, true],
-            along,
-            true,
-        );
+        let straight = chain(along);
         let turn = nalgebra::UnitQuaternion::from_scaled_axis(axis);
         scene.bodies.orientation[turned] = turn * straight.bodies.orientation[turned];
         let found = scene.tension(joint, 0.0, &[100.0, 0.0, 0.0]).expect("one");

@@ -1,9 +1,9 @@
 //! Refusals of validation, and their words.
 
 use super::*;
-use crate::constraint::{Cosserat, Distance, JointLaw, RowLaw};
+use crate::constraint::{Cosserat, JointLaw, RowLaw};
 use crate::{HoistParams, JointKind};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 /// Error of validation for a small hoist after a change.
 fn after(change: impl FnOnce(&mut Scene)) -> String {
@@ -23,65 +23,6 @@ fn after(change: impl FnOnce(&mut Scene)) -> String {
 fn pair(scene: &Scene, joint: usize) -> [Frame; 2] {
     let frames = scene.constraints[joint].frames();
     frames.try_into().expect("a joint has two sides")
-}
-
-#[test]
-fn faults_of_massless_cables() {
-    let says = |points: &[Option<usize>], length: f64, words: &str| {
-        let text = after(|scene| {
-            let frame = |i: &Option<usize>| {
-                let world = Frame::world(Vector3::zeros());
-                i.map_or(world, |i| Frame::body(i, Vector3::x()))
-            };
-            let frames = points.iter().map(frame).collect();
-            let cable = MasslessCable::new(frames, length, RowLaw::RIGID);
-            scene.constraints[0] = Constraint::MasslessCable(cable);
-        });
-        assert!(text.contains(words), "{text}");
-    };
-    says(&[], 1.0, "number of sides is 0: it has to be at least 2");
-    says(&[Some(0)], 1.0, "number of sides is 1");
-    says(&[None, None, None], 1.0, "joint `anchor`");
-    says(&[Some(1); 3], 1.0, "`segment-2`");
-    says(&[None, Some(0), Some(9)], 1.0, "number 9");
-    says(&[None, Some(0)], 0.0, "length is 0");
-    says(&[None, Some(0)], f64::NAN, "length is NaN");
-}
-
-#[test]
-fn faults_of_links() {
-    let says = |change: fn(&mut Distance), words: &str| {
-        let text = after(|scene| {
-            let mut link = Distance {
-                frames: pair(scene, 0),
-                length: 2.0,
-                law: crate::RowLaw::RIGID,
-                transverse: true,
-            };
-            scene.constraints[0] = Constraint::Distance(link);
-            assert_eq!(scene.validate(), Ok(()));
-            change(&mut link);
-            scene.constraints[0] = Constraint::Distance(link);
-        });
-        assert!(text.contains(words), "{text}");
-    };
-    says(
-        |d| d.length = -1.0,
-        "joint `anchor`: length is -1: it has to be > 0 m",
-    );
-    says(|d| d.length = 0.0, "length is 0");
-    says(|d| d.length = f64::NAN, "length is NaN");
-    says(|d| d.length = f64::INFINITY, "length is inf");
-    says(|d| d.law.compliance = f64::NAN, "compliance is NaN");
-    says(|d| d.law.damping = -1.0, "damping is -1");
-    says(|d| d.frames[1].point.x = f64::NAN, "attachment point");
-}
-
-fn stretch(scene: &mut Scene) -> &mut crate::RowLaw {
-    match &mut scene.constraints[0] {
-        Constraint::Spherical(s) => &mut s.stretch,
-        _ => panic!("the anchor is spherical"),
-    }
 }
 
 #[test]
@@ -119,13 +60,9 @@ fn faults_of_bodies() {
     let nan = f64::NAN;
     let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
     says(after(|s| s.bodies.mass[1] = 0.0), "`segment-2`: mass is 0");
-    says(after(|s| s.bodies.mass[1] = nan), "mass is NaN");
     says(after(|s| s.bodies.mass[1] = f64::INFINITY), "mass is inf");
-    says(after(|s| s.bodies.position[0].y = nan), "position is NaN");
     says(after(|s| s.bodies.velocity[0].x = nan), "velocity is NaN");
     says(after(|s| s.bodies.torque[2].y = nan), "`load`: torque");
-    says(after(|s| s.gravity.x = nan), "gravity is NaN");
-    says(after(|s| s.bodies.inertia[0][(0, 0)] = -1.0), "inertia");
     says(after(|s| s.bodies.inertia[0][(0, 1)] = 1e-3), "symmetric");
     let flat = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
     says(after(|s| s.bodies.inertia[0] = flat), "definite");
@@ -141,9 +78,6 @@ fn faults_of_bodies() {
         s.gravity.x = f64::NAN;
     });
     says(normal, "gravity");
-    let long = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
-    says(after(|s| s.bodies.orientation[0] = long), "unit quaternion");
-    says(after(|s| s.body_names[1] = "load".into()), "called `load`");
     says(
         after(|s| s.load = Some(9)),
         "load names the body `number 9`",
@@ -158,13 +92,6 @@ fn faults_of_bodies() {
 #[test]
 fn faults_of_joints() {
     let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
-    says(after(|s| stretch(s).compliance = -1e-9), "compliance is -");
-    says(after(|s| stretch(s).damping = f64::NAN), "damping is NaN");
-    let world = Frame::world(Vector3::zeros());
-    says(
-        after(|s| s.constraints[0].frames_mut()[1] = world),
-        "the world to the world",
-    );
     let body = |i| Frame::body(i, Vector3::zeros());
     says(
         after(|s| s.constraints[0].frames_mut()[1] = body(7)),
@@ -195,10 +122,6 @@ fn faults_of_joints() {
 #[test]
 fn faults_of_names_rows_and_motions() {
     let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
-    says(
-        after(|s| s.constraint_names[1] = "load".into()),
-        "two joint",
-    );
     says(after(|s| s.groups.truncate(2)), "groups has length 2");
     says(
         after(|s| {
@@ -213,14 +136,5 @@ fn faults_of_names_rows_and_motions() {
             _ => panic!("the joint is the paper's"),
         }),
         "safeguard is 0",
-    );
-    let motion = Motion::Smooth {
-        displacement: Vector3::x(),
-        start: 0.0,
-        duration: 0.0,
-    };
-    says(
-        after(|s| s.constraints[0].frames_mut()[0].side = Side::World(motion)),
-        "time span",
     );
 }
