@@ -26,7 +26,6 @@
 //! mass do not go on at the velocities of the step before, and gained energy by it. The guard's implicit steps know the path of
 //! their last iterate, and follow it in all lengths.
 
-use crate::active_set::{ActiveSet, RowState};
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
@@ -159,15 +158,14 @@ impl SystemData {
         !self.speed_rows.is_empty()
     }
 
-    /// Rows that hold a speed leave it as it is in the prepared system, but for those at limits of force.
-    pub(crate) fn leave_speeds(&mut self, active_set: &ActiveSet) {
+    /// Rows that hold a speed leave it as it is in the prepared system, but for bounded ones that are `held` at a limit of force.
+    pub(crate) fn leave_speeds(&mut self, held: impl Fn(usize) -> bool) {
         let bounds = &self.rows.bounds;
         for &r in &self.speed_rows {
             let bound = bounds.binary_search_by_key(&r, |bound| bound.row);
-            if bound.is_ok_and(|k| active_set.place(k) != RowState::Inside) {
-                continue;
+            if !bound.is_ok_and(&held) {
+                self.rate[r] = 0.0;
             }
-            self.rate[r] = 0.0;
         }
     }
 

@@ -15,7 +15,7 @@
 
 use super::Step;
 use crate::StepError;
-use crate::active_set::{RowState, response_of_row};
+use crate::active_set::response_of_row;
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
 use nalgebra::Vector3;
@@ -97,9 +97,9 @@ impl Step {
         let (dt, system_data) = (self.substep(), &mut self.system_data);
         let jv = &mut self.system.in_rows[0];
         system_data.rows.times_jacobian(&system_data.v, jv);
-        system_data.leave_speeds(&self.active_set);
+        system_data.leave_speeds(|k| self.active_set.holds(k));
         let rates = (&**jv, &*self.history.rate_now, &*self.history.rate);
-        let leaves = |k| !self.slip.holds(k) && self.active_set.place(k) == RowState::Inside;
+        let leaves = |k| !self.slip.holds(k) && !self.active_set.holds(k);
         self.activation.leave_rates(system_data, rates, dt, leaves);
     }
 
