@@ -312,11 +312,9 @@ impl Activation {
         (system_data, bounded): (&SystemData, &ActiveSet),
         (before, driven): (&[f64], [&[f64]; 2]),
         (dt, least, goes_on): (f64, f64, bool),
-        mut hits: impl FnMut(usize),
-        curving: impl Fn(usize) -> f64,
+        (mut hits, curving): (impl FnMut(usize), impl Fn(usize) -> f64),
         landing: impl Fn(usize) -> f64,
-        loaded: impl Fn(usize) -> f64,
-        thrown: impl Fn(usize) -> f64,
+        (loaded, thrown): (impl Fn(usize) -> f64, impl Fn(usize) -> f64),
     ) -> Option<f64> {
         let struck = |(k, place): (usize, RowState)| {
             let bound = system_data.rows.bounds[k];

@@ -27,8 +27,8 @@ const NOISE: f64 = 1e-11;
 /// [`NOISE`] beside contacts, which are solved to fewer digits.
 const NOISE_BESIDE_CONTACTS: f64 = 1e-9;
 
-/// Σ over J M̃⁻¹ Jᵀ of drives with limits of force in a system that is singular without: a motor against a taut rope, none of them
-/// at a bound, has no solution, and this one takes the motor beyond its limit.
+/// Σ over J M̃⁻¹ Jᵀ of drives with limits of force in a system that is singular without it: above the rounding of a pivot, and so small
+/// that a motor that pulls against a taut rope exceeds its limit, and is then held at it.
 const GIVES: f64 = 1e-9;
 
 /// State of a row in the active set: between its bounds, or at one of them.
@@ -251,9 +251,9 @@ impl ActiveSet {
 
     /// Drives with limits give way in this system from now on, which has failed. Returns false if they did, or if there are none.
     pub(crate) fn give_way(&mut self, bounds: &[RowBounds]) -> bool {
-        let could = !self.gives_way && bounds.iter().any(is_limited);
-        self.gives_way = could;
-        could
+        let is_new = !self.gives_way && bounds.iter().any(is_limited);
+        self.gives_way |= is_new;
+        is_new
     }
 
     /// Takes the rows at bounds out of the system of a step `dt` long.

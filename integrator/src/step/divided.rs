@@ -35,17 +35,15 @@
 //! Δv of a part. From there the next step begins as the first step of a run does. If it is divided too, it goes back to those
 //! velocities.
 //!
-//! Whole steps leave gaps that they do not feel, ½ (p + q − s) v² Δt²/L on a circle. Parts would take this drift of the rows at the beginning
-//! for stretch, or take it back at once. Of n parts each feels 1/n² of it, its own, so that the force along the curve goes on
-//! from the first part to the step after the last. What drift the curve does not explain goes in proportion to time
-//! ([`crate::activation`]).
+//! Gaps that a curve leaves in whole steps stay over the parts ([`curves`]). What drift the curve does not explain goes in proportion
+//! to time ([`crate::activation`]).
 //!
 //! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts, from which the next step
 //! starts: a catch in the last one is no force that lasts.
 
 use super::{Stage, Step};
-use crate::activation::{Activation, SOFT, STIFF};
-use crate::active_set::{RowState, jacobian, response_of, response_of_row};
+use crate::activation::{Activation, SOFT};
+use crate::active_set::{RowState, jacobian, response_of};
 use crate::contact::ContactPoint;
 use crate::contact::rebound::slowest;
 use crate::system_data::SystemData;
@@ -68,9 +66,6 @@ const SWING: f64 = 1.5;
 /// Largest Ω of shapes that are struck, and of those in scenes with ropes that slip or cables of segments, whose own modes are faster
 /// than the step: the half kicks of a division at the rebound of a stiff one would add to them.
 const RESOLVED: [f64; 2] = [96.0, 4.0];
-
-/// Least change of a rate of approach by curves in a step, over the rate, that divides a step in which shapes are thrown back.
-const STRAY: f64 = 2e-3;
 
 /// Least rate that divides a step, |g| Δt, over the largest one without restitution.
 pub(super) const LEAST: f64 = 10.0;
@@ -115,7 +110,7 @@ pub(crate) struct Division {
     swings: bool,
     /// True if the velocities of all bodies went half a step back just now, from those of the [`substep_start`](super::guarded::GuardState::substep_start).
     pub(super) from_start: bool,
-    /// Work that this gave back \[J].
+    /// Work of drives that was taken back with them \[J].
     pub(super) work_of_start: f64,
     /// Length of the steps over that of the steps whose error these tell.
     pub(crate) coarseness: f64,
@@ -291,63 +286,12 @@ impl Step {
             (&self.system_data, &self.active_set),
             (&self.history.rate, driven),
             (dt, least, self.guarded.division.goes_on),
-            hits,
-            |k| self.curving(k),
+            (hits, |k| self.curving(k)),
             landing,
-            loaded,
-            thrown,
+            (loaded, thrown),
         );
         let both = [struck, struck_on_springs].into_iter().flatten();
         both.reduce(f64::max)
-    }
-
-    /// κ Δt² of the curve φ'' = κ that free bodies give the first `count` rows of constraint `c` at the present state, Δt being `dt`
-    /// (s); 0 where a path over sheaves ends \[m].
-    fn curves(&self, c: usize, dt: f64) -> ([f64; 3], usize) {
-        let at = |dt| self.scene.constraints[c].gap_ahead(&self.scene.bodies, self.time, dt);
-        let ((ahead, count), (behind, _)) = (at(dt), at(-dt));
-        let phi = &self.system_data.rows.phi[self.system_data.rows.row_range(c)];
-        let mut curves = [0.0; 3];
-        for (i, curve) in curves.iter_mut().enumerate().take(count) {
-            *curve = ahead[i] + behind[i] - 2.0 * phi[i];
-        }
-        match curves.iter().all(|curve| curve.is_finite()) {
-            true => (curves, count),
-            false => ([0.0; 3], 0),
-        }
-    }
-
-    /// Largest change of the rate of bounded row `k` in a step that its curve makes \[m/s].
-    fn curving(&self, k: usize) -> f64 {
-        let dt = self.substep();
-        let ([first, ..], _) = self.curves(self.system_data.rows.bounds[k].constraint, dt);
-        first.abs() / dt
-    }
-
-    /// The drift ½ (p + q − s) κ Δt² of curves stays over the `parts` of a divided step, each of which leaves 1/n² of it.
-    fn hold_drift_of_curves(&mut self, parts: u32) {
-        let whole = self.substep() * f64::from(parts);
-        let weights = self.options.scheme.weights();
-        let weight = 0.5 * (weights.next + weights.now - weights.before);
-        let own = f64::from(parts).powi(-2);
-        for c in 0..self.scene.constraints.len() {
-            let rows = &self.system_data.rows;
-            let range = rows.row_range(c);
-            let bounds = rows.bounds.partition_point(|bound| bound.row < range.start);
-            let is_own = rows
-                .bounds
-                .get(bounds)
-                .is_some_and(|b| range.contains(&b.row));
-            // The gap of an elastic row that was struck is a swing, whatever its curve.
-            let is_hit = is_own && self.guarded.division.hit[bounds];
-            if is_hit && rows.compliance[range.start] > 0.0 {
-                continue;
-            }
-            let (curves, count) = self.curves(c, whole);
-            let curves = curves.map(|curve| weight * curve);
-            self.activation
-                .hold_drift(range.start, &curves[..count], own);
-        }
     }
 
     /// The largest Ω of shapes that are struck in the step just taken, faster than `least` (m/s), on elastic rows that pull them: none
@@ -370,77 +314,6 @@ impl Step {
         fast.map(omega)
             .filter(|omega| (SOFT..most).contains(omega))
             .reduce(f64::max)
-    }
-
-    /// True if shapes of the step just taken are thrown back, on a body that rows lead along a curve: a whole step has one direction of
-    /// these rows for both ways, and what they change the rate of approach by is more than [`STRAY`] of it.
-    fn thrown_on_curves(&mut self) -> bool {
-        let can_be = self.guarded.division.parts == 1 && self.contacts.rebound_is_due();
-        if !can_be || self.bends() || !self.slip.is_empty() {
-            return false;
-        }
-        self.swap_velocities();
-        let least = LEAST * slowest(&self.scene, self.substep());
-        let strays = |touch: &ContactPoint| {
-            let approach = -touch.normal_rate(|i| self.scene.bodies.rates(i));
-            approach > least && self.curve_along(touch) > STRAY * approach
-        };
-        let strays = self.contacts.thrown_back().any(strays);
-        self.swap_velocities();
-        strays
-    }
-
-    /// The velocities that the step has begun with, and those of the bodies, change places.
-    fn swap_velocities(&mut self) {
-        let (bodies, v) = (&mut self.scene.bodies, &mut self.system_data.v);
-        for i in 0..bodies.len() {
-            let rates = bodies.rates(i);
-            let [x, y, z, p, q, r] = v.get(i);
-            bodies.velocity[i] = Vector3::new(x, y, z);
-            bodies.angular_velocity[i] = Vector3::new(p, q, r);
-            v.set(i, rates);
-        }
-    }
-
-    /// Change of the rate of approach of `touch` in a step that the curves of rows make, and as far as its friction acts, that across
-    /// it \[m/s].
-    fn curve_along(&self, touch: &ContactPoint) -> f64 {
-        let [n, s, t] = touch.rates(|i| self.kick_of_curves(i));
-        n.abs() + touch.found.surface.friction * s.hypot(t)
-    }
-
-    /// Change of the velocities of `body` in a step by which its rigid rows follow their curves: those of lengths each alone, the three
-    /// of a joint's gap by the body's way \[m/s, rad/s].
-    fn kick_of_curves(&self, body: usize) -> [f64; 6] {
-        let (SystemData { rows, inertia, .. }, dt) = (&self.system_data, self.substep());
-        let mut kick = [0.0; 6];
-        if !self.scene.bodies.is_dynamic(body) {
-            return kick;
-        }
-        let slots = rows.slots.iter().enumerate();
-        for (s, slot) in slots.filter(|(_, slot)| slot.body == body) {
-            let (curves, count) = self.curves(slot.constraint, dt);
-            let block = rows.block(s);
-            let own = rows.row_range(slot.constraint).zip(block.rows());
-            for ((r, j), curve) in own.zip(curves).take(count) {
-                let response = response_of_row(&self.system_data, slot.constraint, r);
-                if dt * dt * response <= STIFF * STIFF * rows.compliance[r] {
-                    continue;
-                }
-                let mut along = [0.0; 6];
-                if count == 1 {
-                    inertia.apply_inverse(body, j, &mut along);
-                    along = along.map(|v| v / response);
-                } else {
-                    along[..3].copy_from_slice(&j[..3]);
-                }
-                let rate = curve / dt;
-                kick.iter_mut()
-                    .zip(along)
-                    .for_each(|(kick, v)| *kick -= rate * v);
-            }
-        }
-        kick
     }
 
     /// Σ (t·n)² tᵀ k t of the joints at `body`, with the stiffness k of their rows and the direction t of their pull on it \[N/m]: what
@@ -777,5 +650,6 @@ impl Step {
     }
 }
 
+mod curves;
 #[cfg(test)]
 mod tests;

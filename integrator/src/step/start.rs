@@ -48,7 +48,7 @@ impl Step {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
             if self.can_strike() {
-                self.keep_what_presses();
+                self.take_solve_back();
                 self.leave_blows();
                 self.solve_linearized(self.substep())?;
             }
@@ -78,8 +78,9 @@ impl Step {
         Ok(())
     }
 
-    /// Before a second solve of the present system, without blows: what a jump of a drive has left behind touches no more.
-    fn keep_what_presses(&mut self) {
+    /// Takes the slip and the impulses of a solve out of the prepared system, before a second one without blows, and the contacts that
+    /// it left open: what a jump of a drive leaves behind touches no more.
+    fn take_solve_back(&mut self) {
         self.slip.take_out(&mut self.system_data);
         let inertia = &mut self.system_data.inertia;
         self.contacts.take_out(inertia, false);
