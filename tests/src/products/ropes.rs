@@ -188,11 +188,11 @@ fn at_sheaves(m: &Moment) -> impl Iterator<Item = (f64, f64, f64, f64)> + '_ {
         .filter_map(move |w| Some((tension(&w.parts[0])?, tension(&w.parts[1])?, w.slip, w.grip)))
 }
 
-/// By how much e^(μθ) differs between sub-steps, over itself: a span turns by its end's way over its length.
+/// By how much e^(μθ) differs between sub-steps or parts, over itself: a span turns by its end's way over its length.
 fn between(case: &Case, n: usize) -> f64 {
     let m = &case.run.steps[n];
     let friction = case.choices.rope.as_ref().and_then(|r| r.sheave);
-    if case.choices.steps.substeps == 1 {
+    if case.choices.steps.substeps == 1 && m.report.divided == 0 {
         return 0.0;
     }
     // A body at rest at the end of the step moved in its first sub-step.
