@@ -46,7 +46,7 @@ pub(super) fn work(case: &Case) -> Fault {
         m.contacts.iter().find_map(|c| {
             let across = c.force - c.normal * c.normal.dot(&c.force);
             let (size, power) = (across.norm(), across.dot(&c.slip));
-            let rate = left.residual_gap * case.rate() + 3e-14 * fastest;
+            let rate = left.residual_gap * case.rate() + 1e-12 * fastest;
             let residual = left.residual_force + 1e-14 * c.force.norm();
             let allowed = size * rate + residual * c.slip.norm();
             (power > allowed).then(|| {
