@@ -198,7 +198,8 @@ impl Step {
         if !holds && (!is_turn || is_part) {
             return None;
         }
-        let caught = self.uses.bounds.then(|| self.caught()).flatten();
+        let bounded = !self.active_set.is_empty();
+        let caught = bounded.then(|| self.caught()).flatten();
         let caught = caught.or_else(|| self.thrown_on_curves().then_some(0.0));
         self.guarded.division.swings = caught.is_some_and(|omega| omega > 0.0);
         if let Some(omega) = caught {

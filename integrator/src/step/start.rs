@@ -89,7 +89,7 @@ impl Step {
 
     /// True if rows may strike bodies: those with bounds, and motors.
     pub(super) fn can_strike(&self) -> bool {
-        self.uses.bounds || self.system_data.holds_speeds()
+        !self.active_set.is_empty() || self.system_data.holds_speeds()
     }
 
     /// Rows of the prepared system leave blows to the step that they fall in, since half a kick is of forces; those at their limits
