@@ -304,6 +304,21 @@ fn handed_over(case: &Case, n: usize) -> f64 {
     over.map(|pair| of(&pair[0])).fold(0.0, f64::max)
 }
 
+/// Gain of slow bounces under a rope that swings with Ω up to step `n` \[J]: below g Δt they divide no step, and take up Ω²/3 of
+/// their energy each.
+fn bounced(case: &Case, n: usize) -> f64 {
+    if case.choices.restitution == 0.0 {
+        return 0.0;
+    }
+    let pairs = case.run.steps[..=n].windows(2);
+    let bounces = pairs
+        .filter(|pair| presses(&pair[1]) && !presses(&pair[0]))
+        .count() as f64;
+    let slowest = G / case.rate();
+    let energy = 0.5 * case.scene.mass() * slowest * slowest;
+    bounces * energy * (ringing(case) / 3.0).min(1.0)
+}
+
 /// The first step of a scene without the guard after which a body turns by more than 0.1 rad in a sub-step, or in which a shape is
 /// thrown back under a rope that swings noticeably within a step: what the guard is for.
 fn resolved(case: &Case) -> usize {
@@ -349,6 +364,7 @@ fn balance(case: &Case) -> Fault {
         let most = if balance.excess > most {
             let rings = rings(case) * strained(case, n);
             let joules = wound_up(case, n) + rings + handed_over(case, n) + apart(case, n);
+            let joules = joules + bounced(case, n);
             most + joules / balance.scale + turns(case, n)
         } else {
             most
