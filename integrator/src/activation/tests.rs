@@ -1,7 +1,7 @@
-use crate::testing::{cable, centre, origin, winch};
+use crate::testing::{cable, centre, link, on_earth, origin, reeled, winch};
 use crate::{Guard, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Body, Constraint, Distance, Frame, MasslessCable, RowLaw, Scene, Winch};
+use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene, Winch};
 
 pub(super) const G: f64 = 9.81;
 pub(super) const DT: f64 = 1.0 / 60.0;
@@ -33,7 +33,7 @@ fn rope(scene: &mut Scene, through: &[&Frame], length: f64, compliance: f64) {
     let frames: Vec<Frame> = through.iter().map(|f| **f).collect();
     let cable = MasslessCable::new(frames, length, RowLaw::new(compliance, 0.0));
     let name = format!("rope {}", scene.constraints.len());
-    scene.add_constraint(name, Constraint::MasslessCable(cable), 0);
+    scene.add_constraint(name, cable, 0);
 }
 
 /// A ball at `at` on a rope from `top`.
@@ -46,10 +46,7 @@ pub(super) fn hung(
 ) -> Scene {
     let mut scene = scene("hung");
     let load = ball(&mut scene, mass, at);
-    let cable = MasslessCable {
-        winch,
-        ..MasslessCable::new(vec![Frame::world(top), load], length, law)
-    };
+    let cable = reeled(winch, vec![Frame::world(top), load], length, law);
     scene.add_constraint("rope", cable, 0);
     scene
 }
@@ -308,15 +305,12 @@ fn a_rod_that_is_made_between_parting_bodies_stops_them_without_a_rebound() {
                 let mut stepper = Stepper::new(scene, options(DT, substeps)).unwrap();
                 stepper.step().unwrap();
                 let length = -stepper.scene().bodies.position[body].z;
-                let rod = Distance {
-                    frames: [origin(), load],
+                let rod = link(
+                    [origin(), load],
                     length,
-                    law: RowLaw::new(compliance(omega * substeps as f64), 0.0),
-                    transverse: false,
-                };
-                stepper
-                    .change(|edit| Ok(edit.add_constraint("rod", Constraint::Distance(rod), 0)))
-                    .unwrap();
+                    RowLaw::new(compliance(omega * substeps as f64), 0.0),
+                );
+                stepper.tie("rod", rod);
                 let mut fastest = 0.0_f64;
                 for _ in 0..120 {
                     stepper.step().unwrap();
@@ -335,29 +329,25 @@ fn a_rod_that_is_made_between_parting_bodies_stops_them_without_a_rebound() {
 #[test]
 fn a_rod_beside_a_rigid_rope_takes_its_load_over() {
     for substeps in [1, 4, 16, 64] {
-        let mut scene = Scene::new("held twice");
-        scene.gravity = Vector3::z() * -G;
+        let mut scene = on_earth("held twice");
         let load = ball(&mut scene, LOAD, Vector3::zeros());
         let body = load.body_index().unwrap();
         let hub = Vector3::new(-0.06, 0.0, 3.0);
         let frames = vec![Frame::world(hub), load];
         let rope = MasslessCable::new(frames, hub.norm(), RowLaw::new(0.0, 0.0));
-        scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+        scene.add_constraint("rope", rope, 0);
         let mut stepper = Stepper::new(scene, options(DT, substeps)).unwrap();
         stepper.steps(30);
         let bodies = &stepper.scene().bodies;
         let before = bodies.velocity[body].norm();
         assert!(before > 0.05, "it swings: {before}");
         let anchor = Vector3::new(0.2, 0.0, 1.0);
-        let rod = Distance {
-            frames: [Frame::world(anchor), load],
-            length: (anchor - bodies.position[body]).norm(),
-            law: RowLaw::new(1e-10, 0.0),
-            transverse: false,
-        };
-        stepper
-            .change(|edit| Ok(edit.add_constraint("rod", Constraint::Distance(rod), 0)))
-            .unwrap();
+        let rod = link(
+            [Frame::world(anchor), load],
+            (anchor - bodies.position[body]).norm(),
+            RowLaw::new(1e-10, 0.0),
+        );
+        stepper.tie("rod", rod);
         for n in 0..15 {
             stepper.step().unwrap();
             let speed = stepper.scene().bodies.velocity[body].norm();

@@ -3,10 +3,10 @@
 use super::tests::{G, R, cable_length, options, xz};
 use crate::Stepper;
 use crate::contact::tests::{add, ground, rough};
-use crate::testing::centre;
+use crate::testing::{brake, centre, sheave};
 use nalgebra::Vector3;
 use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene, Sheave, Winch};
+use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene};
 
 /// A ball `drop` above the ground whose drum, before a sheave, holds a part of its weight.
 fn braked(mass: f64, drop: f64, friction: f64, part: f64) -> Scene {
@@ -20,18 +20,11 @@ fn braked(mass: f64, drop: f64, friction: f64, part: f64) -> Scene {
         Frame::world(xz(-R, height)).along(&Vector3::y()),
         centre(load),
     ];
-    let sheave = Sheave {
-        friction,
-        ..Sheave::new(R)
-    };
+    let sheave = sheave(friction, R);
     let law = RowLaw::new(1e-4 / (mass * G), 0.0);
     let cable = MasslessCable {
         sheaves: vec![None, Some(sheave), None],
-        winch: Some(Winch {
-            brake: true,
-            brake_limit: part * mass * G,
-            ..Winch::new()
-        }),
+        winch: Some(brake(part * mass * G)),
         ..MasslessCable::new(frames, 1.0, law)
     };
     let cable = MasslessCable {

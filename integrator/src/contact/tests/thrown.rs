@@ -1,12 +1,12 @@
 //! Loads that are thrown back by the ground while what holds them slips: a drum, or a rope over a sheave.
 
-use super::{G, add, ground, rough};
-use crate::testing::centre;
+use super::{G, add, bouncing, ground};
+use crate::testing::{brake, centre, over, reeled, sheave};
 use crate::{StepOptions, Stepper};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
-use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene, Sheave, Winch};
+use taut_model::collide::Shape;
+use taut_model::{Body, Frame, RowLaw, Scene};
 
 const RADIUS: f64 = 0.25;
 const HEIGHT: f64 = 4.0;
@@ -14,10 +14,7 @@ const SHEAVE: f64 = 0.2;
 
 /// A ball `drop` above the ground, and its frame.
 fn ball(mass: f64, drop: f64, restitution: f64) -> (Scene, Frame) {
-    let surface = Surface {
-        restitution,
-        ..rough(0.5)
-    };
+    let surface = bouncing(restitution, 0.5);
     let mut scene = ground(0.0, surface);
     let shape = Shape::Sphere { radius: RADIUS };
     let body = Body::sphere(RADIUS, mass).at(Vector3::z() * (RADIUS + drop));
@@ -31,14 +28,7 @@ fn on_drum(mass: f64, drop: f64, e: f64, part: f64, strain: f64) -> Scene {
     let frames = vec![Frame::world(Vector3::z() * HEIGHT), load];
     let length = HEIGHT - RADIUS - drop;
     let law = RowLaw::new(strain * length / (mass * G), 0.0);
-    let cable = MasslessCable {
-        winch: Some(Winch {
-            brake: true,
-            brake_limit: part * mass * G,
-            ..Winch::new()
-        }),
-        ..MasslessCable::new(frames, length, law)
-    };
+    let cable = reeled(brake(part * mass * G), frames, length, law);
     scene.reeve("rope", &cable, 0).expect("a sound rope");
     scene
 }
@@ -54,16 +44,10 @@ fn over_sheave(mass: f64, drop: f64, e: f64, part: f64, friction: f64) -> Scene 
         Frame::world(Vector3::new(-SHEAVE, 0.0, HEIGHT)).along(&Vector3::y()),
         load,
     ];
-    let sheave = Sheave {
-        friction,
-        ..Sheave::new(SHEAVE)
-    };
+    let sheave = sheave(friction, SHEAVE);
     let length = 2.0 * HEIGHT - 1.0 - RADIUS - drop + PI * SHEAVE;
     let law = RowLaw::new(1e-4 * length / (mass * G), 0.0);
-    let cable = MasslessCable {
-        sheaves: vec![None, Some(sheave), None],
-        ..MasslessCable::new(frames, length, law)
-    };
+    let cable = over(sheave, frames, length, law);
     scene.reeve("rope", &cable, 0).expect("a sound rope");
     scene
 }

@@ -1,12 +1,11 @@
 use super::*;
-use crate::testing::{centre, origin};
+use crate::testing::{centre, link, origin};
 use crate::{Guard, Scheme, StepOptions, Stepper};
-use taut_model::{Body, Constraint, Distance, Mobility, Motion, RowLaw, Scene};
+use taut_model::{Body, Mobility, Motion, RowLaw, Scene};
 
 /// Particles of `mass` on a line of links of `compliance`, which move with `velocity`, without gravity.
 fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>) -> Scene {
     let mut scene = Scene::new("chain");
-    scene.gravity = Vector3::zeros();
     for (k, mass) in mass.iter().enumerate() {
         let x = k as f64;
         let body = Body::particle(*mass).at(Vector3::new(x, 0.3 * x * x, 0.0));
@@ -14,13 +13,12 @@ fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>
         scene.bodies.velocity[body] = velocity(k);
         if k > 0 {
             let apart = scene.bodies.position[body] - scene.bodies.position[body - 1];
-            let link = Distance {
-                frames: [body - 1, body].map(centre),
-                length: apart.norm(),
-                law: RowLaw::new(compliance, 0.0),
-                transverse: false,
-            };
-            scene.add_constraint(format!("l{k}"), Constraint::Distance(link), 0);
+            let link = link(
+                [body - 1, body].map(centre),
+                apart.norm(),
+                RowLaw::new(compliance, 0.0),
+            );
+            scene.add_constraint(format!("l{k}"), link, 0);
         }
     }
     scene
@@ -187,14 +185,13 @@ fn what_moves_with_its_support_is_not_struck() {
     );
     scene.bodies.velocity[body] = velocity;
     let at = motion.displacement(0.0);
-    let link = Distance {
-        frames: [support, centre(body)],
-        length: (Vector3::x() - at).norm(),
-        law: RowLaw::new(0.0, 0.0),
-        transverse: false,
-    };
+    let link = link(
+        [support, centre(body)],
+        (Vector3::x() - at).norm(),
+        RowLaw::new(0.0, 0.0),
+    );
     scene.gravity = Vector3::z() * -9.81;
-    scene.add_constraint("rod", Constraint::Distance(link), 0);
+    scene.add_constraint("rod", link, 0);
     for dt in [1.0 / 60.0, 1.0 / 960.0] {
         let mut stepper = Stepper::new(scene.clone(), options(Scheme::default(), dt, 1)).unwrap();
         stepper.step.strike_rigid_rows().unwrap();

@@ -1,8 +1,9 @@
 //! Runs that go on with other options.
 
+use crate::contact::tests::{add_ball, ground};
 use crate::{Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::collide::{Collider, Shape};
+use taut_model::collide::Surface;
 use taut_model::{Body, HoistParams, Scene};
 
 const DT: f64 = 1.0 / 60.0;
@@ -113,12 +114,9 @@ fn other_steps_keep_free_fall() {
 /// A ball has just landed: the blow is no acceleration that goes on, and the ball stays where it is.
 #[test]
 fn a_blow_does_not_count_twice() {
-    let mut scene = Scene::new("landing");
-    scene.gravity.z = -10.0;
-    let radius = 0.1;
-    let ball = scene.add_body("ball", Body::sphere(radius, 1.0).at(Vector3::z() * 0.3));
-    scene.add_collider(Collider::new("ball", Some(ball), Shape::Sphere { radius }));
-    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let (radius, surface) = (0.1, Surface::default());
+    let mut scene = ground(0.0, surface);
+    add_ball(&mut scene, Vector3::z() * 0.3, radius, surface);
     let mut stepper = Stepper::new(scene, options("dense", Scheme::default(), DT)).expect("sound");
     let mut touching = 0;
     while touching == 0 {
