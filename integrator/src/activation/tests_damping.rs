@@ -3,6 +3,7 @@
 use super::tests::{DT, G, ball, hung, options, scene};
 use crate::Stepper;
 use crate::contact::tests::add_box;
+use crate::slip::tests::cable_length;
 use crate::testing::{attach, brake, cable, centre, event, over, reeled, sheave, winch};
 use nalgebra::Vector3;
 use taut_model::collide::{Collider, Shape, Surface};
@@ -239,10 +240,8 @@ fn elsewhere(time: f64) -> Scene {
         Frame::world(Vector3::new(50.0, 0.0, 5.0)).along(&Vector3::y()),
         far,
     ];
-    let sheave = sheave(0.1, 0.2);
-    let cable = over(sheave, frames, 1.0, RowLaw::new(1e-6, 0.0));
-    let length = crate::slip::tests::cable_length(&scene, &cable);
-    let cable = MasslessCable { length, ..cable };
+    let mut cable = over(sheave(0.1, 0.2), frames, 1.0, RowLaw::new(1e-6, 0.0));
+    cable.length = cable_length(&scene, &cable);
     scene.reeve("far", &cable, 0).unwrap();
     scene.events.push(event(
         "tie",
@@ -283,17 +282,9 @@ fn set_down(law: RowLaw, friction: f64) -> Scene {
         Frame::world(Vector3::new(0.0, 0.0, 10.0)).along(&Vector3::y()),
         hook,
     ];
-    let sheave = sheave(friction, 0.2);
-    let cable = MasslessCable {
-        sheaves: vec![None, Some(sheave), None],
-        winch: Some(Winch::new()),
-        ..MasslessCable::new(frames, 1.0, law)
-    };
-    let path = crate::slip::tests::cable_length(&scene, &cable);
-    let cable = MasslessCable {
-        length: path - 0.002,
-        ..cable
-    };
+    let mut cable = over(sheave(friction, 0.2), frames, 1.0, law);
+    cable.winch = Some(Winch::new());
+    cable.length = cable_length(&scene, &cable) - 0.002;
     scene.reeve("hoist", &cable, 0).unwrap();
     scene
 }

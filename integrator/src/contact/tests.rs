@@ -93,6 +93,10 @@ pub(crate) fn add_ball(
     add(scene, body, Shape::Sphere { radius }, surface)
 }
 
+fn options(rate: f64) -> StepOptions {
+    StepOptions::default().with(|o| o.dt = 1.0 / rate)
+}
+
 fn stepper(scene: Scene) -> Stepper {
     Stepper::new(scene, StepOptions::default()).expect("a sound scene")
 }

@@ -290,15 +290,10 @@ pub(super) fn reeving(seed: u64) -> Scene {
         xz(count as f64, -3.0),
     ));
     sheaves.push(None);
-    let cable = MasslessCable {
-        sheaves,
-        ..MasslessCable::new(frames, 1.0, RowLaw::new(1e-5, 0.0))
-    };
-    let length = cable_length(&scene, &cable);
-    let cable = MasslessCable {
-        length: length * if numbers.next() < 0.2 { 1.02 } else { 1.0 },
-        ..cable
-    };
+    let mut cable = MasslessCable::new(frames, 1.0, RowLaw::new(1e-5, 0.0));
+    cable.sheaves = sheaves;
+    let slack = if numbers.next() < 0.2 { 1.02 } else { 1.0 };
+    cable.length = slack * cable_length(&scene, &cable);
     scene.reeve("rope", &cable, 0).unwrap();
     scene
 }

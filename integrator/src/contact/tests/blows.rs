@@ -1,8 +1,8 @@
 //! The law of impact for bodies of any mass in steps of any length.
 
-use super::{G, add, block, bouncing, capsule, cylinder, ground, rough};
+use super::{G, add, block, bouncing, capsule, cylinder, ground, options, rough};
 use crate::testing::{centre, link, on_earth};
-use crate::{Guard, StepOptions, Stepper};
+use crate::{Guard, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use taut_model::collide::{Collider, Shape, Surface};
@@ -15,10 +15,6 @@ const RADIUS: f64 = 0.2;
 fn ball(scene: &mut Scene, at: Vector3<f64>, mass: f64, surface: Surface) -> usize {
     let shape = Shape::Sphere { radius: RADIUS };
     add(scene, Body::sphere(RADIUS, mass).at(at), shape, surface)
-}
-
-fn options(rate: f64) -> StepOptions {
-    StepOptions::default().with(|o| o.dt = 1.0 / rate)
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Heavy bodies at rest on each other, on slopes and on platforms that turn.
 
-use super::{G, add, block, ground, rough, tilt};
+use super::{G, add, block, ground, options, rough, tilt};
+use crate::Stepper;
 use crate::testing::{centre, on_earth, origin};
-use crate::{StepOptions, Stepper};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use taut_model::collide::Shape;
@@ -13,10 +13,6 @@ fn disc(length: f64, radius: f64, mass: f64) -> (Body, Shape) {
     let along = 0.5 * mass * radius * radius;
     let inertia = Matrix3::from_diagonal(&Vector3::new(across, across, along));
     (Body::new(mass, inertia), Shape::Cylinder { length, radius })
-}
-
-fn options(rate: f64) -> StepOptions {
-    StepOptions::default().with(|o| o.dt = 1.0 / rate)
 }
 
 fn lying(length: f64, radius: f64, mass: f64) -> (Body, Shape) {

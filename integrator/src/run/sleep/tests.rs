@@ -1,6 +1,7 @@
 use super::*;
+use crate::contact::tests::add;
 use crate::testing::{brake, centre, event, link, on_earth, origin, reeled};
-use taut_model::collide::Collider;
+use taut_model::collide::Surface;
 use taut_model::{
     Action, Body, ContactScene, ContactSceneParams, Frame, GantryParams, Hinge, HoistParams,
     Motion, Motor, RowLaw, When, Winch,
@@ -287,14 +288,10 @@ fn a_stack_sleeps_until_it_is_hit() {
     };
     let mut scene = params.build().unwrap();
     let size = Vector3::repeat(params.length / 3.0);
-    let ram = scene.add_body(
-        "ram",
-        Body {
-            mobility: Mobility::Driven,
-            ..Body::cuboid(size, 1.0).at(Vector3::new(-1.2 * size.x, 0.0, 1.6 * size.z))
-        },
-    );
-    scene.add_collider(Collider::new("ram", Some(ram), Shape::Cuboid { size }));
+    let at = Vector3::new(-1.2 * size.x, 0.0, 1.6 * size.z);
+    let mut body = Body::cuboid(size, 1.0).at(at);
+    body.mobility = Mobility::Driven;
+    let ram = add(&mut scene, body, Shape::Cuboid { size }, Surface::default());
     let [mut sleeper, mut plain] = at_rest(&scene);
     let report = sleeper.step().unwrap();
     assert!(report.asleep && report.contacts.touching > 0);

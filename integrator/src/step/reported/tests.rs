@@ -4,7 +4,7 @@ use crate::contact::tests::{add, bouncing, ground};
 use crate::testing::{centre, link, winch};
 use crate::{StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::collide::Shape;
+use taut_model::collide::{Shape, Surface};
 use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene};
 
 const DT: f64 = 1.0 / 60.0;
@@ -56,6 +56,15 @@ fn falling(slack: f64, compliance: f64) -> Scene {
     scene
 }
 
+/// A ball over a slope, and its place.
+fn above(slope: f64, surface: Surface, drop: f64) -> (Scene, usize, Vector3<f64>) {
+    let mut scene = ground(slope, surface);
+    let at = Vector3::z() * (RADIUS + drop);
+    let body = Body::sphere(RADIUS, MASS).at(at);
+    let ball = add(&mut scene, body, Shape::Sphere { radius: RADIUS }, surface);
+    (scene, ball, at)
+}
+
 #[test]
 fn a_catch_is_told_whatever_the_sub_step_that_has_it() {
     for substeps in [1, 2, 4, 7] {
@@ -90,16 +99,7 @@ fn the_impulse_of_a_rigid_catch_is_that_of_the_load() {
 #[test]
 fn a_blow_that_passes_through_a_rod_is_in_its_force() {
     for substeps in [1, 3] {
-        let surface = bouncing(0.7, 0.3);
-        let mut scene = ground(0.5, surface);
-        let shape = Shape::Sphere { radius: RADIUS };
-        let at = Vector3::z() * (RADIUS + 0.05);
-        let ball = add(
-            &mut scene,
-            Body::sphere(RADIUS, MASS).at(at),
-            shape,
-            surface,
-        );
+        let (mut scene, ball, at) = above(0.5, bouncing(0.7, 0.3), 0.05);
         let (far, own) = (at + Vector3::new(-1.8, 0.0, 0.6), Vector3::zeros());
         let rod = link(
             [Frame::world(far), Frame::body(ball, own)],
@@ -118,16 +118,7 @@ fn a_blow_that_passes_through_a_rod_is_in_its_force() {
 #[test]
 fn a_rope_does_not_push_in_a_blow() {
     for (compliance, e) in [(0.0, 0.5), (0.0, 0.9), (1e-7, 0.5), (1e-6, 0.5)] {
-        let surface = bouncing(e, 0.5);
-        let mut scene = ground(0.0, surface);
-        let shape = Shape::Sphere { radius: RADIUS };
-        let at = Vector3::z() * (RADIUS + 0.2);
-        let load = add(
-            &mut scene,
-            Body::sphere(RADIUS, MASS).at(at),
-            shape,
-            surface,
-        );
+        let (mut scene, load, at) = above(0.0, bouncing(e, 0.5), 0.2);
         scene.bodies.velocity[load].z = -1.0;
         let law = RowLaw::new(compliance, 0.0);
         let top = at + Vector3::z() * 3.0;

@@ -69,13 +69,13 @@ fn a_blow_of_rods_keeps_momentum_and_gains_nothing() {
             .map(|_| Vector3::from_fn(|_, _| 4.0 * random() - 2.0))
             .collect();
         let scene = chain(&mass, 0.0, |k| velocities[k]);
-        let (momentum, before) = (momentum(&scene), scene.kinetic_energy());
+        let (momentum, before) = (scene.momentum(), scene.kinetic_energy());
         let dt = [1.0 / 60.0, 1.0 / 240.0, 1.0 / 960.0][round % 3];
         let mut stepper =
             Stepper::new(scene, options(Scheme::default(), dt, 1 + round % 2)).unwrap();
         stepper.step.strike_rigid_rows().unwrap();
         let scene = stepper.scene();
-        let change = (self::momentum(scene) - momentum).norm();
+        let change = (scene.momentum() - momentum).norm();
         assert!(
             change < 1e-10 * mass.iter().sum::<f64>(),
             "round {round}: {change} kg m/s"
@@ -101,12 +101,6 @@ fn a_blow_of_rods_keeps_momentum_and_gains_nothing() {
         }
         assert!(worst < 0.02, "round {round}: {worst} of the motion before");
     }
-}
-
-fn momentum(scene: &Scene) -> Vector3<f64> {
-    let bodies = &scene.bodies;
-    let parts = bodies.mass.iter().zip(&bodies.velocity);
-    parts.map(|(m, v)| v * *m).sum()
 }
 
 /// A spring that the step resolves keeps the swing that it begins with, 0.3 % of its speed lost at Ω = 0.5; none ends the first steps faster than it

@@ -1,14 +1,14 @@
 //! Steps that a flag stops in their middle.
 
-use crate::testing::{attach, centre, on_earth, origin, set, winch};
+use crate::testing::{attach, centre, event, on_earth, origin, set, winch};
 use crate::{Guard, Scheme, Sleep, StepError, StepOptions, StepReport, Stepper};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_model::collide::{Collider, Shape};
 use taut_model::{
-    Body, Cable, CableEnd, ContactScene, ContactSceneParams, Control, Event, GantryParams,
-    MasslessCable, Material, RowLaw, Scene, Segments, When,
+    Body, Cable, CableEnd, ContactScene, ContactSceneParams, Control, GantryParams, MasslessCable,
+    Material, RowLaw, Scene, Segments, When,
 };
 
 const DT: f64 = 1.0 / 60.0;
@@ -41,11 +41,7 @@ fn hoist() -> Scene {
         ("slow", 0.1, set(0, 0.2)),
         ("tie", 0.2, attach("tie", between)),
     ] {
-        scene.events.push(Event {
-            name: name.to_owned(),
-            when: When::Time(at),
-            then: vec![then],
-        });
+        scene.events.push(event(name, When::Time(at), vec![then]));
     }
     scene.load = Some(load);
     scene
