@@ -206,6 +206,11 @@ fn events_of_what_is_not_there_are_refused_by_name() {
     assert_eq!(stepper.scene().constraints.len(), 2);
 }
 
+/// Of the load in [`landing`] \[N].
+const WEIGHT: f64 = 2000.0 * 9.81;
+/// Ends of its cable that are pinned.
+const PINNED: [[bool; 2]; 3] = [[false, true], [true, true], [false, false]];
+
 /// A load of 2 t under 12 m of steel rope, 1 m above the ground, its winch at the jib.
 fn landing(pinned: [bool; 2], limit: f64) -> Stepper {
     let mut scene = ground(0.0, Surface::default());
@@ -246,8 +251,7 @@ fn landing(pinned: [bool; 2], limit: f64) -> Stepper {
 /// Straight as it is, the cable stands as a column on the load that it has set down, and pushes.
 #[test]
 fn a_cable_that_pushes_does_not_break() {
-    const WEIGHT: f64 = 2000.0 * 9.81;
-    for pinned in [[false, true], [true, true], [false, false]] {
+    for pinned in PINNED {
         let mut stepper = landing(pinned, 3.0 * WEIGHT);
         let last = stepper.scene().constraint("rope-end").unwrap();
         stepper.set_control(0, 0.5).unwrap();
@@ -272,8 +276,7 @@ fn a_cable_that_pushes_does_not_break() {
 
 #[test]
 fn a_cable_that_pulls_breaks_at_its_limit() {
-    const WEIGHT: f64 = 2000.0 * 9.81;
-    for pinned in [[false, true], [true, true], [false, false]] {
+    for pinned in PINNED {
         // A hard start.
         let mut stepper = landing(pinned, 1.2 * WEIGHT);
         assert_eq!(run(&mut stepper, 5), []);
