@@ -18,22 +18,14 @@ pub(super) fn options(dt: f64, substeps: usize) -> StepOptions {
     }
 }
 
-pub(super) fn scene(name: &str) -> Scene {
-    let mut scene = Scene::new(name);
-    scene.gravity = Vector3::new(0.0, 0.0, -G);
-    scene
-}
-
 pub(super) fn ball(scene: &mut Scene, mass: f64, at: Vector3<f64>) -> Frame {
     let body = scene.add_body(format!("ball {at}"), Body::sphere(0.1, mass).at(at));
     centre(body)
 }
 
-fn rope(scene: &mut Scene, through: &[&Frame], length: f64, compliance: f64) {
-    let frames: Vec<Frame> = through.iter().map(|f| **f).collect();
-    let cable = MasslessCable::new(frames, length, RowLaw::new(compliance, 0.0));
+pub(super) fn rope(scene: &mut Scene, frames: Vec<Frame>, length: f64, law: RowLaw) {
     let name = format!("rope {}", scene.constraints.len());
-    scene.add_constraint(name, cable, 0);
+    scene.add_constraint(name, MasslessCable::new(frames, length, law), 0);
 }
 
 /// A ball at `at` on a rope from `top`.
@@ -44,7 +36,7 @@ pub(super) fn hung(
     law: RowLaw,
     winch: Option<Winch>,
 ) -> Scene {
-    let mut scene = scene("hung");
+    let mut scene = on_earth("hung");
     let load = ball(&mut scene, mass, at);
     let cable = reeled(winch, vec![Frame::world(top), load], length, law);
     scene.add_constraint("rope", cable, 0);
@@ -177,29 +169,30 @@ fn a_damped_rope_that_settles_gains_nothing() {
 /// A plate on four ropes that spread, thrown up and turned; three masses, each on a rope from the one above; two masses
 /// over two points, one thrown up. None of them has more energy than at the start.
 fn thrown(compliance: f64) -> [Scene; 3] {
-    let mut plate = scene("plate on four ropes");
+    let law = RowLaw::new(compliance, 0.0);
+    let mut plate = on_earth("plate on four ropes");
     let body = Body::cuboid(Vector3::new(2.0, 2.0, 0.2), 400.0).at(-Vector3::z() * 2.5);
     let turned = nalgebra::UnitQuaternion::from_euler_angles(0.1, 0.05, 0.0);
     let body = plate.add_body("plate", body.turned(turned));
     for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         let top = Frame::world(Vector3::new(1.5 * x, 1.3 * y, 0.0));
         let corner = Frame::body(body, Vector3::new(x, y, 0.0));
-        rope(&mut plate, &[&top, &corner], 3.0, compliance);
+        rope(&mut plate, vec![top, corner], 3.0, law);
     }
-    let mut row = scene("three masses in a row");
+    let mut row = on_earth("three masses in a row");
     let mut above = origin();
     for (k, mass) in [30.0, 5.0, 50.0].into_iter().enumerate() {
         let below = ball(&mut row, mass, -Vector3::z() * 0.7 * (k + 1) as f64);
-        rope(&mut row, &[&above, &below], 1.2, compliance);
+        rope(&mut row, vec![above, below], 1.2, law);
         above = below;
     }
-    let mut pair = scene("two masses over two points");
+    let mut pair = on_earth("two masses over two points");
     let [left, right] = [-1.0, 1.0].map(|x| Frame::world(Vector3::x() * x));
     let a = ball(&mut pair, 5.0, Vector3::new(-1.0, 0.0, -40.0));
     let b = ball(&mut pair, 5.2, Vector3::new(1.0, 0.0, -40.0));
     // Exactly tight, and open from the first instant on.
     pair.bodies.velocity[0].z = 3.0;
-    rope(&mut pair, &[&a, &left, &right, &b], 82.0, compliance);
+    rope(&mut pair, vec![a, left, right, b], 82.0, law);
     [plate, row, pair]
 }
 

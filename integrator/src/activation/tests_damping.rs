@@ -1,20 +1,15 @@
 //! Ropes with dampers that are slack at first: against the law's own motion, over floors, sheaves and winches.
 
-use super::tests::{DT, G, ball, hung, options, scene};
+use super::tests::{DT, G, ball, hung, options, rope};
 use crate::Stepper;
 use crate::contact::tests::add_box;
 use crate::slip::tests::cable_length;
-use crate::testing::{attach, brake, cable, centre, event, over, reeled, sheave, winch};
+use crate::testing::{attach, brake, cable, centre, event, on_earth, over, reeled, sheave, winch};
 use nalgebra::Vector3;
 use taut_model::collide::{Collider, Shape, Surface};
-use taut_model::{Frame, MasslessCable, RowLaw, Scene, When, Winch};
+use taut_model::{Frame, RowLaw, Scene, When, Winch};
 
 const MASS: f64 = 100.0;
-
-fn rope(scene: &mut Scene, frames: Vec<Frame>, length: f64, law: RowLaw) -> usize {
-    let cable = MasslessCable::new(frames, length, law);
-    scene.add_constraint("rope", cable, 0)
-}
 
 /// A load that reaches the length of its rope with the speed `speed` after `time` of free fall.
 fn falling(law: RowLaw, speed: f64, time: f64) -> (Scene, f64) {
@@ -143,7 +138,7 @@ fn grounded(scene: &mut Scene, mass: f64, at: Vector3<f64>) -> usize {
 
 /// A load on the ground, its rope with `slack`, and a winch that takes it up.
 fn standing(law: RowLaw, slack: f64, speed: f64) -> Scene {
-    let mut scene = scene("standing");
+    let mut scene = on_earth("standing");
     let load = grounded(&mut scene, MASS, Vector3::z() * 0.5);
     let frames = vec![
         Frame::world(Vector3::z() * 5.0),
@@ -221,7 +216,7 @@ fn a_landing_and_a_catch_keep_the_lift_of_a_pulley() {
         (parted, 1, 0.0, 0.08),
     ] {
         for (share, height) in rows {
-            let found = lift(scene("pulley"), share, height, parts, damping);
+            let found = lift(on_earth("pulley"), share, height, parts, damping);
             let off = found / (share * share * height) - 1.0;
             assert!(
                 off.abs() < allowed,
@@ -233,7 +228,7 @@ fn a_landing_and_a_catch_keep_the_lift_of_a_pulley() {
 
 /// A load far away that hangs over a sheave with friction, and is tied where it hangs at `time`.
 fn elsewhere(time: f64) -> Scene {
-    let mut scene = scene("pulley");
+    let mut scene = on_earth("pulley");
     let far = ball(&mut scene, 10.0, Vector3::new(50.2, 0.0, 0.0));
     let frames = vec![
         Frame::world(Vector3::new(46.0, 0.0, 5.0)),
@@ -271,7 +266,7 @@ fn machines_far_away_leave_the_lift_of_a_pulley_as_it_is() {
 
 /// A hook on a rope over a sheave with friction, which a load under it takes down to the ground and up again.
 fn set_down(law: RowLaw, friction: f64) -> Scene {
-    let mut scene = scene("set-down");
+    let mut scene = on_earth("set-down");
     let hook = ball(&mut scene, 20.0, Vector3::new(0.2, 0.0, 5.0));
     let load = grounded(&mut scene, 800.0, Vector3::new(0.2, 0.0, 0.7));
     let top = Frame::body(load, Vector3::z() * 0.5);

@@ -114,11 +114,7 @@ fn a_locked_sheave_holds_up_to_the_capstan_ratio_and_then_slips() {
     let k: f64 = (0.3 * PI).exp();
     assert!((k - 2.566_332_395).abs() < 1e-9);
     for form in [Form::Schur, Form::Kkt] {
-        for scheme in [
-            Scheme::THIRD_DIFFERENCE,
-            Scheme::Spook,
-            Scheme::LinearlyImplicit,
-        ] {
+        for scheme in Scheme::KINDS {
             let options = StepOptions {
                 scheme,
                 form,

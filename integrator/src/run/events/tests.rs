@@ -22,6 +22,7 @@ fn twins() -> Scene {
     scene
 }
 
+/// Two frames come nearer to each other than this \[m].
 fn near(between: [Frame; 2], below: f64) -> When {
     let between = Box::new(between);
     When::Distance { between, below }
