@@ -2,7 +2,10 @@
 
 use crate::{StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Constraint, Frame, MasslessCable, Scene, Winch};
+use taut_model::{
+    Action, Constraint, Distance, Event, Frame, MasslessCable, RowLaw, Scene, Sheave, When, Winch,
+};
+use taut_solver::{Backend, DenseOptions};
 
 impl StepOptions {
     /// These options with a change.
@@ -22,6 +25,39 @@ impl Stepper {
             }
         }
     }
+
+    /// Steps up to a time \[s].
+    #[track_caller]
+    pub(crate) fn until(&mut self, time: f64) {
+        while self.time() < time {
+            self.steps(1);
+        }
+    }
+
+    /// Adds a constraint between two steps.
+    #[track_caller]
+    pub(crate) fn tie(&mut self, name: &str, constraint: Constraint) {
+        self.change(|edit| Ok(edit.add_constraint(name, constraint, 0)))
+            .expect("a sound constraint");
+    }
+
+    /// The run that goes on from what this one saves.
+    #[track_caller]
+    pub(crate) fn saved(&self) -> Self {
+        Self::restore(self.save().expect("a sound state")).expect("a sound run")
+    }
+}
+
+/// Default options with the dense solver.
+pub(crate) fn dense() -> StepOptions {
+    StepOptions::default().with(|o| o.backend = Backend::Dense(DenseOptions::default()))
+}
+
+/// An empty scene under a gravity of 9.81 m/s².
+pub(crate) fn on_earth(name: &str) -> Scene {
+    let mut scene = Scene::new(name);
+    scene.gravity.z = -9.81;
+    scene
 }
 
 /// The centre of a body.
@@ -35,6 +71,81 @@ pub(crate) fn winch(speed: f64) -> Winch {
         speed,
         ..Winch::new()
     }
+}
+
+/// A drum whose brake holds so much \[N].
+pub(crate) fn brake(brake_limit: f64) -> Winch {
+    Winch {
+        brake: true,
+        brake_limit,
+        ..Winch::new()
+    }
+}
+
+/// A rod or spring between two frames.
+pub(crate) fn link(frames: [Frame; 2], length: f64, law: RowLaw) -> Constraint {
+    Constraint::Distance(Distance {
+        frames,
+        length,
+        law,
+        transverse: false,
+    })
+}
+
+/// A sheave with friction.
+pub(crate) fn sheave(friction: f64, radius: f64) -> Sheave {
+    Sheave {
+        friction,
+        ..Sheave::new(radius)
+    }
+}
+
+/// A cable over a sheave in the second of three frames.
+pub(crate) fn over(sheave: Sheave, frames: Vec<Frame>, length: f64, law: RowLaw) -> MasslessCable {
+    MasslessCable {
+        sheaves: vec![None, Some(sheave), None],
+        ..MasslessCable::new(frames, length, law)
+    }
+}
+
+/// A cable that comes from a winch, if from any.
+pub(crate) fn reeled(
+    winch: impl Into<Option<Winch>>,
+    frames: Vec<Frame>,
+    length: f64,
+    law: RowLaw,
+) -> MasslessCable {
+    MasslessCable {
+        winch: winch.into(),
+        ..MasslessCable::new(frames, length, law)
+    }
+}
+
+/// An event.
+pub(crate) fn event(name: &str, when: When, then: Vec<Action>) -> Event {
+    Event {
+        name: name.to_owned(),
+        when,
+        then,
+    }
+}
+
+/// Sets a control.
+pub(crate) fn set(control: usize, value: f64) -> Action {
+    Action::Set { control, value }
+}
+
+/// Ties two frames to each other.
+pub(crate) fn attach(name: &str, between: [Frame; 2]) -> Action {
+    Action::Attach {
+        name: name.to_owned(),
+        between: Box::new(between),
+    }
+}
+
+/// A constraint carries more than this force \[N].
+pub(crate) fn over_force(constraint: usize, above: f64) -> When {
+    When::Force { constraint, above }
 }
 
 /// The massless cable of that number.

@@ -1,7 +1,7 @@
-use crate::testing::{cable, centre, origin, winch};
+use crate::testing::{cable, centre, link, on_earth, origin, reeled, winch};
 use crate::{Guard, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Body, Constraint, Distance, Frame, MasslessCable, RowLaw, Scene, Winch};
+use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene, Winch};
 
 pub(super) const G: f64 = 9.81;
 pub(super) const DT: f64 = 1.0 / 60.0;
@@ -18,22 +18,14 @@ pub(super) fn options(dt: f64, substeps: usize) -> StepOptions {
     }
 }
 
-pub(super) fn scene(name: &str) -> Scene {
-    let mut scene = Scene::new(name);
-    scene.gravity = Vector3::new(0.0, 0.0, -G);
-    scene
-}
-
 pub(super) fn ball(scene: &mut Scene, mass: f64, at: Vector3<f64>) -> Frame {
     let body = scene.add_body(format!("ball {at}"), Body::sphere(0.1, mass).at(at));
     centre(body)
 }
 
-fn rope(scene: &mut Scene, through: &[&Frame], length: f64, compliance: f64) {
-    let frames: Vec<Frame> = through.iter().map(|f| **f).collect();
-    let cable = MasslessCable::new(frames, length, RowLaw::new(compliance, 0.0));
+pub(super) fn rope(scene: &mut Scene, frames: Vec<Frame>, length: f64, law: RowLaw) {
     let name = format!("rope {}", scene.constraints.len());
-    scene.add_constraint(name, Constraint::MasslessCable(cable), 0);
+    scene.add_constraint(name, MasslessCable::new(frames, length, law), 0);
 }
 
 /// A ball at `at` on a rope from `top`.
@@ -44,12 +36,9 @@ pub(super) fn hung(
     law: RowLaw,
     winch: Option<Winch>,
 ) -> Scene {
-    let mut scene = scene("hung");
+    let mut scene = on_earth("hung");
     let load = ball(&mut scene, mass, at);
-    let cable = MasslessCable {
-        winch,
-        ..MasslessCable::new(vec![Frame::world(top), load], length, law)
-    };
+    let cable = reeled(winch, vec![Frame::world(top), load], length, law);
     scene.add_constraint("rope", cable, 0);
     scene
 }
@@ -180,29 +169,30 @@ fn a_damped_rope_that_settles_gains_nothing() {
 /// A plate on four ropes that spread, thrown up and turned; three masses, each on a rope from the one above; two masses
 /// over two points, one thrown up. None of them has more energy than at the start.
 fn thrown(compliance: f64) -> [Scene; 3] {
-    let mut plate = scene("plate on four ropes");
+    let law = RowLaw::new(compliance, 0.0);
+    let mut plate = on_earth("plate on four ropes");
     let body = Body::cuboid(Vector3::new(2.0, 2.0, 0.2), 400.0).at(-Vector3::z() * 2.5);
     let turned = nalgebra::UnitQuaternion::from_euler_angles(0.1, 0.05, 0.0);
     let body = plate.add_body("plate", body.turned(turned));
     for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         let top = Frame::world(Vector3::new(1.5 * x, 1.3 * y, 0.0));
         let corner = Frame::body(body, Vector3::new(x, y, 0.0));
-        rope(&mut plate, &[&top, &corner], 3.0, compliance);
+        rope(&mut plate, vec![top, corner], 3.0, law);
     }
-    let mut row = scene("three masses in a row");
+    let mut row = on_earth("three masses in a row");
     let mut above = origin();
     for (k, mass) in [30.0, 5.0, 50.0].into_iter().enumerate() {
         let below = ball(&mut row, mass, -Vector3::z() * 0.7 * (k + 1) as f64);
-        rope(&mut row, &[&above, &below], 1.2, compliance);
+        rope(&mut row, vec![above, below], 1.2, law);
         above = below;
     }
-    let mut pair = scene("two masses over two points");
+    let mut pair = on_earth("two masses over two points");
     let [left, right] = [-1.0, 1.0].map(|x| Frame::world(Vector3::x() * x));
     let a = ball(&mut pair, 5.0, Vector3::new(-1.0, 0.0, -40.0));
     let b = ball(&mut pair, 5.2, Vector3::new(1.0, 0.0, -40.0));
     // Exactly tight, and open from the first instant on.
     pair.bodies.velocity[0].z = 3.0;
-    rope(&mut pair, &[&a, &left, &right, &b], 82.0, compliance);
+    rope(&mut pair, vec![a, left, right, b], 82.0, law);
     [plate, row, pair]
 }
 
@@ -308,15 +298,12 @@ fn a_rod_that_is_made_between_parting_bodies_stops_them_without_a_rebound() {
                 let mut stepper = Stepper::new(scene, options(DT, substeps)).unwrap();
                 stepper.step().unwrap();
                 let length = -stepper.scene().bodies.position[body].z;
-                let rod = Distance {
-                    frames: [origin(), load],
+                let rod = link(
+                    [origin(), load],
                     length,
-                    law: RowLaw::new(compliance(omega * substeps as f64), 0.0),
-                    transverse: false,
-                };
-                stepper
-                    .change(|edit| Ok(edit.add_constraint("rod", Constraint::Distance(rod), 0)))
-                    .unwrap();
+                    RowLaw::new(compliance(omega * substeps as f64), 0.0),
+                );
+                stepper.tie("rod", rod);
                 let mut fastest = 0.0_f64;
                 for _ in 0..120 {
                     stepper.step().unwrap();
@@ -335,29 +322,25 @@ fn a_rod_that_is_made_between_parting_bodies_stops_them_without_a_rebound() {
 #[test]
 fn a_rod_beside_a_rigid_rope_takes_its_load_over() {
     for substeps in [1, 4, 16, 64] {
-        let mut scene = Scene::new("held twice");
-        scene.gravity = Vector3::z() * -G;
+        let mut scene = on_earth("held twice");
         let load = ball(&mut scene, LOAD, Vector3::zeros());
         let body = load.body_index().unwrap();
         let hub = Vector3::new(-0.06, 0.0, 3.0);
         let frames = vec![Frame::world(hub), load];
         let rope = MasslessCable::new(frames, hub.norm(), RowLaw::new(0.0, 0.0));
-        scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+        scene.add_constraint("rope", rope, 0);
         let mut stepper = Stepper::new(scene, options(DT, substeps)).unwrap();
         stepper.steps(30);
         let bodies = &stepper.scene().bodies;
         let before = bodies.velocity[body].norm();
         assert!(before > 0.05, "it swings: {before}");
         let anchor = Vector3::new(0.2, 0.0, 1.0);
-        let rod = Distance {
-            frames: [Frame::world(anchor), load],
-            length: (anchor - bodies.position[body]).norm(),
-            law: RowLaw::new(1e-10, 0.0),
-            transverse: false,
-        };
-        stepper
-            .change(|edit| Ok(edit.add_constraint("rod", Constraint::Distance(rod), 0)))
-            .unwrap();
+        let rod = link(
+            [Frame::world(anchor), load],
+            (anchor - bodies.position[body]).norm(),
+            RowLaw::new(1e-10, 0.0),
+        );
+        stepper.tie("rod", rod);
         for n in 0..15 {
             stepper.step().unwrap();
             let speed = stepper.scene().bodies.velocity[body].norm();

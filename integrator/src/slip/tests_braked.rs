@@ -3,10 +3,10 @@
 use super::tests::{G, R, cable_length, options, xz};
 use crate::Stepper;
 use crate::contact::tests::{add, ground, rough};
-use crate::testing::centre;
+use crate::testing::{brake, centre, over, sheave};
 use nalgebra::Vector3;
 use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene, Sheave, Winch};
+use taut_model::{Body, Frame, RowLaw, Scene};
 
 /// A ball `drop` above the ground whose drum, before a sheave, holds a part of its weight.
 fn braked(mass: f64, drop: f64, friction: f64, part: f64) -> Scene {
@@ -20,24 +20,10 @@ fn braked(mass: f64, drop: f64, friction: f64, part: f64) -> Scene {
         Frame::world(xz(-R, height)).along(&Vector3::y()),
         centre(load),
     ];
-    let sheave = Sheave {
-        friction,
-        ..Sheave::new(R)
-    };
     let law = RowLaw::new(1e-4 / (mass * G), 0.0);
-    let cable = MasslessCable {
-        sheaves: vec![None, Some(sheave), None],
-        winch: Some(Winch {
-            brake: true,
-            brake_limit: part * mass * G,
-            ..Winch::new()
-        }),
-        ..MasslessCable::new(frames, 1.0, law)
-    };
-    let cable = MasslessCable {
-        length: cable_length(&scene, &cable),
-        ..cable
-    };
+    let mut cable = over(sheave(friction, R), frames, 1.0, law);
+    cable.winch = Some(brake(part * mass * G));
+    cable.length = cable_length(&scene, &cable);
     scene.reeve("rope", &cable, 0).unwrap();
     scene
 }

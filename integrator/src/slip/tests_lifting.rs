@@ -1,15 +1,14 @@
 //! Cables that leave sheaves and lie down on them.
 
 use super::tests::{DT, G, Numbers, options, reeving, tackle, total_energy, total_length, xz};
-use crate::testing::{centre, origin};
+use crate::testing::{centre, on_earth, origin, over, sheave};
 use crate::{Scheme, StepOptions, Stepper};
 use nalgebra::{Matrix3, Vector3};
-use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Sheave};
+use taut_model::{Body, Constraint, Frame, RowLaw, Sheave};
 
 /// A cable between two points at the height 0, and a sheave that it passes by, in its sense of travel.
 fn beside(hub: Vector3<f64>) -> Stepper {
-    let mut scene = Scene::new("beside");
-    scene.gravity = xz(0.0, -G);
+    let mut scene = on_earth("beside");
     let load = scene.add_body("load", Body::particle(10.0).at(xz(4.0, 0.0)));
     scene.bodies.force[load] = Vector3::new(100.0, 0.0, 10.0 * G);
     let off = Sheave {
@@ -21,10 +20,7 @@ fn beside(hub: Vector3<f64>) -> Stepper {
         Frame::world(hub).along(&Vector3::y()),
         centre(load),
     ];
-    let cable = MasslessCable {
-        sheaves: vec![None, Some(off), None],
-        ..MasslessCable::new(frames, 4.0, RowLaw::new(1e-6, 0.0))
-    };
+    let cable = over(off, frames, 4.0, RowLaw::new(1e-6, 0.0));
     scene.reeve("rope", &cable, 0).unwrap();
     Stepper::new(scene, options()).unwrap()
 }
@@ -54,8 +50,7 @@ fn a_cable_lies_down_on_a_sheave_from_the_groove_s_side_alone() {
 
 /// A wheel that falls on a stretched cable between two points, which it may lie on, and bounces.
 fn bouncing(friction: f64) -> Stepper {
-    let mut scene = Scene::new("bouncing");
-    scene.gravity = xz(0.0, -G);
+    let mut scene = on_earth("bouncing");
     let wheel = Body::new(2.0, Matrix3::from_diagonal(&Vector3::repeat(0.05)));
     let wheel = scene.add_body("wheel", wheel.at(xz(0.3, 0.5)));
     scene.bodies.velocity[wheel].x = 0.1;
@@ -71,10 +66,7 @@ fn bouncing(friction: f64) -> Stepper {
         lay: taut_model::Lay::Off { clear: true },
         ..Sheave::new(0.2)
     };
-    let cable = MasslessCable {
-        sheaves: vec![None, Some(sheave), None],
-        ..MasslessCable::new(frames, 3.99, RowLaw::new(1e-4, 0.0))
-    };
+    let cable = over(sheave, frames, 3.99, RowLaw::new(1e-4, 0.0));
     scene.reeve("rope", &cable, 0).unwrap();
     let options = StepOptions {
         dt: DT / 8.0,
@@ -132,15 +124,9 @@ fn a_part_that_breaks_takes_its_cable_along_and_a_cable_can_be_reeved_in_a_run()
         first.frames[0],
         Frame::world(xz(1.0, 0.0)).along(&Vector3::y()),
     );
-    let sheave = Sheave {
-        friction: 0.2,
-        ..Sheave::new(0.1)
-    };
+    let sheave = sheave(0.2, 0.1);
     let frames = vec![a, b, Frame::world(xz(1.5, -4.0))];
-    let cable = MasslessCable {
-        sheaves: vec![None, Some(sheave), None],
-        ..MasslessCable::new(frames, 9.0, RowLaw::new(1e-6, 0.0))
-    };
+    let cable = over(sheave, frames, 9.0, RowLaw::new(1e-6, 0.0));
     let parts = stepper
         .change(|edit| edit.reeve("other", &cable, 0))
         .unwrap();
@@ -165,15 +151,13 @@ fn a_run_saved_off_a_sheave_lies_down_on_it_with_the_same_bits() {
     while lies(&whole) {
         whole.step().unwrap();
     }
-    let mut restored = Stepper::restore(whole.save().unwrap()).unwrap();
+    let mut restored = whole.saved();
     while !lies(&whole) {
         whole.step().unwrap();
         restored.step().unwrap();
     }
-    for _ in 0..20 {
-        whole.step().unwrap();
-        restored.step().unwrap();
-    }
+    whole.steps(20);
+    restored.steps(20);
     assert_eq!(whole.scene(), restored.scene());
     assert_eq!(whole.multipliers(), restored.multipliers());
 }

@@ -1,31 +1,20 @@
 //! The law of impact for bodies of any mass in steps of any length.
 
-use super::{G, add, ground, rough};
-use crate::testing::centre;
-use crate::{Guard, StepOptions, Stepper};
+use super::{G, add, block, bouncing, capsule, cylinder, ground, options, rough};
+use crate::testing::{centre, link, on_earth};
+use crate::{Guard, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use taut_model::collide::{Collider, Shape, Surface};
-use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene, Spherical};
+use taut_model::{Body, Frame, RowLaw, Scene, Spherical};
 
 const MASSES: [f64; 4] = [1.0, 3e3, 1e5, 1e6];
 const RATES: [f64; 3] = [60.0, 240.0, 3840.0];
 const RADIUS: f64 = 0.2;
 
-fn bouncing(restitution: f64) -> Surface {
-    Surface {
-        restitution,
-        ..rough(0.0)
-    }
-}
-
 fn ball(scene: &mut Scene, at: Vector3<f64>, mass: f64, surface: Surface) -> usize {
     let shape = Shape::Sphere { radius: RADIUS };
     add(scene, Body::sphere(RADIUS, mass).at(at), shape, surface)
-}
-
-fn options(rate: f64) -> StepOptions {
-    StepOptions::default().with(|o| o.dt = 1.0 / rate)
 }
 
 #[test]
@@ -33,9 +22,9 @@ fn a_ball_of_any_mass_comes_up_as_high_as_its_restitution_says() {
     let height = 0.9;
     for e in [0.0, 0.3, 0.8, 1.0] {
         for (mass, rate) in MASSES.into_iter().flat_map(|m| RATES.map(|r| (m, r))) {
-            let mut scene = ground(0.0, bouncing(e));
+            let mut scene = ground(0.0, bouncing(e, 0.0));
             let at = Vector3::z() * (RADIUS + height);
-            let i = ball(&mut scene, at, mass, bouncing(e));
+            let i = ball(&mut scene, at, mass, bouncing(e, 0.0));
             let mut stepper = Stepper::new(scene, options(rate)).expect("a sound scene");
             let fall = (2.0 * height / G).sqrt();
             let mut top = 0.0_f64;
@@ -62,13 +51,11 @@ fn pairs_of_any_masses_part_with_their_restitution() {
                 let mut scene = Scene::new("pair");
                 for (k, mass) in masses.into_iter().enumerate() {
                     let at = Vector3::x() * 0.9 * k as f64;
-                    ball(&mut scene, at, mass, bouncing(e));
+                    ball(&mut scene, at, mass, bouncing(e, 0.0));
                 }
                 scene.bodies.velocity[0].x = 2.0;
                 let mut stepper = Stepper::new(scene, options(rate)).expect("a sound scene");
-                while stepper.time() < 0.4 {
-                    stepper.step().expect("a step");
-                }
+                stepper.until(0.4);
                 let bodies = &stepper.scene().bodies;
                 let parting = bodies.velocity[1].x - bodies.velocity[0].x;
                 assert!(
@@ -87,26 +74,23 @@ fn a_rod_made_in_the_step_of_a_bounce_throws_nothing_up() {
     for e in [0.3, 0.8, 1.0] {
         for (mass, rate) in [(1.0, 60.0), (1e4, 240.0)] {
             for lean in [0.3_f64, 0.7, 1.2] {
-                let mut scene = ground(0.0, bouncing(e));
+                let mut scene = ground(0.0, bouncing(e, 0.0));
                 scene.gravity.z = 0.0;
                 let speed = Vector3::new(1.0, 0.0, -3.0);
                 // One step is left for the rod after the first.
                 let above = RADIUS - 1.5 * speed.z / rate;
-                let i = ball(&mut scene, Vector3::z() * above, mass, bouncing(e));
+                let i = ball(&mut scene, Vector3::z() * above, mass, bouncing(e, 0.0));
                 scene.bodies.velocity[i] = speed;
                 let mut stepper = Stepper::new(scene, options(rate)).expect("a sound scene");
                 stepper.step().expect("a step");
                 let along = Vector3::new(-lean.sin(), 0.0, lean.cos());
                 let at = stepper.scene().bodies.position[i];
-                let rod = Distance {
-                    frames: [Frame::world(at + 2.0 * along), centre(i)],
-                    length: 2.0,
-                    law: RowLaw::RIGID,
-                    transverse: false,
-                };
-                let add = Constraint::Distance(rod);
-                let made = stepper.change(|edit| Ok(edit.add_constraint("rod", add, 0)));
-                made.expect("a sound rod");
+                let rod = link(
+                    [Frame::world(at + 2.0 * along), centre(i)],
+                    2.0,
+                    RowLaw::RIGID,
+                );
+                stepper.tie("rod", rod);
                 let across = speed - along * along.dot(&speed);
                 for n in 0..4 {
                     stepper.step().expect("a step");
@@ -136,15 +120,12 @@ fn what_presses_on_the_ground_goes_on_as_a_rod_is_made() {
         }
         let before = stepper.scene().bodies.velocity[i].norm();
         let at = stepper.scene().bodies.position[i];
-        let rod = Distance {
-            frames: [Frame::world(at + Vector3::new(0.1, 0.0, 1.0)), centre(i)],
-            length: 1.01_f64.sqrt(),
-            law: RowLaw::RIGID,
-            transverse: false,
-        };
-        let add = Constraint::Distance(rod);
-        let made = stepper.change(|edit| Ok(edit.add_constraint("rod", add, 0)));
-        made.expect("a sound rod");
+        let rod = link(
+            [Frame::world(at + Vector3::new(0.1, 0.0, 1.0)), centre(i)],
+            1.01_f64.sqrt(),
+            RowLaw::RIGID,
+        );
+        stepper.tie("rod", rod);
         for _ in 0..4 {
             stepper.step().expect("a step");
             let now = stepper.scene().bodies.velocity[i].norm();
@@ -159,13 +140,8 @@ fn what_presses_on_the_ground_goes_on_as_a_rod_is_made() {
 /// A ball on a rod of 2 m that falls against a wall below its end, from 0.5 rad.
 fn pendulum(mass: f64) -> Scene {
     let (mut scene, ends) = before_wall(mass, 0.0);
-    let rod = Distance {
-        frames: ends,
-        length: 2.0,
-        law: RowLaw::RIGID,
-        transverse: false,
-    };
-    scene.add_constraint("rod", Constraint::Distance(rod), 0);
+    let rod = link(ends, 2.0, RowLaw::RIGID);
+    scene.add_constraint("rod", rod, 0);
     scene
 }
 
@@ -178,19 +154,15 @@ fn pinned(mass: f64, friction: f64) -> Scene {
         frames: [top, Frame::body(body, arm)],
         stretch: RowLaw::RIGID,
     };
-    scene.add_constraint("pin", Constraint::Spherical(pin), 0);
+    scene.add_constraint("pin", pin, 0);
     scene
 }
 
 /// The ball and its wall, with the ends of what holds the ball.
 fn before_wall(mass: f64, friction: f64) -> (Scene, [Frame; 2]) {
     let (length, angle) = (2.0, 0.5_f64);
-    let surface = Surface {
-        restitution: 1.0,
-        ..rough(friction)
-    };
-    let mut scene = Scene::new("pendulum");
-    scene.gravity.z = -G;
+    let surface = bouncing(1.0, friction);
+    let mut scene = on_earth("pendulum");
     scene.add_collider(Collider {
         surface,
         orientation: UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2),
@@ -264,10 +236,7 @@ fn a_pinned_ball_stays_in_its_joint_through_blows_with_friction() {
 /// contacts part it from the ground.
 #[test]
 fn what_wedges_does_not_rebound() {
-    let surface = Surface {
-        restitution: 0.3,
-        ..rough(0.5)
-    };
+    let surface = bouncing(0.3, 0.5);
     let (length, radius) = (0.3, 0.4);
     for (turn, top) in [
         (0.316, [-0.38357, -0.265867, 1.244789]),
@@ -289,15 +258,12 @@ fn what_wedges_does_not_rebound() {
         let mut stepper = Stepper::new(scene, options(60.0)).expect("a sound scene");
         stepper.steps(30);
         let top = Vector3::from(top);
-        let rod = Distance {
-            frames: [Frame::world(top), centre(i)],
-            length: (top - stepper.scene().bodies.position[i]).norm(),
-            law: RowLaw::RIGID,
-            transverse: false,
-        };
-        let add = Constraint::Distance(rod);
-        let made = stepper.change(|edit| Ok(edit.add_constraint("rod", add, 0)));
-        made.expect("a sound rod");
+        let rod = link(
+            [Frame::world(top), centre(i)],
+            (top - stepper.scene().bodies.position[i]).norm(),
+            RowLaw::RIGID,
+        );
+        stepper.tie("rod", rod);
         let energy = |stepper: &Stepper| {
             stepper.scene().kinetic_energy() + stepper.scene().potential_energy()
         };
@@ -329,10 +295,7 @@ fn a_box_that_tumbles_gains_no_energy() {
     let size = Vector3::new(0.7, 0.4, 0.2);
     for (e, friction) in [(0.9, 0.0), (0.9, 0.4), (1.0, 0.0), (1.0, 0.4)] {
         for k in 0..6_u8 {
-            let surface = Surface {
-                restitution: e,
-                ..rough(friction)
-            };
+            let surface = bouncing(e, friction);
             let mut scene = ground(0.0, surface);
             let body = Body::cuboid(size, 10.0).at(Vector3::z() * 1.5);
             let i = add(&mut scene, body, Shape::Cuboid { size }, surface);
@@ -354,31 +317,13 @@ fn a_box_that_tumbles_gains_no_energy() {
     }
 }
 
-fn tumbling() -> Vec<(Body, Shape)> {
-    let size = Vector3::new(0.6, 0.3, 0.25);
-    let plate = Vector3::new(0.5, 0.5, 0.08);
-    let (length, radius) = (0.12, 0.3);
-    vec![
-        (Body::cuboid(size, 7.0), Shape::Cuboid { size }),
-        (Body::cuboid(plate, 7.0), Shape::Cuboid { size: plate }),
-        (
-            Body::rod(length, radius, 7.0),
-            Shape::Cylinder { length, radius },
-        ),
-        (
-            Body::rod(0.7, 0.08, 7.0),
-            Shape::Cylinder {
-                length: 0.7,
-                radius: 0.08,
-            },
-        ),
-        (
-            Body::rod(0.6, 0.12, 7.0),
-            Shape::Capsule {
-                length: 0.5,
-                radius: 0.12,
-            },
-        ),
+fn tumbling() -> [(Body, Shape); 5] {
+    [
+        block(Vector3::new(0.6, 0.3, 0.25), 7.0),
+        block(Vector3::new(0.5, 0.5, 0.08), 7.0),
+        cylinder(0.12, 0.3, 7.0),
+        cylinder(0.7, 0.08, 7.0),
+        capsule(0.6, [0.5, 0.12], 7.0),
     ]
 }
 
@@ -399,10 +344,7 @@ fn no_tumbling_body_gains_energy_in_a_bounce() {
                 .into_iter()
                 .flat_map(|r| (0..8_u8).map(move |k| (r, k)))
             {
-                let surface = Surface {
-                    restitution: e,
-                    ..rough(friction)
-                };
+                let surface = bouncing(e, friction);
                 let mut scene = ground(0.0, surface);
                 let i = add(&mut scene, body.at(Vector3::z() * 1.3), shape, surface);
                 let k = f64::from(k);

@@ -8,12 +8,8 @@ const DT: f64 = 1.0 / 60.0;
 
 /// Change of momentum and of angular momentum in a second, of a box and a ball that collide freely.
 fn collided(restitution: f64, dt: f64) -> [Vector3<f64>; 2] {
-    let surface = Surface {
-        restitution,
-        ..rough(0.4)
-    };
+    let surface = bouncing(restitution, 0.4);
     let mut scene = Scene::new("free");
-    scene.gravity = Vector3::zeros();
     let a = add_box(&mut scene, Vector3::new(-0.9, 0.2, 0.1), 3.0, surface);
     let b = add_ball(&mut scene, Vector3::new(0.4, 0.0, 0.0), 0.5, surface);
     scene.bodies.velocity[a].x = 2.0;
@@ -71,25 +67,10 @@ fn heap(seed: u64, surface: Surface, ratio: f64) -> Scene {
     for k in 0..8 {
         let mass = ratio.powf(0.5 * (random.next() + 1.0));
         let (body, shape) = match k % 4 {
-            0 => {
-                let size = Vector3::repeat(0.6) + random.vector() * 0.2;
-                (Body::cuboid(size, mass), Shape::Cuboid { size })
-            }
-            1 => (Body::sphere(0.3, mass), Shape::Sphere { radius: 0.3 }),
-            2 => {
-                let [length, radius] = [0.5, 0.15];
-                (
-                    Body::rod(0.8, radius, mass),
-                    Shape::Capsule { length, radius },
-                )
-            }
-            _ => {
-                let [length, radius] = [0.6, 0.2];
-                (
-                    Body::rod(length, radius, mass),
-                    Shape::Cylinder { length, radius },
-                )
-            }
+            0 => block(Vector3::repeat(0.6) + random.vector() * 0.2, mass),
+            1 => sphere(0.3, mass),
+            2 => capsule(0.8, [0.5, 0.15], mass),
+            _ => cylinder(0.6, 0.2, mass),
         };
         let place = random.vector() * 0.2 + Vector3::z() * (0.8 + 0.9 * f64::from(k));
         let turn = UnitQuaternion::from_scaled_axis(random.vector() * 2.0);
@@ -144,10 +125,7 @@ fn heaps_are_decided_in_every_step_and_gain_neither_energy_nor_momentum() {
     for restitution in [0.0, 0.5, 1.0] {
         for (friction, ratio) in [(0.0, 1.0), (0.3, 1.0), (0.8, 1.0), (1.0, 1.0), (0.5, 1e3)] {
             for seed in 1..=6 {
-                let surface = Surface {
-                    restitution,
-                    ..rough(friction)
-                };
+                let surface = bouncing(restitution, friction);
                 let [energy, momentum] = gains(seed, surface, ratio);
                 let case = format!("{restitution} {friction} {ratio} {seed}");
                 assert!(momentum < 1e-13, "{case}: {momentum:e}");

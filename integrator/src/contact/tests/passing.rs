@@ -1,7 +1,7 @@
 //! Bodies that pass by others, or over them.
 
 use super::*;
-use crate::testing::centre;
+use crate::testing::{centre, on_earth, over, sheave};
 
 /// A box of the world.
 fn add_block(scene: &mut Scene, size: Vector3<f64>, position: Vector3<f64>, surface: Surface) {
@@ -16,7 +16,6 @@ fn add_block(scene: &mut Scene, size: Vector3<f64>, position: Vector3<f64>, surf
 #[test]
 fn what_flies_past_an_edge_keeps_its_velocity() {
     let mut scene = Scene::new("past");
-    scene.gravity = Vector3::zeros();
     add_block(
         &mut scene,
         Vector3::new(1.0, 1.0, 0.4),
@@ -41,12 +40,8 @@ fn what_flies_past_an_edge_keeps_its_velocity() {
 
 #[test]
 fn balls_that_meet_obliquely_part_along_the_line_between_them() {
-    let surface = Surface {
-        restitution: 1.0,
-        ..rough(0.0)
-    };
+    let surface = bouncing(1.0, 0.0);
     let mut scene = Scene::new("oblique");
-    scene.gravity = Vector3::zeros();
     let a = add_ball(&mut scene, Vector3::new(-1.3, 0.0, 0.1), 0.1, surface);
     let b = add_ball(&mut scene, Vector3::zeros(), 0.1, surface);
     scene.bodies.velocity[a].x = 30.0;
@@ -63,22 +58,16 @@ fn balls_that_meet_obliquely_part_along_the_line_between_them() {
 #[test]
 fn bodies_slide_over_flush_boxes_as_over_one() {
     let smooth = rough(0.0);
-    let mut scene = Scene::new("tiles");
-    scene.gravity.z = -G;
+    let mut scene = on_earth("tiles");
     for k in 0..10 {
         let size = Vector3::new(1.0, 1.0, 0.4);
         let place = Vector3::new(f64::from(k), 0.0, -0.2);
         add_block(&mut scene, size, place, smooth);
     }
-    let size = Vector3::repeat(0.2);
-    let [length, radius] = [0.2, 0.1];
     let bodies = [
-        (Body::cuboid(size, 1.0), Shape::Cuboid { size }),
-        (Body::sphere(radius, 1.0), Shape::Sphere { radius }),
-        (
-            Body::rod(length, radius, 1.0),
-            Shape::Cylinder { length, radius },
-        ),
+        block(Vector3::repeat(0.2), 1.0),
+        sphere(0.1, 1.0),
+        cylinder(0.2, 0.1, 1.0),
     ];
     for (k, (body, shape)) in bodies.into_iter().enumerate() {
         let place = Vector3::new(0.0, 0.35 * (k as f64 - 1.0), 0.1);
@@ -98,17 +87,13 @@ fn bodies_slide_over_flush_boxes_as_over_one() {
 
 #[test]
 fn a_load_that_is_hoisted_too_far_stops_at_the_jib() {
-    let mut scene = Scene::new("jib");
-    scene.gravity.z = -G;
+    let mut scene = on_earth("jib");
     let jib = add_box(&mut scene, Vector3::zeros(), 1.0, rough(0.3));
     scene.bodies.mobility[jib] = taut_model::Mobility::Static;
     let load = add_box(&mut scene, Vector3::z() * -1.5, 100.0, rough(0.3));
     let frames = [(jib, -0.5), (load, 0.5)].map(|(i, z)| Frame::body(i, Vector3::z() * z));
     // Shorter than it may be without the load in the jib.
-    let law = RowLaw {
-        compliance: 1e-5,
-        ..RowLaw::RIGID
-    };
+    let law = RowLaw::new(1e-5, 0.0);
     let cable = MasslessCable::new(frames.to_vec(), 0.01, law);
     scene.add_constraint("cable", cable, 0);
     let ends = [(jib, 0.5), (load, 0.5)].map(|(i, z)| Frame::body(i, Vector3::z() * z));
@@ -155,20 +140,19 @@ fn what_a_sheave_s_slip_makes_of_contacts_is_found_in_further_passes() {
         let load = add(&mut scene, block, Shape::Cuboid { size }, rough(0.5));
         let weight = Body::particle(0.5 * mass).at(Vector3::new(-0.2, 0.0, 3.0));
         let weight = scene.add_body("weight", weight);
-        let sheave = Sheave {
-            friction,
-            ..Sheave::new(0.2)
-        };
+        let sheave = sheave(friction, 0.2);
         let frames = vec![
             centre(weight),
             Frame::world(Vector3::z() * 8.0).along(&Vector3::y()),
             Frame::body(load, Vector3::new(0.0, 0.0, 0.5)),
         ];
         let law = RowLaw::new(compliance, 0.05);
-        let cable = MasslessCable {
-            sheaves: vec![None, Some(sheave), None],
-            ..MasslessCable::new(frames, 5.0 + 7.0 + 0.2 * std::f64::consts::PI + 0.01, law)
-        };
+        let cable = over(
+            sheave,
+            frames,
+            5.0 + 7.0 + 0.2 * std::f64::consts::PI + 0.01,
+            law,
+        );
         scene.reeve("rope", &cable, 0).expect("a rope");
         let mut stepper = stepper(scene);
         let mut slips = 0;

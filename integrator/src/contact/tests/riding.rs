@@ -1,26 +1,18 @@
 //! Heavy bodies at rest on each other, on slopes and on platforms that turn.
 
-use super::{G, add, ground, rough, tilt};
-use crate::testing::{centre, origin};
-use crate::{StepOptions, Stepper};
+use super::{G, add, block, ground, options, rough, tilt};
+use crate::Stepper;
+use crate::testing::{centre, on_earth, origin};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use taut_model::collide::Shape;
-use taut_model::{Body, Constraint, Control, Motor, RowLaw, Scene, Slider, Target, axes_along};
+use taut_model::{Body, Control, Motor, RowLaw, Scene, Slider, Target, axes_along};
 
 fn disc(length: f64, radius: f64, mass: f64) -> (Body, Shape) {
     let across = mass * (3.0 * radius * radius + length * length) / 12.0;
     let along = 0.5 * mass * radius * radius;
     let inertia = Matrix3::from_diagonal(&Vector3::new(across, across, along));
     (Body::new(mass, inertia), Shape::Cylinder { length, radius })
-}
-
-fn block(size: Vector3<f64>, mass: f64) -> (Body, Shape) {
-    (Body::cuboid(size, mass), Shape::Cuboid { size })
-}
-
-fn options(rate: f64) -> StepOptions {
-    StepOptions::default().with(|o| o.dt = 1.0 / rate)
 }
 
 fn lying(length: f64, radius: f64, mass: f64) -> (Body, Shape) {
@@ -119,8 +111,7 @@ fn boxes_and_discs_of_any_mass_rest_on_each_other_off_their_middles() {
 #[test]
 fn what_rides_on_a_lift_that_stops_flies_on() {
     for (speed, mass, substeps) in [(0.5, 80.0, 1), (1.0, 1e4, 1), (1.0, 80.0, 4), (3.0, 5.0, 1)] {
-        let mut scene = Scene::new("lift");
-        scene.gravity.z = -G;
+        let mut scene = on_earth("lift");
         let (body, shape) = block(Vector3::new(2.0, 2.0, 0.2), 500.0);
         let lift = add(&mut scene, body, shape, rough(0.5));
         let (body, shape) = block(Vector3::repeat(0.4), mass);
@@ -132,7 +123,7 @@ fn what_rides_on_a_lift_that_stops_flies_on() {
             force_limit: 1e7,
             law: RowLaw::RIGID,
         });
-        let rail = scene.add_constraint("rail", Constraint::Slider(slider), 0);
+        let rail = scene.add_constraint("rail", slider, 0);
         scene.controls.push(Control::of("up", rail, 2.0));
         let options = options(60.0).with(|o| o.substeps = substeps);
         let mut stepper = Stepper::new(scene, options).expect("a sound scene");
@@ -166,9 +157,7 @@ fn a_ball_that_rolls_and_spins_goes_straight_on() {
     scene.bodies.velocity[i].x = 1.0;
     scene.bodies.angular_velocity[i] = Vector3::new(0.0, 5.0, 4.0);
     let mut stepper = Stepper::new(scene, options(60.0)).expect("a sound scene");
-    while stepper.time() < 5.0 {
-        stepper.step().expect("a step");
-    }
+    stepper.until(5.0);
     let velocity = stepper.scene().bodies.velocity[i];
     assert!((velocity - Vector3::x()).norm() < 1e-6, "{velocity}");
 }
@@ -185,9 +174,7 @@ fn a_box_of_any_mass_holds_on_a_slope_in_steps_of_any_length() {
             let i = add(&mut scene, body, shape, rough(0.5));
             let options = options(60.0).with(|o| o.substeps = substeps);
             let mut stepper = Stepper::new(scene, options).expect("a sound scene");
-            while stepper.time() < 1.0 {
-                stepper.step().expect("a step");
-            }
+            stepper.until(1.0);
             let way = stepper.scene().bodies.position[i] - start;
             way.dot(&(tilt(slope) * Vector3::x()))
         });

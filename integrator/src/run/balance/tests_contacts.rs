@@ -158,26 +158,22 @@ fn a_bat_pays_for_the_rebound_too() {
 
 #[test]
 fn a_balance_begins_before_a_blow_in_its_first_step() {
+    let check = |stepper: &mut Stepper| {
+        let gained = last(stepper, 0.3).gained;
+        let begun = stepper.energy().total() - gained;
+        let off = begun - (12.5 + 0.14 * G);
+        assert!(off.abs() < 1e-9, "{}: {begun}", stepper.options().scheme);
+    };
     for scheme in SCHEMES {
         let mut scene = with_ground(G, Surface::default());
         add_ball(&mut scene, 0.14, -5.0, bouncy(0.8));
         let mut stepper = stepper(scene, scheme);
-        let balance = last(&mut stepper, 0.3);
-        let begun = stepper.energy().total() - balance.gained;
-        assert!(
-            (begun - (12.5 + 0.14 * G)).abs() < 1e-9,
-            "{scheme}: {begun}"
-        );
+        check(&mut stepper);
         // A balance that begins anew after a change of state starts before the blow, too.
         let mut bodies = stepper.scene().bodies.clone();
         (bodies.position[0].z, bodies.velocity[0].z) = (0.14, -5.0);
         stepper.set_state(&bodies, 0.0).expect("a state");
-        let balance = last(&mut stepper, 0.3);
-        let begun = stepper.energy().total() - balance.gained;
-        assert!(
-            (begun - (12.5 + 0.14 * G)).abs() < 1e-9,
-            "{scheme}: {begun}"
-        );
+        check(&mut stepper);
     }
 }
 

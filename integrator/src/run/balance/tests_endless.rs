@@ -1,14 +1,13 @@
 //! Energies that are infinite, no number, or hidden behind larger ones.
 
-use crate::testing::{centre, origin};
+use crate::testing::{centre, on_earth, origin};
 use crate::{StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Body, Constraint, RowLaw, Scene, Spherical};
+use taut_model::{Body, RowLaw, Scene, Spherical};
 
 /// A point of this mass (kg) on a joint of this compliance (m/N), which moves at this speed (m/s).
 fn hung(mass: f64, compliance: f64, speed: f64, energy_tolerance: Option<f64>) -> Stepper {
-    let mut scene = Scene::new("hung");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("hung");
     let mut point = Body::particle(mass);
     point.velocity.x = speed;
     let point = scene.add_body("point", point);
@@ -16,7 +15,7 @@ fn hung(mass: f64, compliance: f64, speed: f64, energy_tolerance: Option<f64>) -
         frames: [origin(), centre(point)],
         stretch: RowLaw::new(compliance, 0.0),
     };
-    scene.add_constraint("joint", Constraint::Spherical(joint), 0);
+    scene.add_constraint("joint", joint, 0);
     let options = StepOptions {
         energy_tolerance,
         guard: None,

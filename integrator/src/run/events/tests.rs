@@ -1,17 +1,12 @@
-use crate::testing::{centre, origin, winch};
+use crate::contact::tests::{add_box, ground};
+use crate::testing::{
+    attach, centre, dense, event, link, on_earth, origin, over_force, reeled, set, winch,
+};
 use crate::{Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::{
-    Action, Body, Constraint, Distance, Event, Frame, GantryParams, RowLaw, Scene, SceneError, When,
-};
-use taut_model::{
-    Cable, CableEnd, Collider, Control, MasslessCable, Material, Segments, Shape, Winch,
-};
-
-fn options() -> StepOptions {
-    StepOptions::default()
-        .with(|o| o.backend = taut_solver::Backend::Dense(taut_solver::DenseOptions::default()))
-}
+use taut_model::collide::Surface;
+use taut_model::{Action, Body, Event, Frame, GantryParams, RowLaw, Scene, SceneError, When};
+use taut_model::{Cable, CableEnd, Control, MasslessCable, Material, Segments, Winch};
 
 /// 100 kg on two equal links side by side.
 fn twins() -> Scene {
@@ -20,16 +15,17 @@ fn twins() -> Scene {
     let load = scene.add_body("load", Body::particle(100.0).at(Vector3::z() * -1.0));
     scene.load = Some(load);
     for name in ["left", "right"] {
-        let link = Distance {
-            frames: [origin(), centre(load)],
-            length: 1.0,
-            law: RowLaw::new(1e-5, 0.0),
-            transverse: false,
-        };
-        scene.add_constraint(name, Constraint::Distance(link), 0);
+        let link = link([origin(), centre(load)], 1.0, RowLaw::new(1e-5, 0.0));
+        scene.add_constraint(name, link, 0);
     }
     scene.start_in_equilibrium = true;
     scene
+}
+
+/// Two frames come nearer to each other than this \[m].
+fn near(between: [Frame; 2], below: f64) -> When {
+    let between = Box::new(between);
+    When::Distance { between, below }
 }
 
 fn run(stepper: &mut Stepper, steps: usize) -> Vec<(f64, String)> {
@@ -60,13 +56,11 @@ fn run(stepper: &mut Stepper, steps: usize) -> Vec<(f64, String)> {
 /// about the whole weight W.
 #[test]
 fn the_rope_that_is_left_takes_one_and_a_half_weights() {
-    let options = options().with(|o| o.dt = 1.0 / 960.0);
+    let options = dense().with(|o| o.dt = 1.0 / 960.0);
     let mut scene = twins();
-    scene.events.push(Event {
-        name: "cut".into(),
-        when: When::Time(0.1),
-        then: vec![Action::Release(0)],
-    });
+    scene
+        .events
+        .push(event("cut", When::Time(0.1), vec![Action::Release(0)]));
     let mut stepper = Stepper::new(scene, options).unwrap();
     let log = run(&mut stepper, 96);
     assert_eq!(log.len(), 1);
@@ -85,7 +79,7 @@ fn a_rope_breaks_at_its_limit_and_the_next_one_follows() {
     let mut scene = twins();
     scene.break_at(0, 450.0);
     scene.break_at(1, 1200.0);
-    let mut stepper = Stepper::new(scene, options()).unwrap();
+    let mut stepper = Stepper::new(scene, dense()).unwrap();
     let names: Vec<String> = run(&mut stepper, 30).into_iter().map(|(_, n)| n).collect();
     assert_eq!(names, ["left breaks", "right breaks"]);
     assert!(stepper.scene().constraints.is_empty());
@@ -100,7 +94,7 @@ fn a_rope_breaks_in_one_place() {
     for joint in scene.cables[0].joints.clone() {
         scene.break_at(joint, 9000.0);
     }
-    let mut stepper = Stepper::new(scene, options()).unwrap();
+    let mut stepper = Stepper::new(scene, dense()).unwrap();
     let log = run(&mut stepper, 30);
     assert_eq!(log.len(), 1, "{log:?}");
     assert_eq!(log[0].1, "anchor breaks");
@@ -113,19 +107,13 @@ fn a_hook_catches_what_comes_near_and_keeps_the_momentum() {
     runner.velocity = Vector3::x() * 1.5;
     scene.add_body("runner", runner);
     scene.add_body("block", Body::sphere(0.1, 6.0).at(Vector3::x()));
-    let between = Box::new([0, 1].map(centre));
-    scene.events.push(Event {
-        name: "caught".into(),
-        when: When::Distance {
-            between: between.clone(),
-            below: 0.25,
-        },
-        then: vec![Action::Attach {
-            name: "hook".into(),
-            between,
-        }],
-    });
-    let mut stepper = Stepper::new(scene, options()).unwrap();
+    let between = [0, 1].map(centre);
+    scene.events.push(event(
+        "caught",
+        near(between, 0.25),
+        vec![attach("hook", between)],
+    ));
+    let mut stepper = Stepper::new(scene, dense()).unwrap();
     let log = run(&mut stepper, 120);
     assert_eq!(log.len(), 1);
     assert!((log[0].0 - 0.5).abs() < 0.03, "{log:?}");
@@ -138,20 +126,17 @@ fn controls_are_set_by_name_whatever_goes() {
     let mut scene = GantryParams::default().build().unwrap();
     let rail = scene.constraint("rail").unwrap();
     let rope = scene.constraint("rope-1").unwrap();
-    scene.events.push(Event {
-        name: "emergency".into(),
-        when: When::Time(0.5),
-        then: vec![
-            Action::Set {
-                control: 1,
-                value: 0.1,
-            },
+    scene.events.push(event(
+        "emergency",
+        When::Time(0.5),
+        vec![
+            set(1, 0.1),
             Action::Release(rail),
             Action::Release(rope),
             Action::Release(rail),
         ],
-    });
-    let mut stepper = Stepper::new(scene, options()).unwrap();
+    ));
+    let mut stepper = Stepper::new(scene, dense()).unwrap();
     assert_eq!(run(&mut stepper, 40).len(), 1);
     // The trolley's control has gone with its rail.
     assert_eq!(stepper.scene().controls.len(), 1);
@@ -160,91 +145,61 @@ fn controls_are_set_by_name_whatever_goes() {
 
 #[test]
 fn events_of_what_is_not_there_are_refused_by_name() {
-    let says = |when: When, then: Vec<Action>, words: &str| {
+    let now = || When::Time(0.0);
+    let release = || vec![Action::Release(0)];
+    let tie = |name: &str, ends: [Frame; 2]| vec![attach(name, ends)];
+    let aloft = [Vector3::x(), Vector3::y()].map(Frame::world);
+    let sound = [aloft[0], centre(0)];
+    for (when, then, words) in [
+        (now(), vec![], "event `bad`: does nothing"),
+        (When::Time(f64::NAN), release(), "event `bad`: time is NaN"),
+        (
+            over_force(7, 1.0),
+            release(),
+            "event `bad` names `number 7`",
+        ),
+        (over_force(0, 0.0), release(), "event `bad`: force is 0"),
+        (over_force(0, -1.0), release(), "event `bad`: force is -1"),
+        (
+            now(),
+            vec![Action::Release(2)],
+            "event `bad` names `number 2`",
+        ),
+        (now(), tie("left", [origin(), centre(9)]), "called `left`"),
+        (
+            now(),
+            tie("hook", [origin(), centre(9)]),
+            "names the body `number 9`",
+        ),
+        (
+            now(),
+            tie("hook", [0, 0].map(centre)),
+            "joint `hook` ties body `load` to itself",
+        ),
+        (
+            now(),
+            tie("hook", [9, 9].map(centre)),
+            "names the body `number 9`",
+        ),
+        (now(), tie("hook", aloft), "`hook`"),
+        (
+            now(),
+            [tie("hook", sound), tie("hook", sound)].concat(),
+            "two joint entries are called `hook`",
+        ),
+        (now(), vec![set(0, 1.0)], "no control is called"),
+    ] {
         let mut scene = twins();
-        let name = "bad".to_owned();
-        scene.events.push(Event { name, when, then });
-        let Err(StepError::Scene(fault)) = Stepper::new(scene, options()) else {
+        scene.events.push(event("bad", when, then));
+        let Err(StepError::Scene(fault)) = Stepper::new(scene, dense()) else {
             panic!("{words}");
         };
         assert!(fault.to_string().contains(words), "{fault}");
-    };
-    let now = || When::Time(0.0);
-    let force = |constraint, above| When::Force { constraint, above };
-    says(now(), vec![], "event `bad`: does nothing");
-    says(
-        When::Time(f64::NAN),
-        vec![Action::Release(0)],
-        "event `bad`: time is NaN",
-    );
-    says(
-        force(7, 1.0),
-        vec![Action::Release(0)],
-        "event `bad` names `number 7`",
-    );
-    says(
-        force(0, 0.0),
-        vec![Action::Release(0)],
-        "event `bad`: force is 0",
-    );
-    says(
-        force(0, -1.0),
-        vec![Action::Release(0)],
-        "event `bad`: force is -1",
-    );
-    says(
-        now(),
-        vec![Action::Release(2)],
-        "event `bad` names `number 2`",
-    );
-    let between = Box::new([origin(), centre(9)]);
-    let name = "left".to_owned();
-    let taken = Action::Attach {
-        name: name.clone(),
-        between: between.clone(),
-    };
-    says(now(), vec![taken], "called `left`");
-    let name = "hook".to_owned();
-    says(
-        now(),
-        vec![Action::Attach { name, between }],
-        "names the body `number 9`",
-    );
-    for (ends, words) in [
-        ([0, 0], "joint `hook` ties body `load` to itself"),
-        ([9, 9], "names the body `number 9`"),
-    ] {
-        let between = Box::new(ends.map(centre));
-        let name = "hook".to_owned();
-        says(now(), vec![Action::Attach { name, between }], words);
     }
-    let between = Box::new([Vector3::x(), Vector3::y()].map(Frame::world));
-    let tie = |between: &[Frame; 2]| Action::Attach {
-        name: "hook".to_owned(),
-        between: Box::new(*between),
-    };
-    says(now(), vec![tie(&between)], "`hook`");
-    // Two that would have one name.
-    let sound = Box::new([Frame::world(Vector3::x()), centre(0)]);
-    says(
-        now(),
-        vec![tie(&sound), tie(&sound)],
-        "two joint entries are called `hook`",
-    );
-    let (control, value) = (0, 1.0);
-    says(
-        now(),
-        vec![Action::Set { control, value }],
-        "no control is called",
-    );
-    let mut stepper = Stepper::new(twins(), options()).unwrap();
+    let mut stepper = Stepper::new(twins(), dense()).unwrap();
     let gone = stepper.change(|edit| {
         edit.remove_constraint(edit.constraint("right")?)?;
-        edit.add_event(Event {
-            name: "late".into(),
-            when: now(),
-            then: vec![Action::Release(1)],
-        });
+        edit.add_event(event("late", When::Time(0.0), vec![Action::Release(1)]));
         Ok(())
     });
     let known = matches!(gone, Err(StepError::Scene(SceneError::UnknownJoint { .. })));
@@ -252,16 +207,16 @@ fn events_of_what_is_not_there_are_refused_by_name() {
     assert_eq!(stepper.scene().constraints.len(), 2);
 }
 
+/// Of the load in [`landing`] \[N].
+const WEIGHT: f64 = 2000.0 * 9.81;
+/// Ends of its cable that are pinned.
+const PINNED: [[bool; 2]; 3] = [[false, true], [true, true], [false, false]];
+
 /// A load of 2 t under 12 m of steel rope, 1 m above the ground, its winch at the jib.
 fn landing(pinned: [bool; 2], limit: f64) -> Stepper {
-    let mut scene = Scene::new("landing");
-    scene.gravity = Vector3::z() * -9.81;
-    let size = Vector3::new(1.0, 1.0, 1.0);
-    let load = Body::cuboid(size, 2000.0).at(Vector3::z() * 1.5);
-    let load = scene.add_body("load", load);
+    let mut scene = ground(0.0, Surface::default());
+    let load = add_box(&mut scene, Vector3::z() * 1.5, 2000.0, Surface::default());
     scene.load = Some(load);
-    scene.add_collider(Collider::new("load", Some(load), Shape::Cuboid { size }));
-    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
     let frames = [
         Frame::world(Vector3::z() * 14.0),
         Frame::body(load, Vector3::z() * 0.5),
@@ -285,17 +240,11 @@ fn landing(pinned: [bool; 2], limit: f64) -> Stepper {
         scene.break_at(joint, limit);
     }
     let last = scene.constraint("rope-end").unwrap();
-    scene.events.push(Event {
-        name: "overload".into(),
-        when: When::Force {
-            constraint: last,
-            above: limit,
-        },
-        then: vec![Action::Set {
-            control: 0,
-            value: 0.0,
-        }],
-    });
+    scene.events.push(event(
+        "overload",
+        over_force(last, limit),
+        vec![set(0, 0.0)],
+    ));
     scene.start_in_equilibrium = true;
     Stepper::new(scene, StepOptions::default()).unwrap()
 }
@@ -303,8 +252,7 @@ fn landing(pinned: [bool; 2], limit: f64) -> Stepper {
 /// Straight as it is, the cable stands as a column on the load that it has set down, and pushes.
 #[test]
 fn a_cable_that_pushes_does_not_break() {
-    const WEIGHT: f64 = 2000.0 * 9.81;
-    for pinned in [[false, true], [true, true], [false, false]] {
+    for pinned in PINNED {
         let mut stepper = landing(pinned, 3.0 * WEIGHT);
         let last = stepper.scene().constraint("rope-end").unwrap();
         stepper.set_control(0, 0.5).unwrap();
@@ -329,8 +277,7 @@ fn a_cable_that_pushes_does_not_break() {
 
 #[test]
 fn a_cable_that_pulls_breaks_at_its_limit() {
-    const WEIGHT: f64 = 2000.0 * 9.81;
-    for pinned in [[false, true], [true, true], [false, false]] {
+    for pinned in PINNED {
         // A hard start.
         let mut stepper = landing(pinned, 1.2 * WEIGHT);
         assert_eq!(run(&mut stepper, 5), []);
@@ -350,10 +297,7 @@ fn picked() -> Scene {
     scene.add_body("hook", Body::sphere(0.1, 2.0));
     scene.add_body("crate", Body::sphere(0.1, 6.0).at(at(1.0)));
     scene.add_body("truck", Body::sphere(0.1, 9.0).at(at(2.0)));
-    let tie = |a: usize, b: usize| Action::Attach {
-        name: "grip".into(),
-        between: Box::new([a, b].map(centre)),
-    };
+    let tie = |a: usize, b: usize| attach("grip", [a, b].map(centre));
     let release = || Action::Detach("grip".into());
     for (name, time, then) in [
         ("early", 0.05, vec![release()]),
@@ -365,25 +309,21 @@ fn picked() -> Scene {
         ("moved", 0.6, vec![release(), tie(0, 2)]),
         ("last", 0.7, vec![release()]),
     ] {
-        scene.events.push(Event {
-            name: name.into(),
-            when: When::Time(time),
-            then,
-        });
+        scene.events.push(event(name, When::Time(time), then));
     }
     scene
 }
 
 #[test]
 fn what_an_event_attached_an_event_releases_and_another_attaches_again() {
-    let mut stepper = Stepper::new(picked(), options()).unwrap();
+    let mut stepper = Stepper::new(picked(), dense()).unwrap();
     let mut seen = Vec::new();
     let mut fired = Vec::new();
     for step in 0..60 {
         stepper.step().unwrap();
         if step == 20 {
             // Between the second release and the second attachment.
-            stepper = Stepper::restore(stepper.save().unwrap()).unwrap();
+            stepper = stepper.saved();
         }
         fired.extend(stepper.fired().to_vec());
         let scene = stepper.scene();
@@ -430,7 +370,7 @@ fn events_of_one_step_act_in_their_order() {
             event.when = When::Time(0.0);
         }
         scene.events.sort_by_key(|event| event.name != first);
-        let mut stepper = Stepper::new(scene, options()).unwrap();
+        let mut stepper = Stepper::new(scene, dense()).unwrap();
         assert_eq!(run(&mut stepper, 2).len(), 2);
         assert_eq!(stepper.scene().constraints.len(), left, "{first}");
     }
@@ -439,7 +379,7 @@ fn events_of_one_step_act_in_their_order() {
 #[test]
 fn what_can_never_be_there_is_not_released() {
     // The attachment goes with what it ties.
-    let mut stepper = Stepper::new(picked(), options()).unwrap();
+    let mut stepper = Stepper::new(picked(), dense()).unwrap();
     stepper
         .change(|edit| {
             let hook = edit.body("hook")?;
@@ -454,7 +394,7 @@ fn what_can_never_be_there_is_not_released() {
     assert!(stepper.scene().events.is_empty());
     let mut scene = picked();
     scene.events[2].then = vec![Action::Detach("grap".into())];
-    let Err(StepError::Scene(fault)) = Stepper::new(scene, options()) else {
+    let Err(StepError::Scene(fault)) = Stepper::new(scene, dense()) else {
         panic!("a fault");
     };
     let words = "event `down` names `grap`, which is not there: choose one of grip";
@@ -467,21 +407,17 @@ fn a_rope_breaks_by_a_blow_within_a_step() {
     for (above, breaks) in [(5e4, true), (1.5e5, false)] {
         // A single step is divided where the rope catches.
         for substeps in [1, 16, 64] {
-            let mut scene = Scene::new("snap");
-            scene.gravity = Vector3::z() * -9.81;
+            let mut scene = on_earth("snap");
             let load = scene.add_body("load", Body::particle(100.0).at(Vector3::z() * -1.0));
             let ends = vec![origin(), centre(load)];
             let rope = MasslessCable::new(ends, 2.0, RowLaw::new(1e-7, 0.0));
-            let rope = scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
-            scene.events.push(Event {
-                name: "breaks".to_owned(),
-                when: When::Force {
-                    constraint: rope,
-                    above,
-                },
-                then: vec![Action::Release(rope)],
-            });
-            let options = options().with(|o| o.substeps = substeps);
+            let rope = scene.add_constraint("rope", rope, 0);
+            scene.events.push(event(
+                "breaks",
+                over_force(rope, above),
+                vec![Action::Release(rope)],
+            ));
+            let options = dense().with(|o| o.substeps = substeps);
             let mut stepper = Stepper::new(scene, options).expect("sound");
             let log = run(&mut stepper, 36);
             assert_eq!(
@@ -504,21 +440,14 @@ fn what_comes_near_within_a_step_is_seen_by_its_substeps() {
         let mut scene = Scene::new("flight");
         let ball = scene.add_body("ball", Body::particle(1.0).at(Vector3::x() * -0.9));
         scene.bodies.velocity[ball].x = 60.0;
-        let between = Box::new([Frame::world(Vector3::x() * -0.4), centre(ball)]);
-        let hook = Action::Attach {
-            name: "hook".to_owned(),
-            between: between.clone(),
-        };
-        scene.events.push(Event {
-            name: "near".to_owned(),
-            when: When::Distance {
-                between,
-                below: 0.1,
-            },
-            then: vec![hook],
-        });
+        let between = [Frame::world(Vector3::x() * -0.4), centre(ball)];
+        scene.events.push(event(
+            "near",
+            near(between, 0.1),
+            vec![attach("hook", between)],
+        ));
         let mut stepper =
-            Stepper::new(scene, options().with(|o| o.substeps = substeps)).expect("sound");
+            Stepper::new(scene, dense().with(|o| o.substeps = substeps)).expect("sound");
         let log = run(&mut stepper, 2);
         assert_eq!(!log.is_empty(), seen, "{substeps} sub-steps: {log:?}");
     }
@@ -531,22 +460,13 @@ fn an_event_that_sets_a_control_leaves_the_balance_of_energy() {
     scene.gravity = Vector3::z() * -10.0;
     let load = scene.add_body("load", Body::particle(100.0).at(Vector3::z() * -5.0));
     let frames = vec![origin(), centre(load)];
-    let rope = MasslessCable::new(frames, 5.0, RowLaw::new(1e-6, 0.1));
-    let rope = MasslessCable {
-        winch: Some(winch(-0.5)),
-        ..rope
-    };
-    let rope = scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+    let rope = reeled(winch(-0.5), frames, 5.0, RowLaw::new(1e-6, 0.1));
+    let rope = scene.add_constraint("rope", rope, 0);
     scene.controls.push(Control::of("winch", rope, 1.0));
-    scene.events.push(Event {
-        name: "stop".into(),
-        when: When::Time(1.0),
-        then: vec![Action::Set {
-            control: 0,
-            value: 0.0,
-        }],
-    });
-    let options = options().with(|o| o.energy_tolerance = Some(0.01));
+    scene
+        .events
+        .push(event("stop", When::Time(1.0), vec![set(0, 0.0)]));
+    let options = dense().with(|o| o.energy_tolerance = Some(0.01));
     let mut stepper = Stepper::new(scene, options).unwrap();
     run(&mut stepper, 90);
     assert!(stepper.scene().events.is_empty());
@@ -562,17 +482,17 @@ fn what_is_let_go_falls_from_then_on() {
         for (dt, substeps) in [(1.0 / 60.0, 1), (1.0 / 60.0, 4), (1.0 / 240.0, 1)] {
             let mut scene = twins();
             for name in ["left", "right"] {
-                scene.events.push(Event {
-                    name: name.into(),
-                    when: When::Time(0.5),
-                    then: vec![Action::Release(scene.constraint(name).unwrap())],
-                });
+                scene.events.push(event(
+                    name,
+                    When::Time(0.5),
+                    vec![Action::Release(scene.constraint(name).unwrap())],
+                ));
             }
             let options = StepOptions {
                 dt,
                 substeps,
                 scheme,
-                ..options()
+                ..dense()
             };
             let mut stepper = Stepper::new(scene, options).unwrap();
             let start = stepper.scene().bodies.position[0].z;

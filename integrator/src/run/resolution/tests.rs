@@ -1,7 +1,7 @@
 //! Cables that refine themselves.
 
 use super::*;
-use crate::testing::{centre, origin, winch};
+use crate::testing::{centre, on_earth, origin, winch};
 use crate::{ConstraintId, StepOptions};
 use nalgebra::Vector3;
 use taut_model::scene::resolution::Resolution;
@@ -20,8 +20,7 @@ const RULE: Resolution = Resolution {
 
 /// A load of `mass` (kg) that swings on 10 m of cable.
 fn swing(segments: usize, mass: f64, rule: Option<Resolution>) -> Stepper {
-    let mut scene = Scene::new("swing");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("swing");
     let load = Body::sphere(0.2, mass).at(-Vector3::z() * 10.0);
     let load = scene.add_body("load", load);
     scene.load = Some(load);
@@ -109,8 +108,7 @@ fn a_cable_that_loses_its_load_splits() {
 
 /// A load on 10 m of cable with a winch that hauls in, and a rule, and its fairlead.
 fn hoist(mass: f64, rule: Option<Resolution>) -> (Stepper, ConstraintId) {
-    let mut scene = Scene::new("cut");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("cut");
     let load = Body::sphere(0.2, mass).at(-Vector3::z() * 10.0);
     let load = scene.add_body("load", load);
     let ends = [origin(), centre(load)];
@@ -195,7 +193,7 @@ fn a_cable_that_is_cut_below_its_winch_goes_on() {
 fn a_saved_run_goes_on_with_the_same_bits() {
     let mut stepper = swing(32, 100.0, Some(RULE));
     stepper.steps(7);
-    let mut restored = Stepper::restore(stepper.save().unwrap()).unwrap();
+    let mut restored = stepper.saved();
     let mut changes = 0;
     for _ in 0..120 {
         let resolved = stepper.step().unwrap().resolved;
@@ -230,8 +228,7 @@ fn of_ends(
     (segments, mass, bend): (usize, f64, f64),
     steps: usize,
 ) -> (Vector3<f64>, [usize; 2]) {
-    let mut scene = Scene::new("ends");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("ends");
     let load = Body::sphere(0.2, mass).at(Vector3::new(3.0, 0.0, -1.0));
     let load = scene.add_body("load", load);
     let anchor = origin();

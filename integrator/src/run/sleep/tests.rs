@@ -1,9 +1,10 @@
 use super::*;
-use crate::testing::{centre, origin};
-use taut_model::collide::Collider;
+use crate::contact::tests::add;
+use crate::testing::{brake, centre, event, link, on_earth, origin, reeled};
+use taut_model::collide::Surface;
 use taut_model::{
-    Action, Body, ContactScene, ContactSceneParams, Distance, Event, Frame, GantryParams, Hinge,
-    HoistParams, MasslessCable, Motion, Motor, RowLaw, When, Winch,
+    Action, Body, ContactScene, ContactSceneParams, Frame, GantryParams, Hinge, HoistParams,
+    Motion, Motor, RowLaw, When, Winch,
 };
 use taut_solver::{Backend, DenseOptions};
 
@@ -41,13 +42,8 @@ fn held(gravity: f64, length: f64, law: RowLaw, off: Vector3<f64>) -> Scene {
     scene.gravity.z = -gravity;
     let at = Vector3::z() * -length + off;
     let load = scene.add_body("load", Body::particle(1.0).at(at));
-    let link = Distance {
-        frames: [origin(), centre(load)],
-        length,
-        law,
-        transverse: false,
-    };
-    scene.add_constraint("link", Constraint::Distance(link), 0);
+    let link = link([origin(), centre(load)], length, law);
+    scene.add_constraint("link", link, 0);
     scene
 }
 
@@ -261,11 +257,9 @@ fn moved_points_and_events_come_in_time() {
         start: 3.0,
         duration: 1.0,
     });
-    scene.events.push(Event {
-        name: "tied".into(),
-        when: When::Time(2.5),
-        then: vec![Action::Release(0)],
-    });
+    scene
+        .events
+        .push(event("tied", When::Time(2.5), vec![Action::Release(0)]));
     let [mut stepper, _] = both(&scene);
     scene.events.clear();
     let [mut moved, _] = both(&scene);
@@ -294,14 +288,10 @@ fn a_stack_sleeps_until_it_is_hit() {
     };
     let mut scene = params.build().unwrap();
     let size = Vector3::repeat(params.length / 3.0);
-    let ram = scene.add_body(
-        "ram",
-        Body {
-            mobility: Mobility::Driven,
-            ..Body::cuboid(size, 1.0).at(Vector3::new(-1.2 * size.x, 0.0, 1.6 * size.z))
-        },
-    );
-    scene.add_collider(Collider::new("ram", Some(ram), Shape::Cuboid { size }));
+    let at = Vector3::new(-1.2 * size.x, 0.0, 1.6 * size.z);
+    let mut body = Body::cuboid(size, 1.0).at(at);
+    body.mobility = Mobility::Driven;
+    let ram = add(&mut scene, body, Shape::Cuboid { size }, Surface::default());
     let [mut sleeper, mut plain] = at_rest(&scene);
     let report = sleeper.step().unwrap();
     assert!(report.asleep && report.contacts.touching > 0);
@@ -324,24 +314,11 @@ fn a_stack_sleeps_until_it_is_hit() {
 fn a_step_asleep_costs_a_tenth_of_one_awake_at_most() {
     let backend = Backend::preferred().unwrap_or(Backend::Dense(DenseOptions::default()));
     let scene = GantryParams::default().build().unwrap();
-    let mut asleep = Stepper::new(
-        scene.clone(),
-        StepOptions {
-            backend: backend.clone(),
-            ..options(Some(SLEEP))
-        },
-    )
-    .unwrap();
+    let [mut asleep, mut moving] = [Some(SLEEP), None].map(|sleep| {
+        let options = options(sleep).with(|o| o.backend = backend.clone());
+        Stepper::new(scene.clone(), options).unwrap()
+    });
     falls_asleep(&mut asleep, 2000).expect("it sleeps");
-    let mut moving = Stepper::new(
-        scene,
-        StepOptions {
-            backend,
-            energy_tolerance: None,
-            ..options(None)
-        },
-    )
-    .unwrap();
     let mut least = [f64::INFINITY; 2];
     for _ in 0..500 {
         for (stepper, least) in [&mut asleep, &mut moving].into_iter().zip(&mut least) {
@@ -362,29 +339,15 @@ fn a_step_asleep_costs_a_tenth_of_one_awake_at_most() {
 
 #[test]
 fn options_out_of_range_are_named() {
-    for (sleep, named) in [
-        (
-            Sleep {
-                distance: 0.0,
-                ..SLEEP
-            },
-            "sleep.distance",
-        ),
-        (
-            Sleep {
-                after: f64::NAN,
-                ..SLEEP
-            },
-            "sleep.after",
-        ),
-        (
-            Sleep {
-                period: f64::INFINITY,
-                ..SLEEP
-            },
-            "sleep.period",
-        ),
-    ] {
+    type Wrong = fn(&mut Sleep);
+    let rows: [(Wrong, &str); 3] = [
+        (|s| s.distance = 0.0, "sleep.distance"),
+        (|s| s.after = f64::NAN, "sleep.after"),
+        (|s| s.period = f64::INFINITY, "sleep.period"),
+    ];
+    for (wrong, named) in rows {
+        let mut sleep = SLEEP;
+        wrong(&mut sleep);
         let error = options(Some(sleep)).validate();
         assert!(matches!(error, Err(StepError::InvalidOption { field, .. }) if field == named));
     }
@@ -392,23 +355,18 @@ fn options_out_of_range_are_named() {
 
 /// 100 kg on a rigid cable whose winch may hold so much \[N].
 fn on_a_winch(winch: Winch) -> Scene {
-    let mut scene = Scene::new("winch");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("winch");
     let load = Body::sphere(0.2, 100.0).at(Vector3::z() * -5.0);
     let load = scene.add_body("load", load);
     let ends = vec![origin(), centre(load)];
-    let cable = MasslessCable {
-        winch: Some(winch),
-        ..MasslessCable::new(ends, 5.0, RowLaw::RIGID)
-    };
+    let cable = reeled(winch, ends, 5.0, RowLaw::RIGID);
     scene.reeve("rope", &cable, 0).unwrap();
     scene
 }
 
 /// An arm of 1 m that a motor without speed holds out, 100 kg, with so much torque \[N m].
 fn held_out(force_limit: f64) -> Scene {
-    let mut scene = Scene::new("arm");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("arm");
     let arm = Body::sphere(0.2, 100.0).at(Vector3::x());
     let arm = scene.add_body("arm", arm);
     let axis = Vector3::y();
@@ -422,7 +380,7 @@ fn held_out(force_limit: f64) -> Scene {
             Frame::body(arm, -Vector3::x()).along(&axis),
         ])
     };
-    scene.add_constraint("axle", Constraint::Hinge(hinge), 0);
+    scene.add_constraint("axle", hinge, 0);
     scene
 }
 
@@ -431,13 +389,7 @@ fn held_out(force_limit: f64) -> Scene {
 fn what_gives_way_at_its_limit_stays_awake() {
     type Held = fn(f64) -> Scene;
     let kinds: [(&str, Held); 3] = [
-        ("brake", |brake_limit| {
-            on_a_winch(Winch {
-                brake: true,
-                brake_limit,
-                ..Winch::new()
-            })
-        }),
+        ("brake", |limit| on_a_winch(brake(limit))),
         ("winch", |force_limit| {
             on_a_winch(Winch {
                 force_limit,
@@ -474,13 +426,12 @@ fn a_motor_that_stalls_at_its_limit_sleeps() {
             law: RowLaw::RIGID,
         });
     }
-    let stop = Distance {
-        frames: [Frame::world(Vector3::new(1.0, 0.0, 1.0)), centre(0)],
-        length: 1.0,
-        law: RowLaw::new(1e-4, 0.2),
-        transverse: false,
-    };
-    scene.add_constraint("stop", Constraint::Distance(stop), 0);
+    let stop = link(
+        [Frame::world(Vector3::new(1.0, 0.0, 1.0)), centre(0)],
+        1.0,
+        RowLaw::new(1e-4, 0.2),
+    );
+    scene.add_constraint("stop", stop, 0);
     let [mut stepper, _] = both(&scene);
     assert!(falls_asleep(&mut stepper, 2400).is_some());
     let axle = stepper.row_forces(0).unwrap();

@@ -27,7 +27,7 @@ fn the_force_is_the_derivative_of_the_energy() {
 }
 
 /// A swinging cable of four segments after its first pass, its search about to begin.
-fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
+fn after_a_pass(damping: f64, ea: Option<f64>) -> (Step, f64) {
     let params = HoistParams {
         segments: 4,
         initial_angle: 1.0,
@@ -41,56 +41,34 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
     let dt = options.dt;
     let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();
     stepper.steps(20);
-    stepper.step.keep_substep_start();
-    let bodies = &stepper.step.scene.bodies;
-    stepper.step.system_data.load_velocities(bodies);
-    stepper.step.system_data.dv.clear();
-    let end = stepper.step.time + dt;
-    stepper
-        .step
-        .system_data
-        .rows
-        .drive(&stepper.step.scene, stepper.step.time, end);
-    stepper.step.begin_search(true, dt);
-    let pass = stepper.step.newton_pass(Pass::First, dt, end);
+    let mut inner = stepper.step;
+    inner.keep_substep_start();
+    let bodies = &inner.scene.bodies;
+    inner.system_data.load_velocities(bodies);
+    inner.system_data.dv.clear();
+    let end = inner.time + dt;
+    inner.system_data.rows.drive(&inner.scene, inner.time, end);
+    inner.begin_search(true, dt);
+    let pass = inner.newton_pass(Pass::First, dt, end);
     assert!(pass.unwrap().is_finite());
-    stepper
-        .step
-        .guarded
-        .search
-        .soften(&stepper.step.system_data, dt);
-    (stepper, dt)
+    inner.guarded.search.soften(&inner.system_data, dt);
+    (inner, dt)
 }
 
 /// Φ after a `part` of the step.
-fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -> f64 {
+fn potential_at(inner: &mut Step, part: f64, step: &BodyVectors, dt: f64) -> f64 {
     let (from, rows) = (
-        stepper.step.guarded.search.from.clone(),
-        stepper.step.multipliers.mu.len(),
+        inner.guarded.search.from.clone(),
+        inner.multipliers.mu.len(),
     );
-    stepper
-        .step
-        .system_data
-        .dv
-        .combine((1.0, &from), (part, step));
-    stepper
-        .step
-        .guarded
-        .substep_start
-        .restore(&mut stepper.step.scene.bodies);
-    stepper.step.move_bodies(dt).unwrap();
-    let end = stepper.step.time + dt;
-    stepper
-        .step
-        .system_data
-        .rows
-        .update_state(&stepper.step.scene, end);
+    inner.system_data.dv.combine((1.0, &from), (part, step));
+    inner.guarded.substep_start.restore(&mut inner.scene.bodies);
+    inner.move_bodies(dt).unwrap();
+    let end = inner.time + dt;
+    inner.system_data.rows.update_state(&inner.scene, end);
     let mut gaps = vec![0.0; rows];
-    stepper.step.gaps(&mut gaps, dt);
-    stepper
-        .step
-        .potential(&stepper.step.system_data.dv, &gaps, dt)
-        .0
+    inner.gaps(&mut gaps, dt);
+    inner.potential(&inner.system_data.dv, &gaps, dt).0
 }
 
 /// The slope of Φ is that of its differences; it is negative, and as large as a system that is solved exactly has it:
@@ -98,21 +76,16 @@ fn potential_at(stepper: &mut Stepper, part: f64, step: &BodyVectors, dt: f64) -
 #[test]
 fn the_slope_is_that_of_the_potential() {
     for (damping, ea) in [(0.0, None), (0.05, None), (5.0, None), (0.0, Some(1e4))] {
-        let (mut stepper, dt) = after_a_pass(damping, ea);
-        stepper
-            .step
-            .guarded
-            .search
-            .to
-            .copy_from(&stepper.step.system_data.dv);
-        let slope = stepper.step.slope(dt);
-        let mut step = stepper.step.guarded.search.to.clone();
+        let (mut inner, dt) = after_a_pass(damping, ea);
+        inner.guarded.search.to.copy_from(&inner.system_data.dv);
+        let slope = inner.slope(dt);
+        let mut step = inner.guarded.search.to.clone();
         step.combine(
-            (1.0, &stepper.step.guarded.search.to),
-            (-1.0, &stepper.step.guarded.search.from),
+            (1.0, &inner.guarded.search.to),
+            (-1.0, &inner.guarded.search.from),
         );
         let h = 1e-5;
-        let [more, less] = [h, -h].map(|part| potential_at(&mut stepper, part, &step, dt));
+        let [more, less] = [h, -h].map(|part| potential_at(&mut inner, part, &step, dt));
         let difference = (more - less) / (2.0 * h);
         assert!(slope < 0.0);
         assert!(
@@ -126,42 +99,38 @@ fn the_slope_is_that_of_the_potential() {
 #[test]
 fn a_step_too_far_is_shortened() {
     for (times, taken) in [(1.0, true), (30.0, false)] {
-        let (mut stepper, dt) = after_a_pass(0.0, None);
-        let from = stepper.step.guarded.search.from.clone();
-        let to = stepper.step.system_data.dv.clone();
+        let (mut inner, dt) = after_a_pass(0.0, None);
+        let from = inner.guarded.search.from.clone();
+        let to = inner.system_data.dv.clone();
         let mut step = to.clone();
         step.combine((1.0, &to), (-1.0, &from));
-        let begin = potential_at(&mut stepper, 0.0, &step, dt);
-        potential_at(&mut stepper, times, &step, dt);
-        let end = stepper.step.time + dt;
-        stepper.step.search(true, true, dt, end).unwrap();
-        let [there, far] = [
-            &stepper.step.system_data.dv,
-            &stepper.step.guarded.search.to,
-        ]
-        .map(|dv| dv.get(1));
+        let begin = potential_at(&mut inner, 0.0, &step, dt);
+        potential_at(&mut inner, times, &step, dt);
+        let end = inner.time + dt;
+        inner.search(true, true, dt, end).unwrap();
+        let [there, far] = [&inner.system_data.dv, &inner.guarded.search.to].map(|dv| dv.get(1));
         assert_eq!(there == far, taken, "{there:?} {far:?}");
-        let dv = stepper.step.system_data.dv.clone();
-        let mut gaps = vec![0.0; stepper.step.multipliers.mu.len()];
-        stepper.step.gaps(&mut gaps, dt);
-        assert!(stepper.step.potential(&dv, &gaps, dt).0 < begin);
+        let dv = inner.system_data.dv.clone();
+        let mut gaps = vec![0.0; inner.multipliers.mu.len()];
+        inner.gaps(&mut gaps, dt);
+        assert!(inner.potential(&dv, &gaps, dt).0 < begin);
     }
 }
 
 /// The energy gained is that of velocities and gravity where all rows keep their gaps; velocities lose it.
 #[test]
 fn a_gain_is_lost() {
-    let (mut stepper, dt) = after_a_pass(0.0, None);
-    let before = stepper.step.gained(dt);
-    let kinetic = stepper.step.scene.kinetic_energy();
+    let (mut inner, dt) = after_a_pass(0.0, None);
+    let before = inner.gained(dt);
+    let kinetic = inner.scene.kinetic_energy();
     assert!(before.abs() < 1e-2 * kinetic, "{before} of {kinetic}");
-    for velocity in &mut stepper.step.scene.bodies.velocity {
+    for velocity in &mut inner.scene.bodies.velocity {
         *velocity *= 2.0;
     }
-    let (gain, all) = (stepper.step.gained(dt), stepper.step.scene.kinetic_energy());
+    let (gain, all) = (inner.gained(dt), inner.scene.kinetic_energy());
     assert!(gain > kinetic, "{gain} of {kinetic}");
-    stepper.step.lose_gain(dt);
-    let left = stepper.step.scene.kinetic_energy();
+    inner.lose_gain(dt);
+    let left = inner.scene.kinetic_energy();
     assert!((left - (all - gain)).abs() < 1e-12 * all, "{left}");
 }
 
@@ -169,21 +138,21 @@ fn a_gain_is_lost() {
 /// one that spins fast besides.
 #[test]
 fn changes_turn_further() {
-    let (mut stepper, dt) = after_a_pass(0.0, None);
-    let start = stepper.step.guarded.substep_start.clone();
+    let (mut inner, dt) = after_a_pass(0.0, None);
+    let start = inner.guarded.substep_start.clone();
     let long = start.orientation(1) * Vector3::z();
     let across = |x: f64, y: f64, z: f64| {
         let v = Vector3::new(x, y, z);
         v - long * long.dot(&v)
     };
-    let v = stepper.step.system_data.v.get(1);
+    let v = inner.system_data.v.get(1);
     let mut axis_after = |omega: Vector3<f64>| {
-        start.restore(&mut stepper.step.scene.bodies);
-        stepper.step.system_data.dv.clear();
+        start.restore(&mut inner.scene.bodies);
+        inner.system_data.dv.clear();
         let [a, b, c] = [omega.x - v[3], omega.y - v[4], omega.z - v[5]];
-        stepper.step.system_data.dv.set(1, [0.0, 0.0, 0.0, a, b, c]);
-        stepper.step.move_bodies(dt).unwrap();
-        stepper.step.scene.bodies.orientation[1] * Vector3::z()
+        inner.system_data.dv.set(1, [0.0, 0.0, 0.0, a, b, c]);
+        inner.move_bodies(dt).unwrap();
+        inner.scene.bodies.orientation[1] * Vector3::z()
     };
     for spin in [0.0, 300.0] {
         let last = across(50.0, -60.0, 80.0) + long * spin;

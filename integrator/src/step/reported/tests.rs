@@ -1,11 +1,11 @@
 //! Forces of a step against the change of momentum in it, where several solves or a blow share it.
 
-use crate::contact::tests::{add, ground, rough};
-use crate::testing::{centre, winch};
+use crate::contact::tests::{add, bouncing, ground};
+use crate::testing::{centre, link, winch};
 use crate::{StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Constraint, Distance, Frame, MasslessCable, RowLaw, Scene};
+use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene};
 
 const DT: f64 = 1.0 / 60.0;
 const MASS: f64 = 50.0;
@@ -49,14 +49,20 @@ fn falling(slack: f64, compliance: f64) -> Scene {
         ..Scene::default()
     };
     let load = scene.add_body("load", Body::sphere(RADIUS, MASS));
-    let law = RowLaw {
-        compliance,
-        damping: 0.0,
-    };
+    let law = RowLaw::new(compliance, 0.0);
     let frames = vec![Frame::world(Vector3::z() * 2.0), centre(load)];
     let cable = MasslessCable::new(frames, 2.0 + slack, law);
-    scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+    scene.add_constraint("rope", cable, 0);
     scene
+}
+
+/// A ball over a slope, and its place.
+fn above(slope: f64, surface: Surface, drop: f64) -> (Scene, usize, Vector3<f64>) {
+    let mut scene = ground(slope, surface);
+    let at = Vector3::z() * (RADIUS + drop);
+    let body = Body::sphere(RADIUS, MASS).at(at);
+    let ball = add(&mut scene, body, Shape::Sphere { radius: RADIUS }, surface);
+    (scene, ball, at)
 }
 
 #[test]
@@ -93,27 +99,14 @@ fn the_impulse_of_a_rigid_catch_is_that_of_the_load() {
 #[test]
 fn a_blow_that_passes_through_a_rod_is_in_its_force() {
     for substeps in [1, 3] {
-        let surface = Surface {
-            restitution: 0.7,
-            ..rough(0.3)
-        };
-        let mut scene = ground(0.5, surface);
-        let shape = Shape::Sphere { radius: RADIUS };
-        let at = Vector3::z() * (RADIUS + 0.05);
-        let ball = add(
-            &mut scene,
-            Body::sphere(RADIUS, MASS).at(at),
-            shape,
-            surface,
-        );
+        let (mut scene, ball, at) = above(0.5, bouncing(0.7, 0.3), 0.05);
         let (far, own) = (at + Vector3::new(-1.8, 0.0, 0.6), Vector3::zeros());
-        let rod = Distance {
-            frames: [Frame::world(far), Frame::body(ball, own)],
-            length: (far - at).norm(),
-            law: RowLaw::RIGID,
-            transverse: false,
-        };
-        scene.add_constraint("rod", Constraint::Distance(rod), 0);
+        let rod = link(
+            [Frame::world(far), Frame::body(ball, own)],
+            (far - at).norm(),
+            RowLaw::RIGID,
+        );
+        scene.add_constraint("rod", rod, 0);
         let mut stepper = Stepper::new(scene, options(substeps)).expect("a sound scene");
         let (apart, _) = most_apart(&mut stepper, 60);
         // The rod turns by up to 0.02 rad in a step.
@@ -125,29 +118,14 @@ fn a_blow_that_passes_through_a_rod_is_in_its_force() {
 #[test]
 fn a_rope_does_not_push_in_a_blow() {
     for (compliance, e) in [(0.0, 0.5), (0.0, 0.9), (1e-7, 0.5), (1e-6, 0.5)] {
-        let surface = Surface {
-            restitution: e,
-            ..rough(0.5)
-        };
-        let mut scene = ground(0.0, surface);
-        let shape = Shape::Sphere { radius: RADIUS };
-        let at = Vector3::z() * (RADIUS + 0.2);
-        let load = add(
-            &mut scene,
-            Body::sphere(RADIUS, MASS).at(at),
-            shape,
-            surface,
-        );
+        let (mut scene, load, at) = above(0.0, bouncing(e, 0.5), 0.2);
         scene.bodies.velocity[load].z = -1.0;
-        let law = RowLaw {
-            compliance,
-            damping: 0.0,
-        };
+        let law = RowLaw::new(compliance, 0.0);
         let top = at + Vector3::z() * 3.0;
         let frames = vec![Frame::world(top), centre(load)];
         let mut cable = MasslessCable::new(frames, 3.0 - compliance * MASS * 9.81, law);
         cable.winch = Some(winch(1.0));
-        let rope = scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+        let rope = scene.add_constraint("rope", cable, 0);
         let mut stepper = Stepper::new(scene, options(1)).expect("a sound scene");
         let mut fastest = 0.0_f64;
         for _ in 0..40 {
@@ -176,7 +154,7 @@ fn a_rope_does_not_push_in_a_blow() {
 fn a_restored_run_tells_the_same() {
     let mut stepper = Stepper::new(falling(0.3, 1e-5), options(4)).expect("a sound scene");
     stepper.steps(17);
-    let restored = Stepper::restore(stepper.save().expect("a run")).expect("a run");
+    let restored = stepper.saved();
     let force = stepper.row_forces(0).expect("a rope");
     assert!(
         force[0] < -1e3 && stepper.step.record.reported.forces().is_some(),

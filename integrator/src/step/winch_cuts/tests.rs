@@ -1,12 +1,11 @@
 //! Hoists of cables of segments.
 
-use crate::testing::{centre, origin, winch};
+use crate::testing::{centre, on_earth, origin, reeled, winch};
 use crate::{StepOptions, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::{
     Body, Cable, CableEnd, CableParts, Constraint, Control, Cosserat, Fairlead, Frame, JointKind,
-    JointLaw, MasslessCable, Material, RowLaw, Scene, Segments, Slider, Stiffness, Winch,
-    hanging_axes,
+    JointLaw, Material, RowLaw, Scene, Segments, Slider, Stiffness, Winch, hanging_axes,
 };
 
 /// A load of `mass` (kg) on `length` (m) of cable in `segments`, hauled at `speed` (m/s), in motion already.
@@ -22,8 +21,7 @@ fn hoist_with(
     speed: f64,
     end: fn(Frame) -> CableEnd,
 ) -> Scene {
-    let mut scene = Scene::new("hoist");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("hoist");
     let mut load = Body::sphere(0.2, mass).at(-Vector3::z() * length);
     load.velocity.z = -speed;
     let load = scene.add_body("load", load);
@@ -95,14 +93,10 @@ fn a_steady_hoist_has_no_kicks() {
 fn a_heavy_load_rises_and_sinks_as_on_a_massless_cable() {
     let mass = 1e4;
     let mut stepper = started(at_rest(10.0, 40, mass));
-    let mut other = Scene::new("massless");
-    other.gravity.z = -9.81;
+    let mut other = on_earth("massless");
     let load = other.add_body("load", Body::particle(mass).at(-Vector3::z() * 10.0));
     let frames = vec![origin(), centre(load)];
-    let cable = MasslessCable {
-        winch: Some(Winch::new()),
-        ..MasslessCable::new(frames, 10.0, RowLaw::new(10.0 / 2e7, 0.0))
-    };
+    let cable = reeled(Winch::new(), frames, 10.0, RowLaw::new(10.0 / 2e7, 0.0));
     other.add_constraint("cable", cable, 0);
     other.controls.push(Control::of("hoist", 0, 1.0));
     let mut other = started(other);
@@ -220,7 +214,7 @@ fn a_saved_hoist_goes_on_with_the_same_bits() {
     let mut stepper = started(at_rest(6.0, 6, 500.0));
     stepper.set_control(0, 1.0).unwrap();
     stepper.steps(77);
-    let mut restored = Stepper::restore(stepper.save().unwrap()).unwrap();
+    let mut restored = stepper.saved();
     for k in 0..200 {
         if k == 100 {
             stepper.set_control(0, -2.0).unwrap();
@@ -248,7 +242,7 @@ fn a_saved_hoist_that_twists_goes_on_with_the_same_bits() {
         let mut stepper = Stepper::new(scene, options).unwrap();
         stepper.set_control(0, speed).unwrap();
         for _ in 0..60 {
-            let mut restored = Stepper::restore(stepper.save().unwrap()).unwrap();
+            let mut restored = stepper.saved();
             stepper.step().unwrap();
             restored.step().unwrap();
             assert_eq!(stepper.scene(), restored.scene(), "{substeps} sub-steps");

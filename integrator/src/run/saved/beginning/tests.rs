@@ -1,14 +1,14 @@
 //! Steps that a flag stops in their middle.
 
-use crate::testing::{centre, origin, winch};
+use crate::testing::{attach, centre, event, on_earth, origin, set, winch};
 use crate::{Guard, Scheme, Sleep, StepError, StepOptions, StepReport, Stepper};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taut_model::collide::{Collider, Shape};
 use taut_model::{
-    Action, Body, Cable, CableEnd, ContactScene, ContactSceneParams, Control, Event, GantryParams,
-    MasslessCable, Material, RowLaw, Scene, Segments, When,
+    Body, Cable, CableEnd, ContactScene, ContactSceneParams, Control, GantryParams, MasslessCable,
+    Material, RowLaw, Scene, Segments, When,
 };
 
 const DT: f64 = 1.0 / 60.0;
@@ -16,8 +16,7 @@ const DT: f64 = 1.0 / 60.0;
 /// A load of 500 kg on a cable of segments that a winch pays out, above the ground. An event stops
 /// the winch, another one ties a second body to the load.
 fn hoist() -> Scene {
-    let mut scene = Scene::new("hoist");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("hoist");
     let load = Body::sphere(0.2, 500.0).at(Vector3::new(0.3, 0.0, -5.0));
     let load = scene.add_body("load", load);
     let other = scene.add_body("other", Body::sphere(0.1, 3.0).at(Vector3::z() * -4.0));
@@ -39,28 +38,10 @@ fn hoist() -> Scene {
         .push(Control::of("hoist", parts.joints[0], 1.0));
     let between = [centre(load), centre(other)];
     for (name, at, then) in [
-        (
-            "slow",
-            0.1,
-            Action::Set {
-                control: 0,
-                value: 0.2,
-            },
-        ),
-        (
-            "tie",
-            0.2,
-            Action::Attach {
-                name: "tie".to_owned(),
-                between: Box::new(between),
-            },
-        ),
+        ("slow", 0.1, set(0, 0.2)),
+        ("tie", 0.2, attach("tie", between)),
     ] {
-        scene.events.push(Event {
-            name: name.to_owned(),
-            when: When::Time(at),
-            then: vec![then],
-        });
+        scene.events.push(event(name, When::Time(at), vec![then]));
     }
     scene.load = Some(load);
     scene
@@ -68,8 +49,7 @@ fn hoist() -> Scene {
 
 /// A load of `mass` (kg) that falls into a rope, which divides steps.
 fn caught(mass: f64) -> Scene {
-    let mut scene = Scene::new("caught");
-    scene.gravity.z = -9.81;
+    let mut scene = on_earth("caught");
     let mut load = Body::sphere(0.2, mass).at(Vector3::z() * -1.9);
     load.velocity = Vector3::new(0.2, 0.0, -1.0);
     let load = scene.add_body("load", load);

@@ -1,8 +1,9 @@
 //! Runs that go on with other options.
 
+use crate::contact::tests::{add_ball, ground};
 use crate::{Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
-use taut_model::collide::{Collider, Shape};
+use taut_model::collide::Surface;
 use taut_model::{Body, HoistParams, Scene};
 
 const DT: f64 = 1.0 / 60.0;
@@ -26,6 +27,12 @@ fn swinging(options: StepOptions, steps: usize) -> Stepper {
     let mut stepper = Stepper::new(params.build().expect("builds"), options).expect("sound");
     stepper.steps(steps);
     stepper
+}
+
+/// Goes on with another scheme and step.
+fn go_on(stepper: &mut Stepper, scheme: Scheme, dt: f64) {
+    let options = options("dense", scheme, dt);
+    stepper.set_options(options).expect("goes on");
 }
 
 fn load(stepper: &Stepper) -> Vector3<f64> {
@@ -52,9 +59,7 @@ fn another_solver_goes_on_with_the_same_motion() {
     let mut plain = swinging(options("banded", Scheme::default(), DT), 60);
     let mut other = swinging(options("banded", Scheme::default(), DT), 20);
     let load_before = other.body("load").expect("a load");
-    other
-        .set_options(options("dense", Scheme::default(), DT))
-        .expect("goes on");
+    go_on(&mut other, Scheme::default(), DT);
     assert_eq!(
         other.backend(),
         &options("dense", Scheme::default(), DT).backend
@@ -71,9 +76,8 @@ fn another_solver_goes_on_with_the_same_motion() {
 /// of acceleration at each change it would be much farther.
 #[test]
 fn another_scheme_starts_from_velocities_of_the_same_time() {
-    let end = |stepper: &Stepper| load(stepper);
     let fine = swinging(options("dense", Scheme::default(), DT / 16.0), 16 * 60);
-    let error = |scheme| (end(&swinging(options("dense", scheme, DT), 60)) - end(&fine)).norm();
+    let error = |scheme| (load(&swinging(options("dense", scheme, DT), 60)) - load(&fine)).norm();
     for [first, second] in [
         [Scheme::THIRD_DIFFERENCE, Scheme::Spook],
         [Scheme::THIRD_DIFFERENCE, Scheme::LinearlyImplicit],
@@ -81,13 +85,11 @@ fn another_scheme_starts_from_velocities_of_the_same_time() {
     ] {
         let mut stepper = swinging(options("dense", first, DT), 20);
         for scheme in [second, first, second] {
-            stepper
-                .set_options(options("dense", scheme, DT))
-                .expect("goes on");
+            go_on(&mut stepper, scheme, DT);
             stepper.steps(13);
         }
         stepper.steps(1);
-        let apart = (end(&stepper) - end(&fine)).norm();
+        let apart = (load(&stepper) - load(&fine)).norm();
         let worse = error(first).max(error(second));
         assert!(apart <= 1.2 * worse, "{first}, {second}: {apart} {worse}");
     }
@@ -102,9 +104,7 @@ fn other_steps_keep_free_fall() {
     let mut stepper =
         Stepper::new(scene, options("dense", Scheme::default(), 0.02)).expect("sound");
     stepper.steps(10);
-    stepper
-        .set_options(options("dense", Scheme::default(), 0.005))
-        .expect("goes on");
+    go_on(&mut stepper, Scheme::default(), 0.005);
     stepper.steps(40);
     let height = stepper.scene().bodies.position[0].z;
     assert!((height + 0.5 * 10.0 * 0.16).abs() < 1e-12, "{height}");
@@ -113,21 +113,16 @@ fn other_steps_keep_free_fall() {
 /// A ball has just landed: the blow is no acceleration that goes on, and the ball stays where it is.
 #[test]
 fn a_blow_does_not_count_twice() {
-    let mut scene = Scene::new("landing");
-    scene.gravity.z = -10.0;
-    let radius = 0.1;
-    let ball = scene.add_body("ball", Body::sphere(radius, 1.0).at(Vector3::z() * 0.3));
-    scene.add_collider(Collider::new("ball", Some(ball), Shape::Sphere { radius }));
-    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let (radius, surface) = (0.1, Surface::default());
+    let mut scene = ground(0.0, surface);
+    add_ball(&mut scene, Vector3::z() * 0.3, radius, surface);
     let mut stepper = Stepper::new(scene, options("dense", Scheme::default(), DT)).expect("sound");
     let mut touching = 0;
     while touching == 0 {
         touching = stepper.step().expect("stable").contacts.touching;
     }
     for scheme in [Scheme::LinearlyImplicit, Scheme::default()] {
-        stepper
-            .set_options(options("dense", scheme, DT))
-            .expect("goes on");
+        go_on(&mut stepper, scheme, DT);
         let mut highest = 0.0_f64;
         for _ in 0..30 {
             stepper.steps(1);
