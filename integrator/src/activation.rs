@@ -319,11 +319,14 @@ impl Activation {
         let struck = |(k, place): (usize, RowState)| {
             let bound = system_data.rows.bounds[k];
             let (r, side, begin) = (bound.row, bound.side(), self.begin[k]);
-            let end = system_data.predicted[r];
+            // Turns may close a row that its rate leaves open.
+            let (predicted, found) = (system_data.predicted[r], system_data.rows.phi[r]);
+            let turned = side * predicted < 0.0 && side * found > 0.0;
+            let end = if turned { found } else { predicted };
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
             let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
             let (was_slack, is_slack) = (side * begin < 0.0, side * end < 0.0);
-            let passes = was_slack != is_slack || was_open != opens;
+            let passes = was_slack != is_slack || was_open != opens || turned;
             let (compliance, damping) =
                 (system_data.rows.compliance[r], system_data.rows.damping[r]);
             let is_stiff = |response: f64, least: f64| {

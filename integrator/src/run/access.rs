@@ -360,6 +360,12 @@ impl Stepper {
     /// while bodies touch or hang on massless ropes.
     pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         self.channel(control, value)?;
+        self.course.leave(control);
+        self.drive(control, value)
+    }
+
+    /// [`set_control`](Self::set_control) of a control that is there.
+    pub(super) fn drive(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         for k in 0..self.step.scene.controls[control].drives.len() {
             self.before_jump(self.step.scene.controls[control].drives[k], value)?;
         }
@@ -385,7 +391,7 @@ impl Stepper {
     }
 
     /// A control that takes this value.
-    fn channel(&self, control: usize, value: f64) -> Result<&Control, StepError> {
+    pub(super) fn channel(&self, control: usize, value: f64) -> Result<&Control, StepError> {
         let Some(channel) = self.step.scene.controls.get(control) else {
             return Err(missing("control", control, self.step.scene.controls.len()));
         };
@@ -445,7 +451,7 @@ fn missing(kind: &str, i: usize, count: usize) -> StepError {
     refused(format!("{kind} number {i}, of {count},"), "is not there")
 }
 
-fn refused(what: String, reason: &'static str) -> StepError {
+pub(super) fn refused(what: String, reason: &'static str) -> StepError {
     StepError::NotControllable { what, reason }
 }
 

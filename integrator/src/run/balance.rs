@@ -88,6 +88,7 @@ impl Stepper {
         let motion = given.or_else(|| self.motion_at_start())?;
         let account = &mut self.step.record.account;
         (account.work, account.pending, account.recovery) = (0.0, 0.0, [0.0; 2]);
+        account.opens = true;
         Some(Energy {
             elastic: self.gap_energy(),
             ..motion
@@ -120,6 +121,10 @@ impl Stepper {
 
     /// A balance begins with the sub-step just taken, which began with `opening` ([`opening`](Self::opening)).
     pub(crate) fn open_account(&mut self, opening: Energy) {
+        // A winch that has fed its cable of segments, at the end of the sub-step, leaves another scene.
+        if !std::mem::take(&mut self.step.record.account.opens) {
+            return;
+        }
         let start = self
             .start_of(opening, self.in_account(self.energy()))
             .total();
