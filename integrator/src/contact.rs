@@ -121,8 +121,11 @@ pub(crate) struct ContactPoint {
     /// before.
     pub(crate) hit: bool,
     pub(crate) arrives: bool,
-    /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
+    /// Normal rate after a rebound, where the shapes arrive in this step \[m/s], and when they do; infinite where they do not \[s].
     pub(crate) rebound: Option<f64>,
+    arrival: f64,
+    /// True where something else stops the shapes before they arrive.
+    stopped: bool,
     /// Excess of the rates with the step's impulses, and of those with a blow's, over the ones that tell their work \[m/s]:
     /// see [`rebound`].
     pub(crate) shift: [[f64; 3]; 2],
@@ -165,6 +168,8 @@ impl ContactPoint {
             hit: false,
             arrives: false,
             rebound: None,
+            arrival: f64::INFINITY,
+            stopped: false,
             shift: [[0.0; 3]; 2],
             struck: false,
             jolted: false,

@@ -340,11 +340,14 @@ impl Stepper {
         let Some((own, length)) = scene.constraints[constraint].winch_mut(time) else {
             return Ok(());
         };
+        let speed = winch.speed;
         let mut winch = Winch {
             since: own.since,
+            stalled: own.stalled,
+            speed: before,
             ..winch
         };
-        winch.set_speed(winch.speed, length);
+        winch.set_speed(speed, length);
         let changes = *own != winch;
         *own = winch;
         self.changed(changes);

@@ -41,11 +41,13 @@ impl Step {
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
-        self.contacts.rebounds = true;
+        let rebounds = self.contacts.rebounds;
         let mut found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
         if self.jams() {
             self.contacts.rebounds = false;
-            found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
+            let passed = self.pass_through(dt, TOLERANCE, Self::solve_rows_again);
+            self.contacts.rebounds = rebounds;
+            found = passed?;
         }
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
