@@ -312,6 +312,8 @@ pub(crate) struct Contacts {
     taken: Vec<bool>,
     /// True in a step of the scheme itself, whose rates belong to the middles of steps.
     pub(crate) of_scheme: bool,
+    /// By how much velocities are behind the positions, in implicit sub-steps too \[s].
+    pub(crate) late: f64,
     /// False once the rebounds of a step have jammed.
     pub(crate) rebounds: bool,
     /// Admits only contacts at rest, while the accelerations of the beginning are sought.
@@ -352,6 +354,7 @@ impl Contacts {
             known: Vec::new(),
             taken: Vec::new(),
             of_scheme: false,
+            late: 0.0,
             rebounds: true,
             begins: false,
             after_blow: false,

@@ -6,9 +6,12 @@
 use crate::active_set::{RowState, response_of_row};
 use crate::gyroscopic;
 use crate::step::{Stage, Step};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::RowBounds;
 use taut_model::linearized::dot;
+
+/// Change of a velocity by rows and contacts that is no blow, over that by loads: they carry what rests.
+const STEADY: f64 = 1.5;
 
 /// Energies at one instant \[J].
 #[non_exhaustive]
@@ -31,6 +34,11 @@ impl Energy {
     }
 }
 
+/// A velocity and an angular velocity.
+fn halves([x, y, z, p, q, r]: [f64; 6]) -> (Vector3<f64>, Vector3<f64>) {
+    (Vector3::new(x, y, z), Vector3::new(p, q, r))
+}
+
 impl Step {
     /// See [`Stepper::energy`](crate::Stepper::energy).
     pub(crate) fn energy(&self) -> Energy {
@@ -47,20 +55,34 @@ impl Step {
             elastic: self.elastic_energy(),
             ..Energy::default()
         };
+        let (known, _) = self.contacts.known();
+        let strikes = dt > 0.0 && known.iter().any(|contact| contact.struck);
         for i in self.scene.dynamic_bodies() {
-            let position = bodies.position[i] - bodies.velocity[i] * dt;
+            let (inertia, end) = (&bodies.inertia[i], &bodies.orientation[i]);
+            let of =
+                |velocity: Vector3<f64>, omega: Vector3<f64>, orientation: UnitQuaternion<f64>| {
+                    let y = orientation.inverse() * omega;
+                    0.5 * (bodies.mass[i] * velocity.norm_squared() + y.dot(&(inertia * y)))
+                };
             let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
-            let orientation =
-                gyroscopic::turned_back(&bodies.inertia[i], &bodies.orientation[i], &omega, dt);
+            let mut position = bodies.position[i] - velocity * dt;
+            let orientation = gyroscopic::turned_back(inertia, end, &omega, dt);
+            let (v, spin) = halves(self.system_data.v.get(i));
+            let (dv, change) = halves(self.system_data.dv.get(i));
             if dt > 0.0 {
-                let (v, dv) = (self.system_data.v.get(i), self.system_data.dv.get(i));
-                let mean = |k: usize| v[k] + 0.5 * dv[k];
-                velocity = Vector3::new(mean(0), mean(1), mean(2));
-                omega = Vector3::new(mean(3), mean(4), mean(5));
+                (velocity, omega) = (v + dv * 0.5, spin + change * 0.5);
             }
-            let y = orientation.inverse() * omega;
-            let spin = y.dot(&(bodies.inertia[i] * y));
-            energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + spin);
+            let mut kinetic = of(velocity, omega, orientation);
+            let loads = (self.scene.gravity + bodies.force[i] / bodies.mass[i]) * dt;
+            if strikes && (dv - loads).norm() > STEADY * loads.norm() {
+                // Of a blow, which comes later, the change of a velocity may be no acceleration: loads have theirs.
+                let begun = gyroscopic::turned_from(inertia, end, &(spin + change), dt);
+                let before = of(v + loads * 0.5, spin, begun);
+                if before < kinetic {
+                    (kinetic, position) = (before, bodies.position[i] - (v + dv) * dt);
+                }
+            }
+            energy.kinetic += kinetic;
             energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&position);
         }
         energy

@@ -65,14 +65,19 @@ impl ContactPoint {
     /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` are the rates that the
     /// step begins with, `free` those that it ends with without contacts. Nothing `rebounds` in a solve after one that jammed.
     ///
-    /// The normal rate at the beginning is w, and a = (free − before)/Δt; in steps `of_scheme` the rates belong to the middles
-    /// of the steps, and w = before + ½ a Δt. The gap φ + w t + ½ a t² closes at t = T with the rate w + a T; from there the
+    /// The normal rate at the beginning is w = before + a `late`, and a = (free − before)/Δt: rates are half a step behind, in implicit
+    /// sub-steps half of the whole one. The gap φ + w t + ½ a t² closes at t = T with the rate w + a T; from there the
     /// shapes part with −e times that. An implicit step ends with what it begins with: where the shapes touch.
-    fn aim(&mut self, before: [f64; 3], free: [f64; 3], dt: f64, [of_scheme, rebounds]: [bool; 2]) {
+    fn aim(
+        &mut self,
+        [before, free]: [[f64; 3]; 2],
+        (dt, late): (f64, f64),
+        [of_scheme, rebounds]: [bool; 2],
+    ) {
         (self.rebound, self.aim, self.arrival) = (None, 0.0, f64::INFINITY);
         let (e, gap) = (self.found.surface.restitution, self.found.gap.max(0.0));
         let a: [f64; 3] = std::array::from_fn(|k| (free[k] - before[k]) / dt);
-        let w = before[0] + if of_scheme { 0.5 * a[0] * dt } else { 0.0 };
+        let w = before[0] + a[0] * late;
         let root = (w * w - 2.0 * a[0] * gap).max(0.0).sqrt();
         // The first root of the gap, in the form without cancellation for w < 0.
         let arrival = 2.0 * gap / (root - w);
@@ -86,7 +91,7 @@ impl ContactPoint {
             false => dt,
         };
         // The scheme's rates are known with its impulses.
-        self.shift = [a.map(|a| a * 0.5 * (dt - time)); 2];
+        self.shift = [a.map(|a| a * (0.5 * (dt - time) - late)); 2];
         if e == 0.0 || !self.hit || !arrives || !rebounds || self.stopped {
             return;
         }
@@ -95,9 +100,9 @@ impl ContactPoint {
             let left = dt - arrival;
             let reached = (parting * left + 0.5 * a[0] * left * left).max(0.0);
             self.aim = -reached / dt;
-            self.rebound = Some(parting + a[0] * (0.5 * dt - arrival));
+            self.rebound = Some(parting + a[0] * (dt - late - arrival));
         } else {
-            self.rebound = Some(parting);
+            self.rebound = Some(parting - a[0] * late);
         }
     }
 }
@@ -149,7 +154,7 @@ impl Contacts {
                 true => alone,
                 false => touch.rates(|i| system_data.v.get(i)),
             };
-            touch.aim(before, alone, dt, kinds);
+            touch.aim([before, alone], (dt, self.late), kinds);
             free[0] += touch.aim;
         }
     }

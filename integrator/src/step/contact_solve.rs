@@ -21,6 +21,10 @@ impl Step {
     /// Finds the contacts of a step of `dt` from the present state.
     pub(crate) fn find_contacts(&mut self, dt: f64, of_scheme: bool) -> Result<(), StepError> {
         self.contacts.of_scheme = of_scheme;
+        self.contacts.late = match of_scheme || self.options.scheme.is_staggered() {
+            true => 0.5 * self.substep(),
+            false => 0.0,
+        };
         self.contacts.find(&self.scene, dt, self.time == 0.0)?;
         Ok(())
     }

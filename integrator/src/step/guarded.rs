@@ -44,9 +44,6 @@ const CONVERGED: f64 = 0.01;
 /// Promised decrease of Φ over its size at which they have converged too, where the disagreement keeps the tolerance.
 const AT_REST: f64 = 1e-6;
 
-/// Change of a velocity by rows and contacts that is rounding, over that by loads.
-const HELD: f64 = 1e-12;
-
 /// Turns that change the next one noticeably, and are short of half a one \[rad].
 const TURNS: std::ops::Range<f64> = 1e-3..2.5;
 
@@ -168,9 +165,6 @@ impl Step {
                 length = 0.5 * dt;
                 continue;
             }
-            if converged {
-                self.follow_parabolas(dt, end);
-            }
             self.tally.unconverged_substeps += usize::from(!converged);
             self.tally.implicit_substeps += 1;
             self.progress.stage = Stage::Advanced { dt, implicit: true };
@@ -196,26 +190,6 @@ impl Step {
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.
         self.accept();
         Ok(())
-    }
-
-    /// Bodies that nothing holds fall along parabolas in the implicit sub-step of `dt` to the time `end`: x + Δt v⁺ is ½ Δt² a too far.
-    fn follow_parabolas(&mut self, dt: f64, end: f64) {
-        let (mut moved, bodies) = (false, &mut self.scene.bodies);
-        for i in 0..bodies.len() {
-            if !bodies.is_dynamic(i) {
-                continue;
-            }
-            let [x, y, z, ..] = self.system_data.dv.get(i);
-            let change = Vector3::new(x, y, z);
-            let free = (self.scene.gravity + bodies.force[i] / bodies.mass[i]) * dt;
-            if (change - free).norm() <= HELD * free.norm() {
-                bodies.position[i] -= change * (0.5 * dt);
-                moved = true;
-            }
-        }
-        if moved {
-            self.system_data.rows.update_state(&self.scene, end);
-        }
     }
 
     /// Velocities of all bodies shrink, at most to zero, until the sub-step that led to them has gained no energy.
