@@ -35,7 +35,9 @@ impl Energy {
 }
 
 /// A velocity and an angular velocity.
-fn halves([x, y, z, p, q, r]: [f64; 6]) -> (Vector3<f64>, Vector3<f64>) {
+type Motion = (Vector3<f64>, Vector3<f64>);
+
+fn halves([x, y, z, p, q, r]: [f64; 6]) -> Motion {
     (Vector3::new(x, y, z), Vector3::new(p, q, r))
 }
 
@@ -51,41 +53,46 @@ impl Step {
             } => dt,
             _ => 0.0,
         };
-        let mut energy = Energy {
-            elastic: self.elastic_energy(),
-            ..Energy::default()
-        };
         let (known, _) = self.contacts.known();
         let strikes = dt > 0.0 && known.iter().any(|contact| contact.struck);
+        // By the means of the velocities, and as before a blow.
+        let (mut mean, mut before) = (Energy::default(), Energy::default());
         for i in self.scene.dynamic_bodies() {
             let (inertia, end) = (&bodies.inertia[i], &bodies.orientation[i]);
-            let of =
-                |velocity: Vector3<f64>, omega: Vector3<f64>, orientation: UnitQuaternion<f64>| {
-                    let y = orientation.inverse() * omega;
-                    0.5 * (bodies.mass[i] * velocity.norm_squared() + y.dot(&(inertia * y)))
+            let add =
+                |to: &mut Energy, position, (v, w): Motion, orientation: UnitQuaternion<f64>| {
+                    let y = orientation.inverse() * w;
+                    let spin = y.dot(&(inertia * y));
+                    to.kinetic += 0.5 * (bodies.mass[i] * v.norm_squared() + spin);
+                    to.gravity -= bodies.mass[i] * self.scene.gravity.dot(&position);
                 };
-            let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
-            let mut position = bodies.position[i] - velocity * dt;
-            let orientation = gyroscopic::turned_back(inertia, end, &omega, dt);
+            let mut motion = (bodies.velocity[i], bodies.angular_velocity[i]);
+            let position = bodies.position[i] - motion.0 * dt;
+            let orientation = gyroscopic::turned_back(inertia, end, &motion.1, dt);
             let (v, spin) = halves(self.system_data.v.get(i));
             let (dv, change) = halves(self.system_data.dv.get(i));
             if dt > 0.0 {
-                (velocity, omega) = (v + dv * 0.5, spin + change * 0.5);
+                motion = (v + dv * 0.5, spin + change * 0.5);
             }
-            let mut kinetic = of(velocity, omega, orientation);
+            add(&mut mean, position, motion, orientation);
             let loads = (self.scene.gravity + bodies.force[i] / bodies.mass[i]) * dt;
             if strikes && (dv - loads).norm() > STEADY * loads.norm() {
-                // Of a blow, which comes later, the change of a velocity may be no acceleration: loads have theirs.
+                let position = bodies.position[i] - (v + dv) * dt;
                 let begun = gyroscopic::turned_from(inertia, end, &(spin + change), dt);
-                let before = of(v + loads * 0.5, spin, begun);
-                if before < kinetic {
-                    (kinetic, position) = (before, bodies.position[i] - (v + dv) * dt);
-                }
+                add(&mut before, position, (v + loads * 0.5, spin), begun);
+            } else if strikes {
+                add(&mut before, position, motion, orientation);
             }
-            energy.kinetic += kinetic;
-            energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&position);
         }
-        energy
+        // Where joints pass a blow on to light bodies, the mean of their velocities is none that they have.
+        let energy = match strikes && before.kinetic < mean.kinetic {
+            true => before,
+            false => mean,
+        };
+        Energy {
+            elastic: self.elastic_energy(),
+            ..energy
+        }
     }
 
     /// See [`Stepper::elastic_energy`](crate::Stepper::elastic_energy).
