@@ -56,13 +56,13 @@ impl Step {
     }
 
     /// Takes a solve out of the prepared system of a step `dt` long, before another one.
-    pub(super) fn take_solve_back(&mut self, dt: f64) {
+    fn take_solve_back(&mut self, dt: f64) {
         self.take_impulses_out();
         self.active_set.refill(&mut self.system_data, dt);
     }
 
-    /// Takes the slip and the impulses of a solve out of the prepared system.
-    fn take_impulses_out(&mut self) {
+    /// Takes the slip and the impulses of a solve out of the prepared system; drums that it emptied stay so.
+    pub(super) fn take_impulses_out(&mut self) {
         self.slip.take_out(&mut self.system_data);
         self.contacts.take_out(&mut self.system_data.inertia, false);
     }
