@@ -381,8 +381,7 @@ fn add_product(w: &[f64], j: &[f64], a: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{StepOptions, Stepper};
-    use taut_model::{HoistParams, JointKind, named};
+    use crate::testing::*;
 
     /// J M̃⁻¹ Jᵀ of two constraints, or with `absolute` the same of the absolute values of all numbers in it, row by row.
     fn product(stepper: &Stepper, pair: [usize; 2], absolute: bool) -> Vec<f64> {
@@ -435,11 +434,7 @@ mod tests {
         .map(|name| named(name).unwrap())
         .into();
         for joint in [JointKind::Spherical, JointKind::Paper] {
-            let cable = HoistParams {
-                segments: 6,
-                joint,
-                ..HoistParams::default()
-            };
+            let cable = HoistParams::default().with(|p| (p.segments, p.joint) = (6, joint));
             scenes.push(cable.build().unwrap());
         }
         let mut doubled = named("hoist").unwrap();

@@ -249,10 +249,8 @@ pub(crate) fn wrench(rows: &Linearized, s: usize, lambda: &[f64]) -> (Vector3<f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{DMatrix, DVector, UnitQuaternion};
-    use taut_model::{
-        Body, Constraint, Frame, HoistParams, MasslessCable, RowLaw, update_windings,
-    };
+    use crate::testing::*;
+    use nalgebra::{DMatrix, DVector};
 
     /// The angular part of body `i`.
     fn angular(of: &BodyVectors, i: usize) -> Vector3<f64> {
@@ -263,12 +261,10 @@ mod tests {
     /// −∂(torque of fixed forces)/∂θ of a hanging cable, by central differences, is K.
     #[test]
     fn stiffness_is_the_derivative_of_the_torque_of_a_taut_cable() {
-        let mut scene = HoistParams {
-            load_offset: 0.3,
-            ..HoistParams::default()
-        }
-        .hanging_equilibrium()
-        .unwrap();
+        let mut scene = HoistParams::default()
+            .with(|p| p.load_offset = 0.3)
+            .hanging_equilibrium()
+            .unwrap();
         let mut rows = Linearized::new(&scene);
         rows.update(&scene, 0.0);
         let mu: Vec<f64> = rows
@@ -342,12 +338,8 @@ mod tests {
 
     /// A straight cable of EI = 30 N m², 8 segments of 0.25 m, with the forces of 400 N tension and of a torque (N m).
     fn twisted(torque: f64) -> (Scene, Linearized, Vec<f64>) {
-        let params = taut_model::SpecimenParams {
-            segments: 8,
-            length: 2.0,
-            ei: Some(30.0),
-            ..taut_model::SpecimenParams::new(taut_model::Specimen::Twist)
-        };
+        let params = taut_model::SpecimenParams::new(taut_model::Specimen::Twist)
+            .with(|p| (p.segments, p.length, p.ei) = (8, 2.0, Some(30.0)));
         let scene = params.build().unwrap();
         let mut rows = Linearized::new(&scene);
         rows.update(&scene, 0.0);

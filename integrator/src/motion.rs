@@ -213,8 +213,7 @@ impl WideKernel for Move<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Matrix3;
-    use taut_model::Body;
+    use crate::testing::*;
 
     /// Lanes turn bodies as single ones turn, at every speed, about every axis of symmetry, whatever their number.
     #[test]

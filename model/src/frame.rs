@@ -196,8 +196,7 @@ pub(crate) fn smallest_rotation(a: &Vector3<f64>, b: &Vector3<f64>) -> UnitQuate
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Body;
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
 
     #[test]
     fn axes_are_right_handed_and_orthonormal() {

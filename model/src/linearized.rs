@@ -500,10 +500,7 @@ pub fn update_windings(scene: &mut Scene, t: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::MAX_ROWS;
-    use crate::{End, HoistParams, JointKind};
-
-    use nalgebra::Vector3;
+    use crate::testing::*;
 
     impl Linearized {
         /// Rows of a scene in its state at the time `t` (s).
@@ -602,10 +599,7 @@ mod tests {
     #[test]
     fn vertical_cable_has_exact_zeros_across() {
         for joint in [JointKind::Cosserat, JointKind::Paper, JointKind::Spherical] {
-            let scene = HoistParams {
-                joint,
-                ..HoistParams::default()
-            };
+            let scene = HoistParams::default().with(|p| p.joint = joint);
             let scene = scene.hanging_equilibrium().expect("builds");
             let lin = Linearized::at(&scene, 0.0);
             for i in 0..lin.constraints() {

@@ -466,9 +466,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::{Distance, RowLaw, Spherical};
-    use crate::{Body, HoistParams, ParticleChainParams, Reeved, ReevedParams, named};
-    use nalgebra::Vector3;
+    use crate::testing::*;
 
     #[test]
     fn no_named_scene_is_in_doubt() {

@@ -181,16 +181,14 @@ impl ParticleChainParams {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::With;
     use crate::{Linearized, check_jacobian};
 
     #[test]
     fn models_have_the_rows_of_the_paper() {
         let names = |model, particles| -> Vec<String> {
-            let params = ParticleChainParams {
-                model,
-                particles,
-                ..ParticleChainParams::default()
-            };
+            let params = ParticleChainParams::default()
+                .with(|p| (p.model, p.particles) = (model, particles));
             let mut scene = params.build().expect("builds");
             let lin = Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|phi| *phi == 0.0));
@@ -223,11 +221,8 @@ mod tests {
     #[test]
     fn added_rows_have_their_own_compliance() {
         let build = |model, added_compliance| {
-            let params = ParticleChainParams {
-                model,
-                added_compliance,
-                ..ParticleChainParams::default()
-            };
+            let params = ParticleChainParams::default()
+                .with(|p| (p.model, p.added_compliance) = (model, added_compliance));
             let scene = params.build().expect("builds");
             let last = scene.constraints.last().expect("there are rows");
             (last.row(0).1.compliance, scene.groups)

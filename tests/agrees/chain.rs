@@ -16,10 +16,7 @@
 //! the error at the coupling down by 1/(δ d), from λ_load/δ after the first. With the groups' blocks as preconditioner the
 //! matrix is the identity and a coupling of rank 2: three eigenvalues, and so three iterations of conjugate gradient.
 
-use taut_integrator::{Form, StepOptions, Stepper};
-use taut_model::{ChainModel, ParticleChainParams};
-use taut_solver::{Backend, SymBlockMatrix, forward_error, norm_inf};
-use taut_tests::oracle;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -101,7 +98,7 @@ fn system(ratio: f64, cap: f64) -> (SymBlockMatrix, Vec<f64>) {
         damping: 0.0,
         ..ParticleChainParams::default()
     };
-    let options = taut_tests::changed(StepOptions::paper(), |o| o.dt = DT);
+    let options = StepOptions::paper().with(|o| o.dt = DT);
     let scene = params.build().expect("sound parameters");
     let mut stepper = Stepper::new(scene, options).expect("sound");
     stepper.reference_multipliers().expect("solvable");

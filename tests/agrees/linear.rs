@@ -1,8 +1,7 @@
-use taut_integrator::{Form, StepOptions};
 use taut_measure::poses::Pose;
 use taut_studies::cases::Cases;
 use taut_studies::linear::{BAR, Config, Record, run};
-use taut_tests::{allowed, compiled_direct};
+use taut_tests::prelude::*;
 
 /// Largest errors with one refinement over the direct solvers as measured, 24 segments: pose, form, ratios 1, 10⁶, 10⁹.
 const MEASURED: [(Pose, Form, [f64; 3]); 4] = [

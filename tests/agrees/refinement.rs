@@ -1,14 +1,8 @@
-use taut_integrator::{Form, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{JointKind, Scene};
-use taut_solver::{
-    Backend, DenseOptions, RefineScratch, Status, forward_error, reference_solution, refine,
-    residual,
-};
+use taut_solver::{RefineScratch, reference_solution, refine};
 use taut_tests::machines::{random_machine, unbounded};
+use taut_tests::prelude::*;
 use taut_tests::scenes::{Pose, hoist, random_scene, rigid_chain};
 use taut_tests::systems::{Shape, positive_definite};
-use taut_tests::{Worst, compiled_direct, compiled_iterative, paper};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -75,7 +69,7 @@ fn solving_the_same_state_again_costs_few_iterations() {
 /// Forward errors of the multipliers with 0 and 1 refinements.
 fn errors(choice: &Choice, scene: &Scene) -> [f64; 2] {
     [0, 1].map(|refinements| {
-        let options = taut_tests::changed(choice.options(DT), |o| o.refinements = refinements);
+        let options = choice.options(DT).with(|o| o.refinements = refinements);
         let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
         let exact = stepper.reference_multipliers().expect("solvable");
         stepper.solve().expect("solvable");
@@ -109,9 +103,9 @@ fn refinement_from_the_pieces_repairs_what_forming_s_lost() {
 #[test]
 fn refinement_with_the_formed_matrix_does_not() {
     let backend = Backend::Dense(DenseOptions::default());
-    let options = taut_tests::changed(Choice::schur(backend.clone()).options(DT), |o| {
-        o.refinements = 0
-    });
+    let options = Choice::schur(backend.clone())
+        .options(DT)
+        .with(|o| o.refinements = 0);
     let mut stepper = Stepper::new(rigid_chain(16, 3e7), options).expect("sound");
     let exact = stepper.reference_multipliers().expect("solvable");
     stepper.solve().expect("solvable");

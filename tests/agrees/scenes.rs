@@ -1,9 +1,5 @@
-use taut_integrator::Stepper;
-use taut_measure::Choice;
-use taut_model::{JointKind, Linearized, Scene};
-use taut_solver::{Status, forward_error, norm_inf, residual};
+use taut_tests::prelude::*;
 use taut_tests::scenes::{Pose, hoist};
-use taut_tests::{allowed, compiled};
 
 const DT: f64 = 1.0 / 60.0;
 const RATIOS: [f64; 6] = [1.0, 10.0, 1e2, 1e3, 1e4, 1e5];
@@ -46,7 +42,7 @@ fn measure(
         return None;
     }
     let errors = SEGMENTS.map(|segments| {
-        let options = taut_tests::changed(choice.options(DT), |o| o.refinements = refinements);
+        let options = choice.options(DT).with(|o| o.refinements = refinements);
         let scene = hoist(joint, pose, segments, ratio);
         let tension = tension(&scene);
         let mut stepper = Stepper::new(scene, options).expect("sound");

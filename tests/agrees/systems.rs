@@ -1,10 +1,7 @@
 use taut_solver::agreement::{Claims, check};
-use taut_solver::{
-    Backend, LinearSolver, RefineScratch, SolveError, SolveReport, Status, backward_error,
-    forward_error, reference_solution, refine, residual,
-};
+use taut_solver::{RefineScratch, reference_solution, refine};
+use taut_tests::prelude::*;
 use taut_tests::systems::{Shape, System, positive_definite, quasi_definite};
-use taut_tests::{Worst, oracle};
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=16;
 

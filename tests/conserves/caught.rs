@@ -1,8 +1,7 @@
 //! Elastic ropes that catch their load or swing it, and motors and winches that drive it against a stop.
 
 use super::meeting::stepper;
-use taut_integrator::{StepOptions, Stepper};
-use taut_model::SceneSource;
+use taut_tests::prelude::*;
 
 const G: f64 = 9.81;
 
@@ -178,11 +177,7 @@ fn the_balance_begins_after_the_blow_of_the_start() {
                 length = 2.420743687382041\nstretch = 0\n";
     for dt in [1.0 / 60.0, 1.0 / 960.0] {
         let scene = SceneSource::parse(text, &[]).expect("reads").build();
-        let options = StepOptions {
-            dt,
-            energy_tolerance: Some(0.2),
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| (o.dt, o.energy_tolerance) = (dt, Some(0.2)));
         let mut stepper = Stepper::new(scene.expect("builds"), options).expect("starts");
         for _ in 0..30 {
             let report = stepper.step().expect("a step");

@@ -1,8 +1,7 @@
 //! Dampers of ropes, rods and joints whose load swings, and ropes that slip beside contacts.
 
 use super::meeting::stepper;
-use taut_integrator::{Guard, StepOptions, Stepper};
-use taut_model::{Linearized, SceneSource};
+use taut_tests::prelude::*;
 
 const G: f64 = 9.81;
 
@@ -20,7 +19,7 @@ const SUSPENSIONS: [&str; 4] = [
 /// A run of the scene `text` at 60 steps a second under this guard.
 fn guarded(text: &str, guard: Guard) -> Stepper {
     let source = SceneSource::parse(text, &[]).expect("reads");
-    let options = taut_tests::changed(StepOptions::default(), |o| o.guard = Some(guard));
+    let options = StepOptions::default().with(|o| o.guard = Some(guard));
     Stepper::new(source.build().expect("builds"), options).expect("starts")
 }
 
@@ -95,10 +94,7 @@ fn dampers_of_implicit_steps_follow_the_path() {
                  [[massless_cable]]\nname = 'idle'\nlength = 10\nstretch = 0\n\
                  through = [{{ body = 'world' }}, {{ body = 'load' }}]\n"
             );
-            let guard = Guard {
-                hold: 1000,
-                ..Guard::default()
-            };
+            let guard = Guard::default().with(|g| g.hold = 1000);
             let mut stepper = guarded(&text, guard);
             let names = &stepper.scene().constraint_names;
             let damped = names.iter().position(|name| name == "damped");

@@ -1,7 +1,6 @@
 //! Contacts beside motors and ropes: what one solves for the other must not undo.
 
-use taut_integrator::{StepOptions, Stepper};
-use taut_model::{Motor, SceneSource};
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -13,11 +12,8 @@ pub(super) fn stepper(text: &str, dt: f64) -> Stepper {
 pub(super) fn weighed(text: &str, dt: f64, energy_tolerance: Option<f64>) -> Stepper {
     let source = SceneSource::parse(text, &[]).expect("reads");
     let scene = source.build().expect("builds");
-    let options = StepOptions {
-        dt,
-        energy_tolerance,
-        ..StepOptions::default()
-    };
+    let options =
+        StepOptions::default().with(|o| (o.dt, o.energy_tolerance) = (dt, energy_tolerance));
     Stepper::new(scene, options).expect("starts")
 }
 

@@ -1,11 +1,6 @@
-use nalgebra::{UnitQuaternion, Vector3};
-use taut_integrator::{Form, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{HoistParams, JointKind, Scene};
-use taut_solver::{Backend, DenseOptions};
 use taut_tests::machines::unbounded;
+use taut_tests::prelude::*;
 use taut_tests::scenes::{KINDS, free_cable};
-use taut_tests::{Worst, paper};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -51,7 +46,7 @@ fn a_free_cable_keeps_its_momentum_to_rounding() {
 #[test]
 fn a_free_cable_keeps_its_angular_momentum_to_second_order() {
     let drift = |scene: &Scene, dt: f64| {
-        let options = taut_tests::changed(dense(Form::Schur), |o| o.dt = dt);
+        let options = dense(Form::Schur).with(|o| o.dt = dt);
         let end = after(scene, options, (0.5 / dt).round() as usize);
         // About the centre of mass, so that the drift is not that of x × p.
         let about = |scene: &Scene| {
@@ -91,10 +86,7 @@ fn the_energy_of_a_damped_swing_does_not_grow() {
             ..HoistParams::default()
         };
         let rest = params.hanging_equilibrium().expect("sound");
-        let swing = HoistParams {
-            initial_angle: 0.6,
-            ..params
-        };
+        let swing = params.with(|p| p.initial_angle = 0.6);
         let scene = swing.build().expect("sound");
         let stepper = Stepper::new(scene, dense(Form::Schur)).expect("sound");
         let peaks = peaks(stepper, energy_of_step, rest.potential_energy(), 20, 30);
@@ -113,12 +105,8 @@ fn the_energy_of_a_damped_swing_does_not_grow() {
 
 /// A hoist whose load bounces on it, released unstretched, and the same at rest.
 fn bounce(options: &StepOptions) -> [Stepper; 2] {
-    let params = HoistParams {
-        segments: 8,
-        mass_ratio: 1000.0,
-        damping: 0.005,
-        ..HoistParams::default()
-    };
+    let params =
+        HoistParams::default().with(|p| (p.segments, p.mass_ratio, p.damping) = (8, 1000.0, 0.005));
     let scenes = [params.build(), params.hanging_equilibrium()];
     scenes.map(|scene| Stepper::new(scene.expect("sound"), options.clone()).expect("sound"))
 }

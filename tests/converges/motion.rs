@@ -1,6 +1,4 @@
-use nalgebra::Vector3;
-use taut_integrator::{GeometricStiffness, Scheme, StepOptions, Stepper};
-use taut_model::{Body, Constraint, Frame, HoistParams, RowLaw, Scene, Spherical};
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -34,7 +32,7 @@ fn the_default_scheme_is_of_second_order() {
     for mass_ratio in [1e3, 1e5] {
         let params = swing(mass_ratio, 0);
         let with = |dt| {
-            let options = taut_tests::changed(StepOptions::default(), |o| o.dt = dt);
+            let options = StepOptions::default().with(|o| o.dt = dt);
             path(&params, options, 5.0)
         };
         let fine = with(1.0 / 1920.0);
@@ -65,11 +63,8 @@ fn assert_same_bits(a: &Scene, b: &Scene, what: &str) {
 fn sub_steps_are_steps() {
     for scheme in Scheme::KINDS {
         for substeps in [2, 3, 7] {
-            let whole = StepOptions {
-                scheme,
-                substeps,
-                ..StepOptions::default()
-            };
+            let whole =
+                StepOptions::default().with(|o| (o.scheme, o.substeps) = (scheme, substeps));
             let parts = StepOptions {
                 dt: whole.dt / substeps as f64,
                 substeps: 1,
@@ -95,11 +90,8 @@ fn sub_steps_are_steps() {
 fn the_guard_leaves_smooth_motion_alone() {
     for scheme in [Scheme::LinearlyImplicit, Scheme::default()] {
         for mass_ratio in [1e2, 1e4] {
-            let with = |guard| StepOptions {
-                scheme,
-                guard,
-                ..StepOptions::default()
-            };
+            let with =
+                |guard| StepOptions::default().with(|o| (o.scheme, o.guard) = (scheme, guard));
             let scene = swing(mass_ratio, 4).hanging_equilibrium().expect("sound");
             let guard = StepOptions::default().guard;
             assert!(guard.is_some());

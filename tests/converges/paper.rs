@@ -4,6 +4,7 @@ use indicatif::ProgressBar;
 use serde_json::Value;
 use taut_output::check::{Check, Verdict};
 use taut_studies::paper::{swing, table2, timing};
+use taut_tests::With;
 
 fn assert_no_failure(checks: &[Check]) {
     for check in checks {
@@ -92,10 +93,7 @@ fn the_swing_loses_what_its_modes_say() {
 #[test]
 fn the_energy_of_a_free_swing_is_kept_to_second_order() {
     let left = |dt: f64| {
-        let config = swing::Config {
-            dt,
-            ..swing::Config::new(true)
-        };
+        let config = swing::Config::new(true).with(|p| p.dt = dt);
         let results = swing::run(&config, &ProgressBar::hidden()).expect("sound");
         let is_free = |row: &&Value| row["run"] == "ball joints at the ends";
         let free = results.runs.iter().find(is_free).expect("ball joints");

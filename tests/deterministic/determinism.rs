@@ -1,12 +1,9 @@
-use taut_integrator::{StepOptions, Stepper};
-use taut_measure::Choice;
 use taut_measure::trajectory::load_position;
 use taut_model::scene_file::SceneText;
-use taut_model::{Constraint, HoistParams, Network, NetworkParams, Scene, SceneSource};
 use taut_studies::scenes::reference_choice;
 use taut_tests::machines::{random_machine, unbounded};
+use taut_tests::prelude::*;
 use taut_tests::scenes::random_scene;
-use taut_tests::{bits, compiled, compiled_direct, compiled_iterative, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -54,12 +51,7 @@ fn a_scene_written_in_motion_goes_on_with_the_same_bits() {
 }
 
 fn net() -> Scene {
-    let params = NetworkParams {
-        rows: 4,
-        columns: 5,
-        seed: 2,
-        ..NetworkParams::new(Network::Net)
-    };
+    let params = NetworkParams::new(Network::Net).with(|p| (p.rows, p.columns, p.seed) = (4, 5, 2));
     params.build().expect("sound parameters")
 }
 

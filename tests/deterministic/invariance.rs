@@ -1,14 +1,8 @@
-use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use taut_integrator::{StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{Bodies, Scene};
-use taut_solver::{Backend, DenseOptions, forward_error};
 use taut_tests::machines::random_machine;
-use taut_tests::random::Random;
+use taut_tests::prelude::*;
 use taut_tests::scenes::{moved, random_scene, relabelled};
-use taut_tests::{Worst, allowed, compiled_direct, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
 

@@ -1,10 +1,5 @@
-use nalgebra::Vector3;
-use taut_integrator::{
-    Form, GeometricStiffness, Guard, SavedRun, Scheme, Sleep, StepOptions, StepReport, Stepper,
-};
-use taut_model::{GantryParams, HoistParams, Motor, Scene, SceneSource};
-use taut_tests::compiled;
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -95,12 +90,8 @@ fn swinging() -> Scene {
 
 /// A gantry whose trolley and winches slip.
 fn gantry() -> Scene {
-    let params = GantryParams {
-        segments: 3,
-        winch_force: Some(3300.0),
-        trolley_force: Some(500.0),
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default()
+        .with(|p| (p.segments, p.winch_force, p.trolley_force) = (3, Some(3300.0), Some(500.0)));
     params.build().expect("sound parameters")
 }
 
@@ -132,18 +123,11 @@ fn every_scheme_goes_on_with_the_same_bits() {
                     GeometricStiffness::Inertia { alpha: 0.4 },
                 ),
                 (
-                    Some(Guard {
-                        tolerance: 1e-5,
-                        hold: 3,
-                        ..Guard::default()
-                    }),
+                    Some(Guard::default().with(|g| (g.tolerance, g.hold) = (1e-5, 3))),
                     GeometricStiffness::Inertia { alpha: 0.5 },
                 ),
                 (
-                    Some(Guard {
-                        tolerance: f64::INFINITY,
-                        ..Guard::default()
-                    }),
+                    Some(Guard::default().with(|g| g.tolerance = f64::INFINITY)),
                     GeometricStiffness::Inertia { alpha: 0.9 },
                 ),
             ] {
@@ -188,12 +172,8 @@ fn every_solver_goes_on_with_the_same_bits() {
             if !backend.is_compiled() {
                 continue;
             }
-            let options = StepOptions {
-                backend,
-                refinements: 1,
-                guard: None,
-                ..StepOptions::default()
-            };
+            let options = StepOptions::default()
+                .with(|o| (o.backend, o.refinements, o.guard) = (backend, 1, None));
             goes_on(&scene, &options, 2, 4, &format!("{}, {few}", scene.name));
         }
     }
@@ -233,11 +213,7 @@ fn what_was_set_by_hand_is_saved() {
 #[test]
 fn half_a_step_is_not_saved() {
     for form in [Form::Schur, Form::Kkt] {
-        let options = StepOptions {
-            form,
-            guard: None,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| (o.form, o.guard) = (form, None));
         let mut stepper = Stepper::new(swinging(), options).expect("sound");
         stepper.solve().expect("solvable");
         let error = stepper.save().expect_err("half a step").to_string();
@@ -250,11 +226,8 @@ fn half_a_step_is_not_saved() {
 /// The impulses of a step that the guard has redone are spent.
 #[test]
 fn a_redone_step_is_not_advanced_again() {
-    let guard = Guard {
-        tolerance: f64::MIN_POSITIVE,
-        ..Guard::default()
-    };
-    let options = taut_tests::changed(StepOptions::default(), |o| o.guard = Some(guard));
+    let guard = Guard::default().with(|g| g.tolerance = f64::MIN_POSITIVE);
+    let options = StepOptions::default().with(|o| o.guard = Some(guard));
     let mut stepper = Stepper::new(swinging(), options).expect("sound");
     assert!(stepper.step().expect("a stable run").redone);
     assert!(stepper.save().is_ok());
@@ -266,10 +239,7 @@ fn a_redone_step_is_not_advanced_again() {
 #[test]
 fn reports_round_trip() {
     for choice in compiled() {
-        let scene = HoistParams {
-            segments: 4,
-            ..HoistParams::default()
-        };
+        let scene = HoistParams::default().with(|p| p.segments = 4);
         let scene = scene.build().expect("sound");
         let mut stepper = Stepper::new(scene, choice.options(DT)).expect("sound");
         let report = stepper.step().expect("a step");
@@ -320,11 +290,7 @@ fn a_drum_that_runs_empty_goes_on_with_the_same_bits() {
     "#;
     let source = SceneSource::parse(text, &[]).expect("a scene");
     for (substeps, guard) in [(1, None), (16, None), (16, Some(Guard::default()))] {
-        let options = StepOptions {
-            substeps,
-            guard,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| (o.substeps, o.guard) = (substeps, guard));
         let scene = source.build().expect("sound");
         let mut stepper = Stepper::new(scene, options).expect("sound");
         let mut stood = 0;
@@ -351,10 +317,7 @@ fn a_run_saved_asleep_tells_its_contacts() {
                 [[massless_cable]]\nname = 'rope'\nthrough = [{ body = 'world', point = [3, 0, 5] }, { body = 'hangs' }]\n\
                 tension = 98.1\nstretch = 1e-6\n";
     let scene = SceneSource::parse(text, &[]).and_then(|source| source.build());
-    let options = StepOptions {
-        sleep: Some(Sleep::default()),
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| o.sleep = Some(Sleep::default()));
     let mut stepper = Stepper::new(scene.expect("a scene"), options).expect("sound");
     while !stepper.step().expect("a stable run").asleep {
         assert!(stepper.time() < 10.0);
@@ -388,10 +351,7 @@ fn a_divided_step_in_which_a_winch_is_set_leaves_nothing_unsaved() {
         );
     }
     let scene = SceneSource::parse(&text, &[]).and_then(|source| source.build());
-    let options = StepOptions {
-        guard: Some(Guard::default()),
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| o.guard = Some(Guard::default()));
     let mut stepper = Stepper::new(scene.expect("a scene"), options).expect("sound");
     let mut divided = 0;
     for step in 0..60 {

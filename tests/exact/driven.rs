@@ -1,13 +1,6 @@
 //! Bounds, motors, winches, driven bodies: against what mechanics says.
 
-use nalgebra::Vector3;
-use taut_integrator::Stepper;
-use taut_measure::Choice;
-use taut_model::{
-    Body, Constraint, Control, Distance, Drive, Frame, Hinge, MasslessCable, Mobility, Motor,
-    RowLaw, Scene, Slider, Target, Winch, axes_along,
-};
-use taut_tests::compiled;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 const G: f64 = 10.0;
@@ -32,10 +25,8 @@ fn hung(mass: f64, excess: f64, winch: Option<Winch>) -> Scene {
         Frame::world(Vector3::zeros()),
         Frame::body(ball, Vector3::zeros()),
     ];
-    let cable = MasslessCable {
-        winch,
-        ..MasslessCable::new(frames, 2.0 - excess, RowLaw::new(1e-5, 0.0))
-    };
+    let cable =
+        MasslessCable::new(frames, 2.0 - excess, RowLaw::new(1e-5, 0.0)).with(|p| p.winch = winch);
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
     if winch.is_some() {
         let drives = vec![Drive {
@@ -111,11 +102,7 @@ fn a_winch_lifts_at_its_speed() {
 
 #[test]
 fn a_winch_slips_at_its_force() {
-    let winch = Winch {
-        force_limit: 900.0,
-        brake_limit: 2000.0,
-        ..Winch::new()
-    };
+    let winch = Winch::new().with(|w| (w.force_limit, w.brake_limit) = (900.0, 2000.0));
     for choice in compiled() {
         let mut scene = hung(100.0, 0.009, Some(winch));
         // At rest under the force that it holds.
@@ -132,13 +119,7 @@ fn a_winch_slips_at_its_force() {
         let fallen = -2.0 - height(&stepper);
         assert!((fallen - 0.5).abs() < 1e-9, "{choice}: {fallen}");
         stepper
-            .set_winch(
-                0,
-                Winch {
-                    brake: true,
-                    ..winch
-                },
-            )
+            .set_winch(0, winch.with(|w| w.brake = true))
             .expect("a winch");
         for _ in 0..600 {
             stepper.step().expect("steps");
@@ -160,13 +141,8 @@ fn a_motor_drives_a_trolley_with_limited_force() {
     let crane = scene.add_body("crane", Body::fixed());
     let axes = along(&Vector3::x());
     let at = |body| Frame::body(body, Vector3::zeros()).with_axes(axes);
-    let slider = Slider {
-        motor: Some(Motor {
-            force_limit: 100.0,
-            ..Motor::speed(1.0)
-        }),
-        ..Slider::new([at(crane), at(trolley)])
-    };
+    let slider = Slider::new([at(crane), at(trolley)])
+        .with(|p| p.motor = Some(Motor::speed(1.0).with(|p| p.force_limit = 100.0)));
     scene.add_constraint("rail", Constraint::Slider(slider), 0);
     for choice in compiled() {
         let mut stepper = stepper(scene.clone(), &choice);
@@ -283,10 +259,7 @@ fn what_cannot_be_set_is_refused() {
         stepper.set_motor(0, Motor::speed(1.0)),
         "constraint `cable` has no motor",
     );
-    let bad = Winch {
-        force_limit: -1.0,
-        ..Winch::new()
-    };
+    let bad = Winch::new().with(|w| w.force_limit = -1.0);
     says(stepper.set_winch(0, bad), "winch.force_limit is -1");
     says(
         stepper.set_winch(7, Winch::new()),

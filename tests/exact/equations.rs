@@ -1,6 +1,4 @@
-use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
-use taut_integrator::{Scheme, StepOptions};
-use taut_model::{Bodies, Constraint, Linearized, RowBounds, RowKind, Scene};
+use taut_tests::prelude::*;
 
 /// The equations of a step as dense matrices, made from the scene without the integrator's maps: velocities
 /// v⁺ = v + M̃⁻¹ (Δt f + Jᵀ μ) with J v⁺ + Σ μ = c. The past is like the present state.

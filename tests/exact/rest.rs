@@ -1,10 +1,5 @@
-use nalgebra::{UnitQuaternion, Vector3};
-use taut_integrator::{StepError, StepOptions, Stepper, static_equilibrium};
-use taut_measure::Choice;
-use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
-use taut_solver::Backend;
+use taut_tests::prelude::*;
 use taut_tests::scenes::slings;
-use taut_tests::{Worst, compiled_direct};
 const LENGTH: f64 = 10.0;
 
 fn backend() -> Backend {
@@ -119,11 +114,7 @@ fn rigid_slings_too_short_for_the_start_are_drawn_in() {
 /// EA in MN: a cable as soft as that is no cable, and what hangs on it is named.
 #[test]
 fn what_a_cable_too_soft_does_not_hold_is_named() {
-    let params = HoistParams {
-        ea: Some(20.0),
-        segment_mass: Some(1.0),
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.ea, p.segment_mass) = (Some(20.0), Some(1.0)));
     let found = static_equilibrium(params.build().expect("sound"), &backend());
     let error = found.expect_err("490-fold strain").to_string();
     assert!(error.contains("moved `load` the most"), "{error}");

@@ -1,7 +1,4 @@
-use nalgebra::Vector3;
-use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
-use taut_model::{Constraint, HoistParams, JointKind, RowLaw, Scene, Spherical};
-use taut_tests::Worst;
+use taut_tests::prelude::*;
 use taut_tests::scenes::rigid_chain;
 
 const DT: f64 = 1.0 / 60.0;

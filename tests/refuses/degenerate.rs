@@ -1,13 +1,7 @@
-use nalgebra::{Matrix3, Vector3};
-use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{
-    Body, Constraint, Distance, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError, Spherical,
-};
 use taut_output::check;
-use taut_solver::{Backend, DenseOptions, SolveError};
 use taut_studies::hard;
 use taut_tests::claims::audit;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 const STEPS: usize = 60;
@@ -22,12 +16,7 @@ fn choices() -> Vec<Choice> {
 }
 
 fn small() -> Scene {
-    let params = HoistParams {
-        segments: 4,
-        mass_ratio: 10.0,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.mass_ratio, p.seed) = (4, 10.0, 3));
     params.build().expect("sound parameters")
 }
 
@@ -93,11 +82,7 @@ fn under(gravity: f64) -> Scene {
 
 /// A hoist of one segment that has no mass to speak of.
 fn light() -> Result<Scene, SceneError> {
-    let params = HoistParams {
-        segments: 1,
-        mass_ratio: 1e-6,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.mass_ratio) = (1, 1e-6));
     params.build()
 }
 

@@ -1,12 +1,8 @@
-use nalgebra::Vector3;
-use taut_integrator::{StepError, Stepper};
-use taut_measure::Choice;
 use taut_measure::trajectory::steps_in;
 use taut_output::check::UNCONVERGED;
-use taut_solver::{SolveReport, forward_error, norm_inf};
 use taut_studies::hard::solvers;
+use taut_tests::prelude::*;
 use taut_tests::scenes::{BALL, DRAWN, ball_jointed, copies, overstretched};
-use taut_tests::{Worst, paper};
 
 const DT: f64 = 1.0 / 60.0;
 

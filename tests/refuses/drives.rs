@@ -1,11 +1,5 @@
-use nalgebra::Vector3;
-use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{
-    Body, Constraint, Frame, GantryParams, Hinge, MasslessCable, Mobility, Motor, RowLaw, Scene,
-    Slider, Spherical, Target, Topology,
-};
-use taut_tests::compiled;
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 
 /// The stepper's error for a scene, which takes one line.
 fn refusal(scene: &Scene) -> String {
@@ -21,10 +15,7 @@ fn a_control_of_any_size_ends_in_a_typed_error_or_not_at_all() {
     for value in [1e3, 1e9, 1e100, 1e200, f64::MAX] {
         for control in [0, 1] {
             for sign in [1.0, -1.0] {
-                let params = GantryParams {
-                    segments: 2,
-                    ..GantryParams::default()
-                };
+                let params = GantryParams::default().with(|p| p.segments = 2);
                 let scene = params.build().expect("builds");
                 let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
                 stepper.set_control(control, sign * value).expect("finite");
@@ -106,15 +97,9 @@ fn a_motor_without_force_lets_its_joint_run_free() {
             Frame::body(body, Vector3::x() * 0.1),
         ];
         let constraint = if slides {
-            Constraint::Slider(Slider {
-                motor,
-                ..Slider::new(frames)
-            })
+            Constraint::Slider(Slider::new(frames).with(|p| p.motor = motor))
         } else {
-            Constraint::Hinge(Hinge {
-                motor,
-                ..Hinge::new(frames)
-            })
+            Constraint::Hinge(Hinge::new(frames).with(|p| p.motor = motor))
         };
         scene.add_constraint("joint", constraint, 0);
         scene
@@ -166,9 +151,9 @@ fn a_winch_that_is_too_weak_slips_to_its_end() {
         }
     }
     for choice in compiled() {
-        let options = taut_tests::changed(choice.options(1.0 / 60.0), |o| {
-            o.backend = choice.backend.with_iterations(2000)
-        });
+        let options = choice
+            .options(1.0 / 60.0)
+            .with(|o| o.backend = choice.backend.with_iterations(2000));
         let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
         for n in 0..300 {
             stepper
@@ -190,18 +175,9 @@ fn a_winch_that_is_too_weak_slips_to_its_end() {
 /// No weight, and as few segments as there can be: nothing to hold is no fault, and what is driven moves.
 #[test]
 fn the_least_gantries_run() {
-    let weightless = GantryParams {
-        gravity: 0.0,
-        ..GantryParams::default()
-    };
-    let short = GantryParams {
-        segments: 1,
-        ..GantryParams::default()
-    };
-    let both = GantryParams {
-        gravity: 0.0,
-        ..short.clone()
-    };
+    let weightless = GantryParams::default().with(|p| p.gravity = 0.0);
+    let short = GantryParams::default().with(|p| p.segments = 1);
+    let both = short.clone().with(|p| p.gravity = 0.0);
     for params in [weightless, short, both] {
         let place = format!("g = {}, {} segments", params.gravity, params.segments);
         let scene = params.build().expect("builds");

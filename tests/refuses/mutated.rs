@@ -6,14 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
-use taut_integrator::{StepOptions, Stepper};
 use taut_measure::trajectory::{Limits, Simulation};
-use taut_model::SceneSource;
 use taut_model::named::NAMES;
 use taut_model::scene_file::SceneText;
 use taut_recording::Recorder;
 use taut_tests::fuzzing::{self, TARGETS};
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 use taut_tests::products::{Choices, scene::toml};
 use taut_tests::scenes::random_scene;
 

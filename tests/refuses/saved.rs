@@ -1,14 +1,10 @@
 use serde_json::{Value, json};
 use taut_bench::run_file::RunFile;
-use taut_integrator::{SavedRun, StepError, StepOptions, Stepper};
-use taut_model::GantryParams;
+use taut_tests::prelude::*;
 
 /// A saved run of a gantry as JSON.
 fn good() -> Value {
-    let params = GantryParams {
-        segments: 2,
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default().with(|p| p.segments = 2);
     let scene = params.build().expect("sound parameters");
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
     taut_tests::steps(&mut stepper, 3);

@@ -1,10 +1,6 @@
 use super::compiled;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use taut_integrator::{Form, StepError, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{Bodies, Body, Constraint, Frame, JointKind, RowLaw, Scene, Spherical};
-use taut_solver::{SolveError, forward_error};
-use taut_tests::paper;
+use nalgebra::Quaternion;
+use taut_tests::prelude::*;
 use taut_tests::scenes::{Pose, hoist};
 
 const DT: f64 = 1.0 / 60.0;

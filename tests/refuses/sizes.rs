@@ -1,11 +1,9 @@
 use super::compiled;
-use nalgebra::Vector3;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use taut_integrator::{StepOptions, Stepper};
 use taut_measure::matrix::{market, matrix_of};
-use taut_model::{Body, Constraint, Frame, HoistParams, RowLaw, Scene, Spherical};
-use taut_solver::{GeneralMatrix, SolveError};
+use taut_solver::GeneralMatrix;
+use taut_tests::prelude::*;
 
 /// Nothing here takes longer, on a machine that does other things too: each takes a second at most, and what goes through
 /// the memory or the numbers that a header announces takes hours.
@@ -38,11 +36,8 @@ fn a_cable_of_a_hundred_thousand_segments_steps() {
 #[test]
 fn a_topology_that_changes_in_every_step_is_stepped() {
     for backend in compiled() {
-        let options = StepOptions {
-            refinements: usize::from(!backend.is_iterative()),
-            backend,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default()
+            .with(|o| (o.refinements, o.backend) = (usize::from(!backend.is_iterative()), backend));
         let mut scene = Scene::new("growing");
         scene.gravity = Vector3::new(0.0, 0.0, -10.0);
         for n in 0..24 {

@@ -14,14 +14,11 @@
 //! inverse of the masses; the products, row by row over the entries of M, J and Σ; the norms. **Shared** are these
 //! pieces, read from the KKT matrix: that the Jacobian is right is shown elsewhere (`tests/exact/jacobians.rs`).
 
-use taut_integrator::{Form, StepError, Stepper};
-use taut_measure::choice::Choice;
+use crate::prelude::*;
 use taut_measure::claim::{ROUNDING, over};
 use taut_measure::matrix::Matrix;
 use taut_measure::matrix::dump::body_rows;
 use taut_measure::reference::{Snapshot, reference_choice};
-use taut_model::Scene;
-use taut_solver::{Backend, DoubleDouble, SolveReport, SymBlockMatrix, norm_inf, residual};
 
 /// Rows beyond which a scene has no part in an audit, and the dense solver none in that of a scene.
 const MOST_ROWS: usize = 3000;

@@ -8,23 +8,19 @@
 
 use crate::claims::{alone, over_claim};
 use crate::decode::Bytes;
+use crate::prelude::*;
 use crate::products::invariants::{Outcome, judge};
 use crate::products::{Choices, scene::toml, shrink::smallest};
-use nalgebra::Vector3;
 use std::fmt::Display;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 use taut_bench::run_file::RunFile;
-use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_measure::matrix::prepared::Problem;
 use taut_measure::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_model::scene_file::SceneText;
-use taut_model::{BendDefinition, Constraint, RowLaw, Scene, SceneSource, TwistDefinition};
 use taut_recording::{Recording, animation, page, still, table};
-use taut_solver::{
-    Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SolveReport, SymBlockMatrix,
-};
+use taut_solver::{GeneralMatrix, GeneralSolver};
 
 /// Most bodies of a scene that is stepped.
 const BODIES: usize = 40;

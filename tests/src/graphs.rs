@@ -1,9 +1,7 @@
 //! Scenes beyond one cable: branches, rings, nets and ladders of bodies with joints halfway between them.
 
-use crate::random::Random;
+use crate::prelude::*;
 use crate::scenes::joint;
-use nalgebra::Vector3;
-use taut_model::{Body, Frame, Scene};
 
 /// Distance between neighbours \[m].
 const STEP: f64 = 0.5;

@@ -20,6 +20,7 @@
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
 //! | `fuzzing`, `decode` | functions for arbitrary bytes, and the decoding of these bytes |
+//! | `prelude` | names that most tests use |
 //! | `machines` | random scenes of machines: motors, winches, static and driven bodies |
 //! | `products` | small scenes that join two to five features, and their invariants |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
@@ -46,6 +47,7 @@ pub mod decode;
 pub mod fuzzing;
 pub mod graphs;
 pub mod machines;
+pub mod prelude;
 pub mod products;
 pub mod scenes;
 pub mod systems;
@@ -111,15 +113,19 @@ pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
 /// The default step likewise, every step as it comes.
 #[must_use]
 pub fn unguarded(choice: &Choice, dt: f64) -> StepOptions {
-    changed(choice.options(dt), |o| o.guard = None)
+    choice.options(dt).with(|o| o.guard = None)
 }
 
-/// Options with a change.
-#[must_use]
-pub fn changed(mut options: StepOptions, change: impl FnOnce(&mut StepOptions)) -> StepOptions {
-    change(&mut options);
-    options
+/// A value with a change.
+pub trait With: Sized {
+    #[must_use]
+    fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
 }
+
+impl<T> With for T {}
 
 /// So many steps.
 ///

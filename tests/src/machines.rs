@@ -1,12 +1,8 @@
 //! Random scenes of what moves and is moved: hinges and sliders with motors, massless cables with winches, static and
 //! driven bodies, rows at their bounds and within.
 
-use crate::random::Random;
+use crate::prelude::*;
 use crate::scenes::{JOINTS, KINDS, anchor_motion, joint};
-use nalgebra::Vector3;
-use taut_model::{
-    Body, Constraint, Control, Drive, Frame, MasslessCable, Mobility, Motor, RowLaw, Scene, Winch,
-};
 
 /// Length of a rod \[m].
 const ROD: f64 = 0.5;
@@ -205,10 +201,8 @@ pub fn held_group(seed: u64, cables: usize, motors: usize) -> Scene {
             ..Winch::new()
         };
         let law = RowLaw::new(random.log_uniform(1e-6, 1e-3), 0.01);
-        let cable = MasslessCable {
-            winch: (random.below(2) == 0).then_some(winch),
-            ..MasslessCable::new(frames.into(), length, law)
-        };
+        let cable = MasslessCable::new(frames.into(), length, law)
+            .with(|p| p.winch = (random.below(2) == 0).then_some(winch));
         scene.add_constraint(format!("cable-{i}"), Constraint::MasslessCable(cable), 0);
     }
     for i in 0..motors {

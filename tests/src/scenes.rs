@@ -1,14 +1,8 @@
 //! Scenes for tests, and what can be done to a whole scene.
 
-use crate::random::Random;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use crate::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use taut_measure::poses;
-use taut_model::{
-    Body, Constraint, Control, Cosserat, Drive, Frame, Hinge, HoistParams, JointKind, JointLaw,
-    Lock, MasslessCable, Material, Motion, Motor, Paper, RowLaw, Scene, Side, Slider, Spherical,
-    Stiffness, Target,
-};
 
 pub use taut_measure::poses::Pose;
 

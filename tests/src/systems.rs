@@ -1,7 +1,6 @@
 //! Random block systems by their seeds: their names tell how to make them again.
 
-use crate::random::Random;
-use taut_solver::SolveError;
+use crate::prelude::*;
 use taut_solver::agreement::systems;
 
 pub use taut_solver::agreement::systems::{MOST_ROWS, Shape, System};

@@ -1,12 +1,11 @@
 //! Particle chains: Table I, Figs 2–5 and the claims about bending.
 
 use indicatif::ProgressBar;
-use taut_integrator::{StepOptions, Stepper};
-use taut_model::{ChainModel, ParticleChainParams};
 use taut_output::check::{Check, Outcome, Verdict, picture};
 use taut_studies::hard::Measured;
 use taut_studies::paper::table1::{self, BAR, ROWS};
 use taut_studies::paper::{self, chains, claims};
+use taut_tests::prelude::*;
 
 fn verdict(checks: &[Check], case: &str) -> Verdict {
     let found = checks.iter().find(|c| c.case == case);
@@ -51,13 +50,9 @@ fn table_1_is_reproduced_on_both_sides_of_its_limits() {
 #[test]
 fn a_hanging_chain_is_lost_where_linear_theory_says() {
     let holds = |ratio: f64| {
-        let params = ParticleChainParams {
-            load_mass: ratio,
-            horizontal: false,
-            seed: 3,
-            ..ParticleChainParams::default()
-        };
-        let options = taut_tests::changed(StepOptions::paper(), |o| o.dt = 1.0 / 60.0);
+        let params = ParticleChainParams::default()
+            .with(|p| (p.load_mass, p.horizontal, p.seed) = (ratio, false, 3));
+        let options = StepOptions::paper().with(|o| o.dt = 1.0 / 60.0);
         let mut stepper = Stepper::new(params.build().expect("builds"), options).expect("sound");
         let aside = |stepper: &Stepper| {
             let places = stepper.scene().bodies.position.iter();

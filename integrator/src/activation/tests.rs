@@ -1,7 +1,4 @@
-use crate::testing::{cable, centre, link, on_earth, origin, reeled, winch};
-use crate::{Guard, StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene, Winch};
+use crate::testing::*;
 
 pub(super) const G: f64 = 9.81;
 pub(super) const DT: f64 = 1.0 / 60.0;
@@ -225,11 +222,7 @@ fn drift_is_taken_back_over_the_whole_step() {
     let mut scene = falling(-gap, 0.0);
     // So that no step is as its linearisation says.
     scene.bodies.velocity[0].x = 1.0;
-    let guard = Guard {
-        tolerance: f64::MIN_POSITIVE,
-        substeps: 8,
-        ..Guard::default()
-    };
+    let guard = Guard::default().with(|g| (g.tolerance, g.substeps) = (f64::MIN_POSITIVE, 8));
     let options = options(DT / 4.0, 1).with(|o| o.guard = Some(guard));
     let speed = gap / options.dt;
     let mut stepper = Stepper::new(scene, options).unwrap();
@@ -356,11 +349,8 @@ fn a_rod_beside_a_rigid_rope_takes_its_load_over() {
 #[test]
 fn a_motor_that_is_too_weak_for_its_load_stands_at_the_drum_s_end() {
     for (omega, part) in [(1.0, 0.5), (3.0, 0.9), (100.0, 0.3)] {
-        let winch = Winch {
-            force_limit: part * LOAD * G,
-            longest: LENGTH + 0.1,
-            ..winch(-0.5)
-        };
+        let winch =
+            winch(-0.5).with(|w| (w.force_limit, w.longest) = (part * LOAD * G, LENGTH + 0.1));
         let scene = falling_on(0.0, RowLaw::new(compliance(omega), 0.0), Some(winch));
         let watched = options(DT, 1).with(|o| o.energy_tolerance = Some(0.2));
         let mut stepper = Stepper::new(scene, watched).unwrap();

@@ -1,13 +1,9 @@
 //! Ropes with dampers that are slack at first: against the law's own motion, over floors, sheaves and winches.
 
 use super::tests::{DT, G, ball, hung, options, rope};
-use crate::Stepper;
 use crate::contact::tests::add_box;
 use crate::slip::tests::cable_length;
-use crate::testing::{attach, brake, cable, centre, event, on_earth, over, reeled, sheave, winch};
-use nalgebra::Vector3;
-use taut_model::collide::{Collider, Shape, Surface};
-use taut_model::{Frame, RowLaw, Scene, When, Winch};
+use crate::testing::*;
 
 const MASS: f64 = 100.0;
 
@@ -145,11 +141,7 @@ fn standing(law: RowLaw, slack: f64, speed: f64) -> Scene {
         Frame::body(load, Vector3::z() * 0.5),
     ];
     let cable = reeled(
-        Winch {
-            speed,
-            since: 0.05,
-            ..Winch::new()
-        },
+        Winch::new().with(|w| (w.speed, w.since) = (speed, 0.05)),
         frames,
         4.0 + slack,
         law,
@@ -436,10 +428,7 @@ fn a_load_flies_on_from_a_winch_at_its_end() {
         for speed in [0.8, 1.5] {
             let at = Vector3::z() * (-3.0 - 40.0 * 9.81 * compliance);
             let (ends, law) = ([at, Vector3::zeros()], RowLaw::new(compliance, 0.05));
-            let winch = Winch {
-                shortest: 2.4,
-                ..winch(-speed)
-            };
+            let winch = winch(-speed).with(|w| w.shortest = 2.4);
             let mut scene = hung(40.0, ends, 3.0, law, Some(winch));
             scene.bodies.velocity[0].z = speed;
             let mut stepper = Stepper::new(scene, options(DT, 1)).unwrap();

@@ -1,13 +1,6 @@
 //! Contacts against closed formulas, forms and solvers against each other, heaps, saved runs, bad input.
 
-use crate::testing::on_earth;
-use crate::{Energy, Form, StepError, StepOptions, Stepper};
-use nalgebra::{UnitQuaternion, Vector3};
-use taut_model::collide::{Collider, Shape, Surface};
-use taut_model::{
-    Body, Cable, CableEnd, Frame, HoistParams, MasslessCable, Material, RowLaw, Scene,
-};
-use taut_solver::Backend;
+use crate::testing::*;
 
 mod blows;
 mod momenta;
@@ -18,17 +11,11 @@ mod thrown;
 const G: f64 = 9.81;
 
 pub(crate) fn rough(friction: f64) -> Surface {
-    Surface {
-        friction,
-        ..Surface::default()
-    }
+    Surface::default().with(|s| s.friction = friction)
 }
 
 pub(crate) fn bouncing(restitution: f64, friction: f64) -> Surface {
-    Surface {
-        restitution,
-        ..rough(friction)
-    }
+    rough(friction).with(|s| s.restitution = restitution)
 }
 
 fn tilt(slope: f64) -> UnitQuaternion<f64> {
@@ -50,10 +37,7 @@ pub(crate) fn ground(slope: f64, surface: Surface) -> Scene {
 pub(crate) fn add(scene: &mut Scene, body: Body, shape: Shape, surface: Surface) -> usize {
     let name = format!("body-{}", scene.bodies.len());
     let i = scene.add_body(&name, body);
-    scene.add_collider(Collider {
-        surface,
-        ..Collider::new(name, Some(i), shape)
-    });
+    scene.add_collider(Collider::new(name, Some(i), shape).with(|p| p.surface = surface));
     i
 }
 
@@ -185,11 +169,7 @@ fn a_pushed_ball_slides_and_then_rolls() {
 
 /// A hoist that has come loose, above the ground and drifting, with balls for segments.
 fn fallen(options: StepOptions) -> Stepper {
-    let params = HoistParams {
-        segments: 24,
-        mass_ratio: 1e3,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.mass_ratio) = (24, 1e3));
     let mut scene = params.hanging_equilibrium().unwrap();
     let load = scene.load.unwrap();
     scene.add_collider(Collider {
@@ -218,11 +198,8 @@ fn a_fallen_cable_lies_the_same_by_all_forms_and_solvers() {
     let mut places: Vec<(String, Vec<Vector3<f64>>)> = Vec::new();
     for backend in direct {
         for form in [Form::Schur, Form::Kkt] {
-            let options = StepOptions {
-                form,
-                backend: backend.clone(),
-                ..StepOptions::default()
-            };
+            let options =
+                StepOptions::default().with(|o| (o.form, o.backend) = (form, backend.clone()));
             if options.validate().is_err() {
                 continue;
             }
@@ -370,11 +347,7 @@ fn a_column_that_is_split_into_groups_stands() {
 fn a_soft_floor_carries_what_lies_on_it_in_steps_of_any_length() {
     let mass = 200.0;
     for (compliance, damping) in [(1e-10, 0.0), (1e-6, 0.01), (1e-4, 0.05)] {
-        let surface = Surface {
-            compliance,
-            damping,
-            ..rough(0.3)
-        };
+        let surface = rough(0.3).with(|s| (s.compliance, s.damping) = (compliance, damping));
         for substeps in [1, 8, 32] {
             let mut scene = ground(0.0, surface);
             let body = Body::sphere(0.5, mass).at(Vector3::z() * 0.5);

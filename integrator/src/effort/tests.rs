@@ -1,10 +1,9 @@
 use super::Effort;
-use crate::{StepError, StepOptions, Stepper};
+use crate::testing::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
-use taut_model::{ContactScene, ContactSceneParams, Scene};
 use taut_solver::coulomb::ConeMethod;
 
 /// A pile of cables under this gravity: 10⁹ m/s² crush them into dense problems without a solution.
@@ -83,10 +82,7 @@ fn columns_through_the_joints_and_passes_count() {
     let mut free = Stepper::new(scene, StepOptions::default()).expect("sound");
     free.step().expect("a step");
     assert_eq!(free.step.effort.all, 0.0);
-    let guard = Some(crate::Guard {
-        tolerance: 1e-15,
-        ..crate::Guard::default()
-    });
+    let guard = Some(crate::Guard::default().with(|g| g.tolerance = 1e-15));
     let guarded = free.options().clone().with(|o| o.guard = guard);
     free.set_options(guarded).expect("sound");
     let passes = free.step().expect("a step");

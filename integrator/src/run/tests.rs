@@ -1,19 +1,11 @@
 use super::*;
-use crate::Form;
-use crate::testing::{centre, origin};
-use nalgebra::{Matrix3, Vector3};
-use taut_model::{Body, Constraint, Motion, RowLaw, Spherical};
+use crate::testing::*;
 
 const DT: f64 = 1.0 / 60.0;
 
 fn options(form: Form) -> StepOptions {
     let dense = taut_solver::Backend::Dense(taut_solver::DenseOptions::default());
-    StepOptions {
-        dt: DT,
-        form,
-        backend: dense,
-        ..StepOptions::paper()
-    }
+    StepOptions::paper().with(|o| (o.dt, o.form, o.backend) = (DT, form, dense))
 }
 
 /// A body of 2 kg at `x` held at its centre to the world's origin, without gravity.
@@ -182,10 +174,7 @@ fn a_failed_step_leaves_no_tension_behind() {
 /// A step that is redone has the tension that it began with, whatever guess its solves start from.
 #[test]
 fn the_tension_of_a_step_that_is_taken_back_comes_back() {
-    let guard = crate::Guard {
-        tolerance: f64::MIN_POSITIVE,
-        ..crate::Guard::default()
-    };
+    let guard = crate::Guard::default().with(|g| g.tolerance = f64::MIN_POSITIVE);
     let [a, b] = [0.0, -10.0].map(|guess| {
         let mut stepper = hanging(Some(guard));
         let bodies = stepper.scene().bodies.clone();
@@ -295,11 +284,7 @@ fn a_warm_start_is_the_default_and_saves_iterations() {
 }
 
 fn hoist() -> Scene {
-    let params = taut_model::HoistParams {
-        segments: 4,
-        move_x: 0.5,
-        ..taut_model::HoistParams::default()
-    };
+    let params = taut_model::HoistParams::default().with(|p| (p.segments, p.move_x) = (4, 0.5));
     params.build().unwrap()
 }
 

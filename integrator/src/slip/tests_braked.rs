@@ -1,12 +1,8 @@
 //! Loads that come down on the ground while their rope slips over a sheave and off a drum.
 
 use super::tests::{G, R, cable_length, options, xz};
-use crate::Stepper;
 use crate::contact::tests::{add, ground, rough};
-use crate::testing::{brake, centre, over, sheave};
-use nalgebra::Vector3;
-use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Frame, RowLaw, Scene};
+use crate::testing::*;
 
 /// A ball `drop` above the ground whose drum, before a sheave, holds a part of its weight.
 fn braked(mass: f64, drop: f64, friction: f64, part: f64) -> Scene {

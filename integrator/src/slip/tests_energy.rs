@@ -1,10 +1,8 @@
 //! Energy over sheaves with friction: step by step, and never gained.
 
 use super::tests::{DT, G, options, reeving, tensions, total_energy, total_length};
-use crate::{GeometricStiffness, Scheme, StepOptions, Stepper};
-use nalgebra::Vector3;
+use crate::testing::*;
 use taut_model::body_vectors::unpacked;
-use taut_model::{Controls, GantryParams};
 
 /// Energy of one unguarded step that is not accounted for \[J]. φ̂ is the predicted φ, d the drives
 /// and slips ∂φ/∂t, and G the work of the geometric stiffness through M and Δt f:
@@ -40,11 +38,7 @@ fn residual_of_the_step(stepper: &mut Stepper) -> f64 {
 }
 
 fn implicit() -> StepOptions {
-    StepOptions {
-        scheme: Scheme::LinearlyImplicit,
-        guard: None,
-        ..options()
-    }
+    options().with(|o| (o.scheme, o.guard) = (Scheme::LinearlyImplicit, None))
 }
 
 #[test]
@@ -52,11 +46,7 @@ fn the_energy_of_each_step_is_accounted_for() {
     for seed in 1..=20 {
         let scene = reeving(seed);
         let size: f64 = scene.bodies.mass.iter().sum::<f64>() * G * 3.0;
-        let plain = StepOptions {
-            stiffness: GeometricStiffness::Off,
-            dt: DT / 4.0,
-            ..implicit()
-        };
+        let plain = implicit().with(|o| (o.stiffness, o.dt) = (GeometricStiffness::Off, DT / 4.0));
         let mut stepper = Stepper::new(scene, plain).unwrap();
         for step in 0..100 {
             let compliance = stepper.linearized().compliance.clone();
@@ -117,11 +107,7 @@ fn friction_never_adds_energy_and_keeps_its_cone() {
     for seed in 1..=40 {
         let scene = reeving(seed);
         let frictions: Vec<f64> = scene.capstans.iter().map(|c| c.friction).collect();
-        let options = StepOptions {
-            scheme: Scheme::LinearlyImplicit,
-            dt: DT / 4.0,
-            ..options()
-        };
+        let options = options().with(|o| (o.scheme, o.dt) = (Scheme::LinearlyImplicit, DT / 4.0));
         let mut stepper = Stepper::new(scene, options).unwrap();
         let whole = total_length(stepper.scene());
         let mut start = None;

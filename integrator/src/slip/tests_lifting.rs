@@ -1,20 +1,14 @@
 //! Cables that leave sheaves and lie down on them.
 
 use super::tests::{DT, G, Numbers, options, reeving, tackle, total_energy, total_length, xz};
-use crate::testing::{centre, on_earth, origin, over, sheave};
-use crate::{Scheme, StepOptions, Stepper};
-use nalgebra::{Matrix3, Vector3};
-use taut_model::{Body, Constraint, Frame, RowLaw, Sheave};
+use crate::testing::*;
 
 /// A cable between two points at the height 0, and a sheave that it passes by, in its sense of travel.
 fn beside(hub: Vector3<f64>) -> Stepper {
     let mut scene = on_earth("beside");
     let load = scene.add_body("load", Body::particle(10.0).at(xz(4.0, 0.0)));
     scene.bodies.force[load] = Vector3::new(100.0, 0.0, 10.0 * G);
-    let off = Sheave {
-        lay: taut_model::Lay::Off { clear: false },
-        ..Sheave::new(0.2)
-    };
+    let off = Sheave::new(0.2).with(|p| p.lay = taut_model::Lay::Off { clear: false });
     let frames = vec![
         origin(),
         Frame::world(hub).along(&Vector3::y()),
@@ -61,18 +55,11 @@ fn bouncing(friction: f64) -> Stepper {
         hub.along(&-Vector3::y()),
         Frame::world(xz(2.0, 0.0)),
     ];
-    let sheave = Sheave {
-        friction,
-        lay: taut_model::Lay::Off { clear: true },
-        ..Sheave::new(0.2)
-    };
+    let sheave = Sheave::new(0.2)
+        .with(|p| (p.friction, p.lay) = (friction, taut_model::Lay::Off { clear: true }));
     let cable = over(sheave, frames, 3.99, RowLaw::new(1e-4, 0.0));
     scene.reeve("rope", &cable, 0).unwrap();
-    let options = StepOptions {
-        dt: DT / 8.0,
-        scheme: Scheme::LinearlyImplicit,
-        ..options()
-    };
+    let options = options().with(|o| (o.dt, o.scheme) = (DT / 8.0, Scheme::LinearlyImplicit));
     Stepper::new(scene, options).unwrap()
 }
 

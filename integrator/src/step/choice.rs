@@ -90,8 +90,7 @@ fn may_iterate(scene: &Scene) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Stepper;
-    use taut_model::{Collider, Network, NetworkParams, Shape, named};
+    use crate::testing::*;
 
     fn stepped(scene: &Scene, form: Form, backend: Backend) -> Stepper {
         let options = StepOptions {

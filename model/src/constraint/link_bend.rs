@@ -153,10 +153,9 @@ impl Facts for LinkBend {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check_jacobian;
     use crate::constraint::testing::{BAR, LAW, Poses};
-    use crate::constraint::{Constraint, RowKind};
-    use crate::{Body, Linearized, Motion, Scene, check_jacobian};
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
 
     /// Three bodies with the points at `points`, attached off their centres where `levers` are given.
     fn scene(points: [Vector3<f64>; 3], levers: Option<u64>, definition: BendDefinition) -> Scene {

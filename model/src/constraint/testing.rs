@@ -1,13 +1,10 @@
 //! Random two-body scenes with a given relative rotation, for the tests of the constraints.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use crate::testing::*;
+use nalgebra::Rotation3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::{Constraint, RowLaw};
-use crate::body::Body;
-use crate::frame::Frame;
-use crate::scene::Scene;
 use crate::testing::{JacobianCheck, check_jacobian};
 
 /// Largest relative error of a row that the tests accept.

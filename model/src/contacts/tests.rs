@@ -1,10 +1,8 @@
 //! Gaps and normals of all pairs of shapes against formulas.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::testing::*;
 
 use super::*;
-use crate::body::Body;
-use crate::collide::Collider;
 
 /// How exact gaps, points and normals are in shapes of about 1 m.
 pub(super) const EXACT: f64 = 1e-12;

@@ -1,11 +1,9 @@
 //! The second order of gaps against differences of what the narrow phase finds.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::testing::*;
 
 use super::tests::v;
 use super::*;
-use crate::body::Body;
-use crate::collide::Collider;
 
 /// Radius of the round things, and the capsule's.
 const WIDE: f64 = 0.2;

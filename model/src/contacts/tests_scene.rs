@@ -1,15 +1,9 @@
 //! Which pairs of a scene have contacts, and when.
 
-use nalgebra::Vector3;
+use crate::testing::*;
 
 use super::tests::{EXACT, contacts, v};
 use super::*;
-use crate::body::Body;
-use crate::cable::{Cable, CableEnd, Segments};
-use crate::collide::Collider;
-use crate::constraint::{MasslessCable, RowLaw, Spherical};
-use crate::frame::Frame;
-use crate::material::Material;
 
 /// Balls of 1 m that all overlap each other and the ground.
 fn heap(count: usize) -> Scene {
@@ -94,15 +88,9 @@ fn a_cable_meets_the_ground_and_not_itself() {
     let mut scene = Scene::new("laid");
     scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
     let ends = [v(0.0, 0.0, 0.01), v(4.0, 0.0, 0.01)].map(CableEnd::Free);
-    let surface = Surface {
-        friction: 0.2,
-        ..Surface::default()
-    };
-    let cable = Cable {
-        segments: Segments::Equal(4),
-        collide: Some(surface),
-        ..Cable::round("rope", &Material::STEEL, 0.01, ends)
-    };
+    let surface = Surface::default().with(|s| s.friction = 0.2);
+    let cable = Cable::round("rope", &Material::STEEL, 0.01, ends)
+        .with(|p| (p.segments, p.collide) = (Segments::Equal(4), Some(surface)));
     scene.add_cable(&cable).expect("lies");
     assert_eq!(scene.validate(), Ok(()));
     let names: Vec<_> = scene.colliders.iter().map(|c| c.name.as_str()).collect();
@@ -134,14 +122,8 @@ fn a_cable_meets_the_ground_and_not_itself() {
         "{fault}"
     );
     scene = before;
-    let bad = Cable {
-        name: "bad".into(),
-        collide: Some(Surface {
-            friction: -1.0,
-            ..surface
-        }),
-        ..cable
-    };
+    let bad = cable
+        .with(|p| (p.name, p.collide) = ("bad".into(), Some(surface.with(|s| s.friction = -1.0))));
     let before = scene.clone();
     let fault = scene.add_cable(&bad).expect_err("friction").to_string();
     assert!(

@@ -1,19 +1,12 @@
 //! Joints in packs beside single ones.
 
 use super::*;
-use crate::constraint::MAX_ROWS;
-use crate::{
-    Body, Cosserat, Frame, HoistParams, JointLaw, Linearized, Paper, RowLaw, update_windings,
-};
-use nalgebra::UnitQuaternion;
+use crate::testing::*;
 
 /// A cable whose joints bend and twist by about `angle`, of every number of joints in the last pack.
 fn cable(segments: usize, angle: f64, seed: u64) -> Scene {
-    let params = HoistParams {
-        segments,
-        anchor: crate::End::Clamped,
-        ..HoistParams::default()
-    };
+    let params =
+        HoistParams::default().with(|p| (p.segments, p.anchor) = (segments, crate::End::Clamped));
     let mut scene = params.build().expect("builds");
     let mut state = seed;
     let mut number = || {

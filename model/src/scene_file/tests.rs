@@ -2,8 +2,7 @@
 
 use super::testing::{check_faults, fault, says};
 use super::*;
-use crate::HoistParams;
-use crate::cable::JointKind;
+use crate::testing::*;
 use proptest::prelude::*;
 
 fn hoist(source: &SceneSource) -> &HoistParams {

@@ -1,10 +1,9 @@
 //! Shapes that can touch, as entries: what they are in a scene, back again, and their faults.
 
-use nalgebra::Vector3;
+use crate::testing::*;
 
+use super::SceneText;
 use super::testing::{built, check_faults, fault, reads_back, round_trip, says};
-use super::{SceneSource, SceneText};
-use crate::collide::{DEFAULT_GROUP, Shape, Surface};
 
 const YARD: &str = r#"
 [[body]]

@@ -1,13 +1,9 @@
 //! Tests of what moves: mobility, hinges, sliders, motors, winches, controls, and of their faults.
 
-use nalgebra::{Matrix3, Vector3};
+use crate::testing::*;
 
+use super::SceneText;
 use super::testing::{built, check_faults, fault, says};
-use super::{SceneSource, SceneText};
-use crate::body::{Body, Mobility};
-use crate::constraint::{Constraint, Motor, RowLaw, Target, Winch};
-use crate::frame::axes_along;
-use crate::scene::Drive;
 
 const CRANE: &str = r#"name = "crane"
 [[body]]

@@ -1,8 +1,7 @@
 //! Events as entries, and their faults.
 
-use super::SceneSource;
 use super::testing::{built, check_faults, reads_back, round_trip};
-use crate::scene::{Action, When};
+use crate::testing::*;
 
 const CRANE: &str = r#"
 load = "block"

@@ -1,14 +1,8 @@
 //! Tests of explicit scenes.
 
-use nalgebra::Vector3;
+use crate::testing::*;
 
-use super::SceneSource;
 use super::testing::{built, check_faults, fault, reads_back, says};
-use crate::constraint::{Constraint, RowLaw};
-use crate::frame::Side;
-use crate::linearized::Linearized;
-use crate::motion::Motion;
-use crate::scene::Scene;
 
 const CRANE: &str = r#"
 name = "crane"

@@ -1,18 +1,11 @@
 //! Tests of scenes written and read back. Equality is that of the bits: Rust's debug text tells −0 from 0.
 
-use nalgebra::Vector3;
+use crate::testing::*;
 
+use super::SceneText;
 use super::keys::{self, Described};
 use super::testing::{reads_back, round_trip, says};
-use super::{SceneSource, SceneText};
-use crate::body::Body;
-use crate::constraint::{Constraint, Distance, RowLaw};
-use crate::contact_scenes::ContactScene;
-use crate::frame::Frame;
 use crate::named::NAMES;
-use crate::network::Network;
-use crate::reeved::Reeved;
-use crate::scene::Scene;
 
 #[test]
 fn every_named_scene() {

@@ -1,10 +1,7 @@
 //! Lengths of massless cables by their paths, and ropes that are too short.
 
-use super::SceneSource;
 use super::testing::{built, check_faults, fault, reads_back, round_trip, says};
-use crate::Note;
-use crate::constraint::Constraint;
-use crate::scene::Scene;
+use crate::testing::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A rope from a drum with 2½ turns over a sheave to a hook: `LENGTH` stands for its length and stiffness.

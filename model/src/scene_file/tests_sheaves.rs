@@ -2,8 +2,7 @@
 
 use super::SceneText;
 use super::testing::{built, check_faults, round_trip};
-use crate::constraint::{Constraint, Lay};
-use crate::linearized::update_windings;
+use crate::testing::*;
 
 /// A load on a cable from a drum over a sheave with friction and one without.
 const REEVED: &str = r#"name = "reeved"

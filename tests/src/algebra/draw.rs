@@ -1,9 +1,8 @@
 //! Draws the system of a seed: a matrix of some kind, rank and scaling, written as a file might be,
 //! with explicit zeros, repeated entries, empty rows and blocks.
 
-use crate::random::Random;
+use crate::prelude::*;
 use taut_measure::matrix::market::Market;
-use taut_solver::DoubleDouble;
 
 /// Structure of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

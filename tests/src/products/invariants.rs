@@ -7,9 +7,7 @@
 
 use super::run::{Case, Moment, Part, Run};
 use super::{Choices, End, Form, G, RATE, contacts, paired, ropes};
-use nalgebra::Vector3;
-use taut_integrator::{ContactForce, StepError};
-use taut_model::SceneError;
+use crate::prelude::*;
 
 /// A violated invariant.
 #[derive(Debug, Clone)]

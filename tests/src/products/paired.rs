@@ -3,9 +3,7 @@
 use super::invariants::{Fault, order, ringing};
 use super::run::{Case, Moment, Run, options, sleep, steps};
 use super::{Choices, G, Other, RATE, Rope, scene};
-use nalgebra::Vector3;
-use taut_integrator::{StepOptions, Stepper};
-use taut_model::SceneSource;
+use crate::prelude::*;
 
 /// Contacts beyond which a scene is not run with shorter steps.
 const MANY: usize = 8;
@@ -71,10 +69,7 @@ pub(super) fn saved(case: &Case) -> Fault {
 
 pub(super) fn estimated(case: &Case) -> Fault {
     let own = options(&case.choices);
-    let other = StepOptions {
-        estimate: own.estimate.is_none().then_some(2),
-        ..own
-    };
+    let other = own.with(|o| o.estimate = o.estimate.is_none().then_some(2));
     differs(&case.run.steps, &again(case, other, steps())?, 0)
 }
 
@@ -134,10 +129,7 @@ pub(super) fn asleep(case: &Case) -> Fault {
     }
     let own = options(&case.choices);
     let (sleeps, distance) = (own.sleep.is_some(), sleep().distance);
-    let other = StepOptions {
-        sleep: (!sleeps).then(sleep),
-        ..own
-    };
+    let other = own.with(|o| o.sleep = (!sleeps).then(sleep));
     let other = again(case, other, steps())?;
     let slept = if sleeps { &case.run } else { &other };
     let since = slept.steps.iter().position(|m| m.report.asleep)?;

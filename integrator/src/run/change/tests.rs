@@ -1,19 +1,11 @@
 use super::*;
 use crate::contact::tests::{add_box, ground};
-use crate::testing::{centre, dense, on_earth, origin};
-use nalgebra::Vector3;
-use taut_model::collide::Surface;
-use taut_model::{
-    CableEnd, Frame, GantryParams, JointKind, Lock, Material, Motor, RowLaw, Segments, Slider,
-};
+use crate::testing::*;
 
 const WEIGHT: f64 = 9.81;
 
 fn gantry() -> Stepper {
-    let params = GantryParams {
-        segments: 4,
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default().with(|p| p.segments = 4);
     Stepper::new(params.build().unwrap(), dense()).unwrap()
 }
 
@@ -285,11 +277,8 @@ fn a_winch_rope_added_later_hangs_and_holds() {
         .change(|edit| {
             let bottom = edit.scene().bodies.position[1];
             let ends = [CableEnd::Pinned(centre(0)), CableEnd::Pinned(centre(1))];
-            let cable = Cable {
-                segments: Segments::Equal(6),
-                joint: JointKind::Spherical,
-                ..Cable::round("rope", &Material::STEEL, 0.005, ends)
-            };
+            let cable = Cable::round("rope", &Material::STEEL, 0.005, ends)
+                .with(|p| (p.segments, p.joint) = (Segments::Equal(6), JointKind::Spherical));
             assert!(bottom.z < -5.0);
             edit.add_cable(&cable)
         })

@@ -1,8 +1,6 @@
 use super::{ErrorEstimate, ErrorPart};
-use crate::{StepError, StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::{GantryParams, HoistParams, Scene};
-use taut_solver::{Backend, CgOptions};
+use crate::testing::*;
+use taut_solver::CgOptions;
 
 /// A hoist whose anchor moves by a metre in a second.
 fn jerked(segments: usize) -> Scene {
@@ -57,12 +55,8 @@ fn the_order_is_that_of_the_scheme() {
         estimate,
         ..StepOptions::paper()
     };
-    let swing = HoistParams {
-        segments: 2,
-        mass_ratio: 1.0,
-        initial_angle: 0.2,
-        ..HoistParams::default()
-    };
+    let swing = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.initial_angle) = (2, 1.0, 0.2));
     let scene = || swing.build().expect("built");
     let (fine, _) = run(scene(), paper(32, None), 120);
     let (coarse, estimate) = run(scene(), paper(1, Some(2)), 120);
@@ -115,19 +109,13 @@ fn steps_that_are_not_compared_are_counted() {
 #[test]
 fn few_iterations_show() {
     let error = |backend: Backend| {
-        let options = StepOptions {
-            refinements: usize::from(!backend.is_iterative()),
-            backend,
-            ..with(Some(2))
-        };
+        let options = with(Some(2))
+            .with(|o| (o.refinements, o.backend) = (usize::from(!backend.is_iterative()), backend));
         let mut stepper = Stepper::new(jerked(12), options).expect("built");
         let steps = (0..60).map(|_| stepper.step().expect("steps").error);
         steps.last().flatten().expect("estimated").algebra
     };
-    let few = CgOptions {
-        iterations: 4,
-        ..CgOptions::default()
-    };
+    let few = CgOptions::default().with(|p| p.iterations = 4);
     let [direct, few] = [Backend::Banded, Backend::ConjugateGradient(few)].map(error);
     assert!(direct < 1e-12 && few > 1e3 * direct, "{direct} {few}");
 }
@@ -162,12 +150,8 @@ fn the_largest_part_is_known() {
         ([1.0, 2.0, 3.0], ErrorPart::Segments),
     ] {
         let [time, algebra, segments] = parts;
-        let error = ErrorEstimate {
-            time,
-            algebra,
-            segments,
-            ..ErrorEstimate::default()
-        };
+        let error = ErrorEstimate::default()
+            .with(|p| (p.time, p.algebra, p.segments) = (time, algebra, segments));
         assert_eq!(error.largest(), largest, "{error:?}");
     }
 }

@@ -1,12 +1,5 @@
 use crate::contact::tests::{add_box, ground};
-use crate::testing::{
-    attach, centre, dense, event, link, on_earth, origin, over_force, reeled, set, winch,
-};
-use crate::{Scheme, StepError, StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::collide::Surface;
-use taut_model::{Action, Body, Event, Frame, GantryParams, RowLaw, Scene, SceneError, When};
-use taut_model::{Cable, CableEnd, Control, MasslessCable, Material, Segments, Winch};
+use crate::testing::*;
 
 /// 100 kg on two equal links side by side.
 fn twins() -> Scene {
@@ -228,11 +221,8 @@ fn landing(pinned: [bool; 2], limit: f64) -> Stepper {
             CableEnd::Clamped(frames[k])
         }
     };
-    let cable = Cable {
-        segments: Segments::Equal(12),
-        winch: Some(Winch::new()),
-        ..Cable::round("rope", &Material::STEEL, 0.01, [end(0), end(1)])
-    };
+    let cable = Cable::round("rope", &Material::STEEL, 0.01, [end(0), end(1)])
+        .with(|p| (p.segments, p.winch) = (Segments::Equal(12), Some(Winch::new())));
     let parts = scene.add_cable(&cable).unwrap();
     let lead = parts.joints[0];
     scene.controls.push(Control::of("lower", lead, 1.0));
@@ -488,12 +478,7 @@ fn what_is_let_go_falls_from_then_on() {
                     vec![Action::Release(scene.constraint(name).unwrap())],
                 ));
             }
-            let options = StepOptions {
-                dt,
-                substeps,
-                scheme,
-                ..dense()
-            };
+            let options = dense().with(|o| (o.dt, o.substeps, o.scheme) = (dt, substeps, scheme));
             let mut stepper = Stepper::new(scene, options).unwrap();
             let start = stepper.scene().bodies.position[0].z;
             let steps = (1.0 / dt).round() as usize;

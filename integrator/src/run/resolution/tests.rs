@@ -1,11 +1,8 @@
 //! Cables that refine themselves.
 
-use super::*;
-use crate::testing::{centre, on_earth, origin, winch};
-use crate::{ConstraintId, StepOptions};
-use nalgebra::Vector3;
+use super::{Resolved, *};
+use crate::testing::*;
 use taut_model::scene::resolution::Resolution;
-use taut_model::{Body, Cable, CableEnd, Damping, Material, Segments, Stiffness};
 
 const RULE: Resolution = Resolution {
     bend: 0.05,
@@ -157,10 +154,7 @@ fn a_winch_takes_from_long_segments() {
 /// The piece cut off below a winch splits by its rule, and the winch goes on.
 #[test]
 fn a_cable_that_is_cut_below_its_winch_goes_on() {
-    let fine = Resolution {
-        shortest: 0.2,
-        ..RULE
-    };
+    let fine = RULE.with(|p| p.shortest = 0.2);
     let (mut stepper, lead) = hoist(500.0, Some(fine));
     for k in 0..240 {
         if k == 120 {
@@ -236,10 +230,7 @@ fn of_ends(
     if exchanged {
         ends.reverse();
     }
-    let rule = Resolution {
-        bend,
-        ..Resolution::default()
-    };
+    let rule = Resolution::default().with(|p| p.bend = bend);
     let cable = Cable {
         segments: Segments::Equal(segments),
         points: vec![Vector3::new(1.5, 0.0, -1.5)],

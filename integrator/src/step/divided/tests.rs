@@ -1,10 +1,4 @@
-use crate::testing::{centre, origin, winch};
-use crate::{StepOptions, Stepper};
-use nalgebra::{Matrix3, Vector3};
-use taut_model::{
-    Body, Constraint, Control, Frame, Hinge, MasslessCable, Motor, RowLaw, Scene, Spherical,
-    Target, Winch,
-};
+use crate::testing::*;
 
 /// A body that is held to the world's origin by a ball joint at `point` of it.
 fn pendulum(body: Body, point: Vector3<f64>) -> Scene {
@@ -41,11 +35,7 @@ fn fast() -> [Scene; 3] {
 
 /// Place of the body after 2 s, the energy \[J] that it lost, and the error that the run told.
 fn run(scene: &Scene, substeps: usize) -> (Vector3<f64>, f64, f64) {
-    let options = StepOptions {
-        substeps,
-        estimate: Some(2),
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| (o.substeps, o.estimate) = (substeps, Some(2)));
     let mut stepper = Stepper::new(scene.clone(), options).unwrap();
     let energy = |scene: &Scene| scene.kinetic_energy() + scene.potential_energy();
     let mut told = 0.0;

@@ -1,7 +1,6 @@
 use super::*;
 use crate::step::guarded::Pass;
-use crate::{Scheme, StepOptions, Stepper};
-use taut_model::HoistParams;
+use crate::testing::*;
 
 /// The derivative of Ψ is −λ', with compliance and without, inside the limits and at them; with e = ε it is g²/(2ε).
 #[test]

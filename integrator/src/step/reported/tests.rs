@@ -1,11 +1,7 @@
 //! Forces of a step against the change of momentum in it, where several solves or a blow share it.
 
 use crate::contact::tests::{add, bouncing, ground};
-use crate::testing::{centre, link, winch};
-use crate::{StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Frame, MasslessCable, RowLaw, Scene};
+use crate::testing::*;
 
 const DT: f64 = 1.0 / 60.0;
 const MASS: f64 = 50.0;
@@ -44,10 +40,7 @@ fn most_apart(stepper: &mut Stepper, steps: usize) -> (f64, f64) {
 
 /// A load on a rope that is `slack` (m) longer than its way, of this compliance.
 fn falling(slack: f64, compliance: f64) -> Scene {
-    let mut scene = Scene {
-        gravity: Vector3::z() * -9.81,
-        ..Scene::default()
-    };
+    let mut scene = Scene::default().with(|p| p.gravity = Vector3::z() * -9.81);
     let load = scene.add_body("load", Body::sphere(RADIUS, MASS));
     let law = RowLaw::new(compliance, 0.0);
     let frames = vec![Frame::world(Vector3::z() * 2.0), centre(load)];

@@ -1,7 +1,5 @@
 use super::*;
-use crate::testing::{centre, link, origin};
-use crate::{Guard, Scheme, StepOptions, Stepper};
-use taut_model::{Body, Mobility, Motion, RowLaw, Scene};
+use crate::testing::*;
 
 /// Particles of `mass` on a line of links of `compliance`, which move with `velocity`, without gravity.
 fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>) -> Scene {
@@ -143,10 +141,8 @@ fn a_balance_begins_with_the_first_sub_step() {
         let mut scene = chain(&[2.0, 3.0], 1e-3, |k| along * [-1.0, 1.0][k]);
         scene.gravity = Vector3::z() * -9.81;
         scene.bodies.mobility[0] = Mobility::Driven;
-        let options = StepOptions {
-            energy_tolerance: Some(10.0),
-            ..options(Scheme::default(), dt, substeps)
-        };
+        let options =
+            options(Scheme::default(), dt, substeps).with(|o| o.energy_tolerance = Some(10.0));
         let mut stepper = Stepper::new(scene, options).unwrap();
         let reports = (0..steps).map(|_| stepper.step().unwrap());
         reports.last().unwrap().balance.unwrap()

@@ -1,12 +1,6 @@
 //! Hoists of cables of segments.
 
-use crate::testing::{centre, on_earth, origin, reeled, winch};
-use crate::{StepOptions, Stepper};
-use nalgebra::{UnitQuaternion, Vector3};
-use taut_model::{
-    Body, Cable, CableEnd, CableParts, Constraint, Control, Cosserat, Fairlead, Frame, JointKind,
-    JointLaw, Material, RowLaw, Scene, Segments, Slider, Stiffness, Winch, hanging_axes,
-};
+use crate::testing::*;
 
 /// A load of `mass` (kg) on `length` (m) of cable in `segments`, hauled at `speed` (m/s), in motion already.
 fn hoist(length: f64, segments: usize, mass: f64, speed: f64) -> Scene {
@@ -168,11 +162,7 @@ fn a_drum_slips_at_its_limit_and_a_brake_holds() {
     let Constraint::Fairlead(of) = &mut scene.constraints[lead] else {
         panic!("a fairlead comes first");
     };
-    of.winch = Winch {
-        speed: -0.5,
-        brake: true,
-        ..Winch::new()
-    };
+    of.winch = Winch::new().with(|w| (w.speed, w.brake) = (-0.5, true));
     let mut stepper = started(scene);
     let from = seen(&stepper).0;
     stepper.steps(30);
@@ -184,13 +174,7 @@ fn a_drum_slips_at_its_limit_and_a_brake_holds() {
         ..seen(&stepper).2.winch
     };
     stepper
-        .set_winch(
-            lead,
-            Winch {
-                brake: false,
-                ..winch
-            },
-        )
+        .set_winch(lead, winch.with(|w| w.brake = false))
         .unwrap();
     for _ in 0..30 {
         stepper.step().unwrap();

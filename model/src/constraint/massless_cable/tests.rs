@@ -1,7 +1,6 @@
 use super::*;
 use crate::constraint::testing::{BAR, LAW, Poses};
-use crate::constraint::{Constraint, RowKind};
-use crate::{Body, Linearized, Motion, Scene, Side};
+use crate::testing::*;
 
 /// A cable from the world through bodies and back to a world point that moves, attached off the centres.
 fn scene(seed: u64) -> Scene {
@@ -120,34 +119,22 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
 
 #[test]
 fn a_winch_rests_until_its_time() {
-    let cable = MasslessCable {
-        winch: Some(Winch {
-            speed: -0.5,
-            since: 5.0,
-            ..Winch::new()
-        }),
-        ..MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
-    };
+    let cable = MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
+        .with(|p| p.winch = Some(Winch::new().with(|w| (w.speed, w.since) = (-0.5, 5.0))));
     let lengths = [-1.0, 0.0, 5.0, 6.0].map(|t| cable.length_at(t));
     assert_eq!(lengths, [10.0, 10.0, 10.0, 9.5]);
 }
 
 #[test]
 fn a_winch_that_a_run_begins_with_was_running_unless_at_its_stop() {
-    let winch = |speed, shortest| Winch {
-        speed,
-        shortest,
-        ..Winch::new()
-    };
+    let winch = |speed, shortest| Winch::new().with(|w| (w.speed, w.shortest) = (speed, shortest));
     for (winch, before) in [
         (winch(-0.5, 1.0), 10.5),
         (winch(0.5, 1.0), 9.5),
         (winch(-0.5, 10.0), 10.0),
     ] {
-        let cable = MasslessCable {
-            winch: Some(winch),
-            ..MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
-        };
+        let cable =
+            MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID).with(|p| p.winch = Some(winch));
         assert_eq!(
             (cable.length_at(-1.0), cable.length_at(0.0)),
             (before, 10.0)
@@ -159,10 +146,7 @@ fn a_winch_that_a_run_begins_with_was_running_unless_at_its_stop() {
 fn a_running_winch_is_a_rate() {
     let mut scene = scene(4);
     if let Constraint::MasslessCable(cable) = &mut scene.constraints[0] {
-        cable.winch = Some(Winch {
-            speed: 0.7,
-            ..Winch::new()
-        });
+        cable.winch = Some(Winch::new().with(|w| w.speed = 0.7));
         cable.frames.pop();
     }
     let mut lin = Linearized::at(&scene, 0.0);

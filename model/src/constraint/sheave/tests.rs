@@ -1,8 +1,6 @@
 use super::*;
 use crate::constraint::testing::{BAR, LAW, Poses};
-use crate::constraint::{Constraint, MasslessCable};
-use crate::{Body, Frame, Linearized, Scene};
-use nalgebra::UnitQuaternion;
+use crate::testing::*;
 use std::f64::consts::PI;
 
 /// A cable through points (side, point, radius; 0 is a point) about the axis y, with its scene.
@@ -21,10 +19,8 @@ fn scene(bodies: Vec<Body>, through: &[(Option<usize>, Vector3<f64>, f64, f64)])
     let sheaves = through
         .iter()
         .map(|&(_, _, r, _)| (r > 0.0).then(|| Sheave::new(r)));
-    let cable = MasslessCable {
-        sheaves: sheaves.collect(),
-        ..MasslessCable::new(frames.collect(), 1.0, LAW)
-    };
+    let cable =
+        MasslessCable::new(frames.collect(), 1.0, LAW).with(|p| p.sheaves = sheaves.collect());
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
     scene
 }

@@ -1,9 +1,6 @@
 //! The sign of a cable's tension: whatever it is made of, held by and laid like.
 
-use crate::cable::{Cable, CableEnd, JointKind, Segments};
-use crate::frame::{Frame, Side};
-use crate::{Body, Constraint, Material, Scene};
-use nalgebra::Vector3;
+use crate::testing::*;
 
 /// A straight cable along `along` (m), whose ends are pinned or clamped to a body each, and its name.
 fn laid(

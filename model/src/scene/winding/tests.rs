@@ -2,9 +2,7 @@
 
 use super::*;
 use crate::constraint::testing::Poses;
-use crate::constraint::{JointLaw, RowLaw, Spherical, Winch};
-use crate::{Body, Cable, CableEnd, Frame, Linearized, Material, Segments};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::testing::*;
 
 /// Six segments of 1 m along `to` with a winch, held at both ends, each turned about its axis by 0.2 rad more than the
 /// one before.
@@ -15,11 +13,8 @@ fn cable(to: Vector3<f64>, held: fn(Frame) -> CableEnd) -> Scene {
         Frame::world(Vector3::zeros()),
         Frame::body(load, Vector3::zeros()),
     ];
-    let cable = Cable {
-        segments: Segments::Equal(6),
-        winch: Some(Winch::new()),
-        ..Cable::round("rope", &Material::NYLON, 0.02, ends.map(held))
-    };
+    let cable = Cable::round("rope", &Material::NYLON, 0.02, ends.map(held))
+        .with(|p| (p.segments, p.winch) = (Segments::Equal(6), Some(Winch::new())));
     let parts = scene.add_cable(&cable).expect("laid");
     for (k, body) in parts.bodies.into_iter().enumerate() {
         let turn = UnitQuaternion::from_axis_angle(&-Vector3::z_axis(), 0.2 * (k as f64 + 0.5));

@@ -1,10 +1,7 @@
 //! Runs that go on with other options.
 
 use crate::contact::tests::{add_ball, ground};
-use crate::{Scheme, StepError, StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::collide::Surface;
-use taut_model::{Body, HoistParams, Scene};
+use crate::testing::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -19,11 +16,7 @@ fn options(backend: &str, scheme: Scheme, dt: f64) -> StepOptions {
 
 /// A hoist that swings, after so many steps.
 fn swinging(options: StepOptions, steps: usize) -> Stepper {
-    let params = HoistParams {
-        segments: 6,
-        move_x: 0.5,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.move_x) = (6, 0.5));
     let mut stepper = Stepper::new(params.build().expect("builds"), options).expect("sound");
     stepper.steps(steps);
     stepper
