@@ -40,9 +40,8 @@ fn promises(backend: &Backend) -> bool {
 #[test]
 fn steps_after_the_first_allocate_nothing() {
     const STEPS: usize = 10;
-    let mut scenes: Vec<_> = KINDS
-        .map(|kind| (kind, free_cable(kind, 6, 1e-6, 1)))
-        .into();
+    let scenes = KINDS.map(|kind| (kind, free_cable(kind, 6, 1e-6, 1)));
+    let mut scenes: Vec<_> = scenes.into();
     scenes.push(("all joints", random_scene(3)));
     scenes.push(("all kinds", random_machine(3)));
     for network in Network::ALL {
@@ -91,12 +90,8 @@ fn steps_after_the_first_allocate_nothing() {
         let each = most as f64 / (STEPS + 1) as f64;
         println!("{choice}: at most {each:.1} calls of the allocator a step");
     }
-    assert!(
-        faults.is_empty(),
-        "calls in {} steps\n{}",
-        STEPS + 1,
-        faults.join("\n")
-    );
+    let holds = faults.is_empty();
+    assert!(holds, "calls in {} steps\n{}", STEPS + 1, faults.join("\n"));
 }
 
 /// A cable that lies on the ground, most of whose contacts stick.

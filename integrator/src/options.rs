@@ -661,10 +661,8 @@ mod tests {
                     1.0,
                     0.0,
                 );
-                let radius = companion
-                    .complex_eigenvalues()
-                    .map(nalgebra::Complex::norm)
-                    .max();
+                let radius = companion.complex_eigenvalues();
+                let radius = radius.map(nalgebra::Complex::norm).max();
                 worst = worst.max(radius);
             }
             worst

@@ -280,9 +280,7 @@ mod tests {
             let rope = scene.constraint(name).expect("there");
             lin.phi_t[lin.row_range(rope).start]
         });
-        assert!(
-            (ropes[0], (ropes[1] - 0.5).abs() < 1e-12) == (0.0, true),
-            "{ropes:?}"
-        );
+        let found = (ropes[0], (ropes[1] - 0.5).abs() < 1e-12);
+        assert!(found == (0.0, true), "{ropes:?}");
     }
 }

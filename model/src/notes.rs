@@ -494,10 +494,8 @@ mod tests {
         let mut far = hoist();
         far.constraints[3].frames_mut()[1].point *= 1000.0;
         let text = far.notes()[0].to_string();
-        assert!(
-            text.starts_with("`joint-3` holds body `segment-4` at 2.083e2 m"),
-            "{text}"
-        );
+        let says = text.starts_with("`joint-3` holds body `segment-4` at 2.083e2 m");
+        assert!(says, "{text}");
 
         let mut light = hoist();
         light.gravity = Vector3::zeros();
@@ -517,12 +515,9 @@ mod tests {
         // 10 m below the sheave.
         askew.bodies.position[load].y += 1.0;
         let text = askew.notes()[0].to_string();
-        assert!(
-            text.starts_with(
-                "`rope-2` has a fleet angle of 5.7° at the sheave that is its point 1"
-            ),
-            "{text}"
-        );
+        let says = text
+            .starts_with("`rope-2` has a fleet angle of 5.7° at the sheave that is its point 1");
+        assert!(says, "{text}");
         askew.bodies.position[load].y -= 0.4;
         let only_slack = |note: &Note| matches!(note, Note::FleetAngle { .. });
         assert!(!askew.notes().iter().any(only_slack));
@@ -576,10 +571,8 @@ mod tests {
         assert_eq!(lone(&scene), None, "crate and rope meet");
         scene.colliders[0].meets = 0b10;
         let text = lone(&scene).expect("a note");
-        assert!(
-            text.starts_with("shape `crate` and 1 more meet nothing: "),
-            "{text}"
-        );
+        let says = text.starts_with("shape `crate` and 1 more meet nothing: ");
+        assert!(says, "{text}");
         scene.add_collider(Collider::new("drum", Some(drum), ball));
         scene.colliders[0].groups = 0b10;
         let text = lone(&scene).expect("a note");
@@ -629,9 +622,7 @@ mod tests {
             0,
         );
         let limit = scene.gap_limits()[0];
-        assert!(
-            (limit - 2.0 * (0.5 * 0.6_f64.sqrt() + 1.0)).abs() < 1e-12,
-            "{limit}"
-        );
+        let off = (limit - 2.0 * (0.5 * 0.6_f64.sqrt() + 1.0)).abs();
+        assert!(off < 1e-12, "{limit}");
     }
 }

@@ -325,12 +325,8 @@ mod tests {
                 };
                 let scene = params.build().expect("builds");
                 let lin = Linearized::at(&scene, 0.0);
-                assert!(
-                    lin.phi.iter().all(|phi| phi.abs() < 1e-12),
-                    "{}: {:?}",
-                    scene.name,
-                    lin.phi
-                );
+                let all_hold = lin.phi.iter().all(|phi| phi.abs() < 1e-12);
+                assert!(all_hold, "{}: {:?}", scene.name, lin.phi);
             }
         }
     }

@@ -58,16 +58,11 @@ pub(crate) fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck 
     let mut noise = [0.0; MAX_ROWS];
     for (row, noise) in noise[..rows].iter_mut().enumerate() {
         // Directions are rounded to ε: φ to ε times its largest derivative.
-        let entries = blocks
-            .chunks_exact(6 * rows)
-            .flat_map(|b| &b[6 * row..6 * row + 6]);
+        let entries = blocks.chunks_exact(6 * rows);
+        let entries = entries.flat_map(|b| &b[6 * row..6 * row + 6]);
         let gradient = entries.fold(0.0_f64, |m, e| m.max(e.abs()));
-        let offset = scene
-            .bodies
-            .position
-            .iter()
-            .map(Matrix::amax)
-            .fold(0.0, f64::max);
+        let offset = scene.bodies.position.iter();
+        let offset = offset.map(Matrix::amax).fold(0.0, f64::max);
         *noise = f64::EPSILON * (phi[row].abs() + gradient * (1.0 + offset));
     }
     let mut error = vec![[0.0_f64; 2]; rows];

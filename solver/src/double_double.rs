@@ -134,10 +134,8 @@ mod tests {
             let back = a / b * b - a;
             worst = worst.max((back.to_f64() / a.to_f64()).abs());
         }
-        assert!(
-            worst > 0.0 && worst < 1e-30,
-            "worst relative error {worst:e}"
-        );
+        let holds = worst > 0.0 && worst < 1e-30;
+        assert!(holds, "worst relative error {worst:e}");
     }
 
     #[test]

@@ -91,10 +91,8 @@ fn an_unfinished_solve_is_an_honest_failure() {
     let found = audit(&ball_jointed(1e-9), &[2]).expect("sound");
     let is_short = |backend: &str, variant: &str| backend == "cg:none" && variant == "1 iterations";
     let short = found.iter().filter(|s| is_short(&s.backend, &s.variant));
-    assert!(
-        short.clone().all(|s| s.finding == Finding::TrueNegative),
-        "{found:#?}"
-    );
+    let all_hold = short.clone().all(|s| s.finding == Finding::TrueNegative);
+    assert!(all_hold, "{found:#?}");
     let compiled = "cg:none".parse::<Backend>().is_ok_and(|b| b.is_compiled());
     assert_eq!(short.count() > 0, compiled);
 }

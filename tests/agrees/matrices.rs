@@ -114,14 +114,11 @@ fn specimens() -> Vec<Specimen> {
 /// The matrix as the program holds it, and its right-hand side.
 fn stored(s: &Specimen) -> (Matrix, Vec<f64>) {
     let (a, n) = (&s.a, s.x.len());
-    let b = (0..n)
-        .map(|r| (0..n).map(|c| a[(r, c)] * s.x[c]).sum())
-        .collect();
+    let b = (0..n).map(|r| (0..n).map(|c| a[(r, c)] * s.x[c]).sum());
+    let b = b.collect();
     let stored = |&(i, j): &(usize, usize)| a[(i, j)] != 0.0;
-    let places: Vec<_> = (0..n)
-        .flat_map(|i| (0..n).map(move |j| (i, j)))
-        .filter(stored)
-        .collect();
+    let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let places: Vec<_> = places.filter(stored).collect();
     if *a != a.transpose() {
         let entries = places.into_iter().map(|(i, j)| (i, j, a[(i, j)])).collect();
         let general = GeneralMatrix::from_entries(n, entries).expect("indices below n");

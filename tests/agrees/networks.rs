@@ -68,10 +68,8 @@ fn every_solver_agrees_on_networks() {
             let mut stepper = Stepper::new(start.clone(), options.clone()).expect("sound");
             moment.put(&mut stepper).expect("a moment of the scene");
             stepper.set_multipliers(&guess).expect("as many rows");
-            let said = stepper
-                .solve()
-                .unwrap_or_else(|e| panic!("{place}: {e}"))
-                .solve;
+            let said = stepper.solve();
+            let said = said.unwrap_or_else(|e| panic!("{place}: {e}")).solve;
             let error = forward_error(stepper.multipliers(), &exact);
             let unfinished = iterates && !said.is_claim() && error <= UNCONVERGED;
             assert!(error <= BAR || unfinished, "{place}: {error:e}, {said:?}");

@@ -10,9 +10,8 @@ const DT: f64 = 1.0 / 60.0;
 fn the_reference_multipliers_are_those_of_the_dense_oracle() {
     let mut worst = Worst::default();
     let mut compare = |scene: Scene, place: String| {
-        let options = Choice::kkt(oracle())
-            .options(DT)
-            .with(|o| o.refinements = 0);
+        let options = Choice::kkt(oracle()).options(DT);
+        let options = options.with(|o| o.refinements = 0);
         let mut stepper = Stepper::new(scene, options).expect("sound");
         let reference = stepper.reference_multipliers().expect("solvable");
         stepper.solve().expect("solvable");
@@ -83,9 +82,8 @@ fn every_solver_agrees_on_machines() {
         };
         for seed in 1..=10 {
             let orders = Elimination::ALL;
-            let options = patient
-                .options(DT)
-                .with(|o| o.elimination = orders[seed as usize % orders.len()]);
+            let options = patient.options(DT);
+            let options = options.with(|o| o.elimination = orders[seed as usize % orders.len()]);
             let mut stepper = Stepper::new(random_machine(seed), options).expect("sound");
             for step in 0..6 {
                 let exact = stepper.reference_multipliers().expect("solvable");

@@ -132,9 +132,8 @@ fn the_table_allows_refined_solvers_little_more_than_roundoff() {
     for line in MEASURED.lines().filter(|l| !l.starts_with('#')) {
         let words: Vec<&str> = line.split_whitespace().collect();
         if words[2] == "1" {
-            let errors = words[3..]
-                .iter()
-                .map(|w| w.parse::<f64>().expect("a number"));
+            let errors = words[3..].iter();
+            let errors = errors.map(|w| w.parse::<f64>().expect("a number"));
             assert!(errors.fold(0.0, f64::max) <= 1.2e-15, "{line}");
             rows += 1;
         }
@@ -155,9 +154,8 @@ fn print_the_table() {
         "scene", "solver"
     );
     rows(|key, errors| {
-        let columns = errors
-            .iter()
-            .map(|e| e.map_or("      -".to_owned(), |e| format!("{e:.1e}")));
+        let columns = errors.iter();
+        let columns = columns.map(|e| e.map_or("      -".to_owned(), |e| format!("{e:.1e}")));
         println!("{key} {}", columns.collect::<Vec<_>>().join(" "));
     });
 }

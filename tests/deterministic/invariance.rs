@@ -93,10 +93,8 @@ fn relabelling_bodies_and_constraints_permutes_the_multipliers() {
         for choice in compiled_direct() {
             let steppers = [&scene, &other].map(|s| stepped(s, paper(&choice, DT), 0));
             let rows = steppers[0].linearized();
-            let rows: Vec<usize> = constraints
-                .iter()
-                .flat_map(|&c| rows.row_range(c))
-                .collect();
+            let order = constraints.iter();
+            let rows: Vec<usize> = order.flat_map(|&c| rows.row_range(c)).collect();
             let moved = |v: &[f64]| -> Vec<f64> { rows.iter().map(|&r| v[r]).collect() };
             let tension: Vec<f64> = (0..rows.len()).map(|_| random.vector(500.0).x).collect();
             for (options, (multipliers, motion)) in [

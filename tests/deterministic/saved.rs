@@ -145,10 +145,8 @@ fn every_scheme_goes_on_with_the_same_bits() {
             }
         }
     }
-    assert!(
-        redone > 100,
-        "{redone} steps redone: the guard was hardly at work"
-    );
+    let holds = redone > 100;
+    assert!(holds, "{redone} steps redone: the guard was hardly at work");
 }
 
 /// Iterations start from the last step's multipliers: they too are part of the state.
@@ -183,9 +181,8 @@ fn every_solver_goes_on_with_the_same_bits() {
 fn what_was_set_by_hand_is_saved() {
     let mut stepper = Stepper::new(gantry(), StepOptions::default()).expect("sound");
     taut_tests::steps(&mut stepper, 5);
-    let rail = (stepper.scene().constraints.iter())
-        .position(|c| c.motor().is_some())
-        .expect("a motor");
+    let rail = (stepper.scene().constraints.iter()).position(|c| c.motor().is_some());
+    let rail = rail.expect("a motor");
     stepper.set_motor(rail, Motor::speed(0.2)).expect("a motor");
     let rows = stepper.multipliers().len();
     stepper
@@ -246,11 +243,8 @@ fn reports_round_trip() {
         let json = serde_json::to_string(&report).expect("writes");
         let read: StepReport = serde_json::from_str(&json).expect("reads");
         // NaN of a direct solver's residual differs from itself.
-        assert_eq!(
-            format!("{read:?}"),
-            format!("{report:?}"),
-            "{choice}: {json}"
-        );
+        let found = format!("{read:?}");
+        assert_eq!(found, format!("{report:?}"), "{choice}: {json}");
         let backend = serde_json::to_string(&choice.backend).expect("writes");
         assert_eq!(backend, format!("\"{}\"", choice.backend), "{choice}");
         let read: taut_solver::Backend = serde_json::from_str(&backend).expect("reads");

@@ -151,9 +151,8 @@ fn a_winch_that_is_too_weak_slips_to_its_end() {
         }
     }
     for choice in compiled() {
-        let options = choice
-            .options(1.0 / 60.0)
-            .with(|o| o.backend = choice.backend.with_iterations(2000));
+        let options = choice.options(1.0 / 60.0);
+        let options = options.with(|o| o.backend = choice.backend.with_iterations(2000));
         let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
         for n in 0..300 {
             stepper
@@ -222,10 +221,8 @@ fn many_bodies_are_put_in_order_or_refused() {
     assert_eq!(topology.components, 1);
     star.group_by_topology();
     let text = refusal(&star);
-    assert!(
-        text.contains("`hub`") && text.contains("split it"),
-        "{text}"
-    );
+    let holds = text.contains("`hub`") && text.contains("split it");
+    assert!(holds, "{text}");
 
     // Around a hub that stays where it is nothing is coupled.
     let mut wheel = star;

@@ -55,11 +55,8 @@ fn a_damaged_run_says_what_does_not_fit() {
             .is_ok()
     );
     let short = |at: &str| {
-        let mut list = run
-            .pointer(at)
-            .and_then(Value::as_array)
-            .expect("a list")
-            .clone();
+        let list = run.pointer(at);
+        let mut list = list.and_then(Value::as_array).expect("a list").clone();
         list.pop();
         Value::Array(list)
     };
@@ -134,9 +131,8 @@ fn numbers_that_are_not_finite_are_refused() {
                 ciborium::Value::Array(list) => list.first_mut().expect("an entry"),
                 // The account is a map: its `work` is one of the sums.
                 ciborium::Value::Map(entries) => {
-                    let work = entries
-                        .iter_mut()
-                        .find(|(k, _)| k.as_text() == Some("work"));
+                    let mut work = entries.iter_mut();
+                    let work = work.find(|(k, _)| k.as_text() == Some("work"));
                     &mut work.expect("a sum").1
                 }
                 _ => break,

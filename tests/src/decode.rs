@@ -98,10 +98,8 @@ impl<'a> Bytes<'a> {
             };
             set.push((key, value));
         }
-        let set: Vec<_> = set
-            .iter()
-            .map(|(key, value)| (*key, value.as_str()))
-            .collect();
+        let set = set.iter();
+        let set: Vec<_> = set.map(|(key, value)| (*key, value.as_str())).collect();
         SceneSource::load(name, &set)
     }
 

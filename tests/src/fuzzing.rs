@@ -47,9 +47,8 @@ pub fn backends() -> Vec<Backend> {
     let names = "banded faer:llt faer:ldlt faer:lblt faer:lu nalgebra-sparse umfpack:refinement=0 umfpack \
         dense:double dense:extended cg:none cg:jacobi cg:group gauss-seidel:joints \
         gauss-seidel:groups gauss-seidel:groups:trial minres";
-    let all = names
-        .split(' ')
-        .map(|name| name.parse().expect("a known name"));
+    let all = names.split(' ');
+    let all = all.map(|name| name.parse().expect("a known name"));
     all.filter(Backend::is_compiled).collect()
 }
 
@@ -65,10 +64,8 @@ fn says(error: &impl Display) -> bool {
 
 fn finite<'a>(numbers: impl IntoIterator<Item = &'a f64>, what: &impl Display) {
     let bad = numbers.into_iter().find(|x| !x.is_finite());
-    assert!(
-        bad.is_none(),
-        "{what}: {bad:?} in a result that is said to be good"
-    );
+    let holds = bad.is_none();
+    assert!(holds, "{what}: {bad:?} in a result that is said to be good");
 }
 
 /// Some steps of a small scene, with loads, controls and a save in between.
@@ -254,10 +251,8 @@ fn solved(result: Result<(), SolveError>, x: &[f64], backend: &Backend) -> bool 
 fn verified(report: &SolveReport, backend: &Backend, a: &Matrix, b: &[f64], x: &[f64]) {
     if report.is_claim() {
         let over = over_claim(&alone(a, b, x), backend);
-        assert!(
-            over.is_nan() || over <= 1.0,
-            "{backend}: {report:?}, {over:e} times its claim"
-        );
+        let holds = over.is_nan() || over <= 1.0;
+        assert!(holds, "{backend}: {report:?}, {over:e} times its claim");
     }
 }
 
@@ -289,9 +284,8 @@ pub fn matrix_and_rhs(data: &[u8]) -> bool {
     let blocks = bytes.below(6);
     let sizes: Vec<usize> = (0..blocks).map(|_| bytes.below(7)).collect();
     let couplings = bytes.below(8);
-    let couplings: Vec<_> = (0..couplings)
-        .map(|_| (bytes.below(blocks + 1), bytes.below(blocks)))
-        .collect();
+    let couplings = (0..couplings).map(|_| (bytes.below(blocks + 1), bytes.below(blocks)));
+    let couplings: Vec<_> = couplings.collect();
     let groups: Vec<u32> = (0..blocks).map(|_| u32::from(bytes.byte() % 3)).collect();
     let pattern = BlockPattern::new(&sizes, &couplings).and_then(|p| p.with_groups(groups));
     let pattern = match pattern {

@@ -24,9 +24,8 @@ pub fn graph(
             0 => Body::sphere(0.1, mass),
             _ => Body::rod(STEP, 0.05, mass),
         };
-        let mut body = body
-            .at(point + random.vector(1e-3))
-            .turned(random.rotation(1e-2));
+        let body = body.at(point + random.vector(1e-3));
+        let mut body = body.turned(random.rotation(1e-2));
         body.velocity = random.vector(0.1);
         body.angular_velocity = random.vector(0.1);
         scene.add_body(format!("body-{i}"), body);
@@ -85,10 +84,8 @@ pub fn rings(kind: &str, count: usize, length: usize) -> Scene {
             pairs.push((if k == 1 { 0 } else { points.len() - 2 }, points.len() - 1));
         }
         pairs.push((points.len() - 1, 0));
-        assert!(
-            points.len() - first >= 2,
-            "a ring has three bodies at least"
-        );
+        let found = points.len() - first;
+        assert!(found >= 2, "a ring has three bodies at least");
     }
     graph(kind, &points, &pairs, &[0])
 }
@@ -109,9 +106,8 @@ pub fn net(kind: &str, n: usize) -> Scene {
 /// neighbours at each height.
 #[must_use]
 pub fn ladder(kind: &str, cables: usize, length: usize) -> Scene {
-    let points: Vec<_> = (0..cables * length)
-        .map(|i| at(i / length, 0, i % length))
-        .collect();
+    let points = (0..cables * length).map(|i| at(i / length, 0, i % length));
+    let points: Vec<_> = points.collect();
     let below = (0..points.len()).filter(|i| i % length > 0);
     let rungs = (length..points.len()).map(|i| (i - length, i));
     let pairs: Vec<_> = below.map(|i| (i - 1, i)).chain(rungs).collect();

@@ -67,10 +67,8 @@ use taut_solver::{Backend, DenseOptions, Precision};
 /// All solvers that are compiled in, in both forms where they take them.
 #[must_use]
 pub fn compiled() -> Vec<Choice> {
-    let mut choices: Vec<Choice> = Choice::all()
-        .into_iter()
-        .filter(|c| c.check().is_ok())
-        .collect();
+    let choices = Choice::all().into_iter();
+    let mut choices: Vec<Choice> = choices.filter(|c| c.check().is_ok()).collect();
     choices.push(Choice::kkt(Backend::Dense(DenseOptions::default())));
     choices
 }
@@ -208,9 +206,7 @@ impl Worst {
         let Self { error, place } = self;
         println!("{what}: {error:.1e} (measured before: {measured:.1e}) at {place}");
         let bound = allowed(measured);
-        assert!(
-            *error <= bound,
-            "{what}: {error:e} exceeds {bound:e} at {place}"
-        );
+        let holds = *error <= bound;
+        assert!(holds, "{what}: {error:e} exceeds {bound:e} at {place}");
     }
 }

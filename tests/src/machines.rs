@@ -97,10 +97,8 @@ fn random_cable(scene: &Scene, random: &mut Random) -> MasslessCable {
     for _ in 0..1 + random.below(3) {
         frames.push(rod(random));
     }
-    let points: Vec<_> = frames
-        .iter()
-        .map(|f| f.resolve(&scene.bodies, 0.0).point())
-        .collect();
+    let points = frames.iter().map(|f| f.resolve(&scene.bodies, 0.0).point());
+    let points: Vec<_> = points.collect();
     let total: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
     // Taut, about to be, slack.
     let length = total * [0.9999, 1.0005, 1.05][random.below(3)];
@@ -216,9 +214,8 @@ pub fn held_group(seed: u64, cables: usize, motors: usize) -> Scene {
         let holder = random.below(boxes);
         let point = random.vector(0.2);
         let position = scene.bodies.point_world(holder, &point);
-        let wheel = Body::sphere(0.1, random.log_uniform(0.5, 5.0))
-            .at(position)
-            .turned(scene.bodies.orientation[holder]);
+        let wheel = Body::sphere(0.1, random.log_uniform(0.5, 5.0)).at(position);
+        let wheel = wheel.turned(scene.bodies.orientation[holder]);
         let wheel = scene.add_body(format!("wheel-{i}"), wheel);
         let frames = [
             Frame::body(holder, point),

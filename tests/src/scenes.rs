@@ -232,9 +232,8 @@ pub fn random_scene(seed: u64) -> Scene {
         let turn = random.rotation(0.5);
         let half = turn * Vector3::new(0.0, 0.0, -0.5 * SEGMENT);
         let mass = random.log_uniform(0.5, 50.0);
-        let mut rod = Body::rod(SEGMENT, 0.05, mass)
-            .at(start + half + random.vector(1e-3))
-            .turned(turn);
+        let rod = Body::rod(SEGMENT, 0.05, mass).at(start + half + random.vector(1e-3));
+        let mut rod = rod.turned(turn);
         rod.velocity = random.vector(0.3);
         rod.angular_velocity = random.vector(0.3);
         rod.force = random.vector(1.0);

@@ -405,16 +405,12 @@ mod tests {
             text: "Said.",
             ..Plan::default()
         };
-        let rows: Vec<Value> = (1..=50)
-            .map(|k| json!({ "k": k, "backend": "cg" }))
-            .collect();
+        let rows = (1..=50).map(|k| json!({ "k": k, "backend": "cg" }));
+        let rows: Vec<Value> = rows.collect();
         let plot = plan.plot(&Value::from(rows));
         assert_eq!(plot.charts.len(), MOST_PANELS);
-        assert!(
-            plot.text.contains("Said. The first 36 of 50"),
-            "{}",
-            plot.text
-        );
+        let says = plot.text.contains("Said. The first 36 of 50");
+        assert!(says, "{}", plot.text);
     }
 
     #[test]

@@ -76,20 +76,16 @@ fn what_is_read_is_what_was_recorded() {
                 stepper.scene().bodies.orientation[i],
             );
             let there = part.position(frame, i);
-            assert!(
-                (x - nalgebra::Vector3::from(there)).amax() <= 1e-6,
-                "{frame} {i}"
-            );
+            let off = (x - nalgebra::Vector3::from(there)).amax();
+            assert!(off <= 1e-6, "{frame} {i}");
             let [w, i, j, k] = [3, 4, 5, 6].map(|c| part.value(frame, body.pose + c));
             let turn =
                 nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
             assert!(turn.angle_to(&q) < 1e-4, "{frame}: {}", turn.angle_to(&q));
         }
         for (c, name) in stepper.scene().constraint_names.iter().enumerate() {
-            let channel = part
-                .layout
-                .channel(&format!("{name}.tension"))
-                .expect("recorded");
+            let channel = part.layout.channel(&format!("{name}.tension"));
+            let channel = channel.expect("recorded");
             let tension = stepper.tension(c).expect("one");
             assert!((part.value(frame, channel) - tension).abs() <= 1e-6 * tension.abs());
         }
@@ -164,18 +160,14 @@ fn foreign_and_newer_files_are_refused() {
         assert!(e.to_string().contains("--record"), "{e}");
     }
     for nothing in [&b""[..], b"taut-rec", MAGIC] {
-        assert!(
-            matches!(read(nothing), Err(RecordingError::Nothing)),
-            "{nothing:?}"
-        );
+        let refused = matches!(read(nothing), Err(RecordingError::Nothing));
+        assert!(refused, "{nothing:?}");
     }
     let mut newer = hoist_recorded(1);
     newer[MAGIC.len()] = VERSION + 1;
     let e = read(&newer).expect_err("newer");
-    assert!(
-        matches!(e, RecordingError::Newer { version } if version == VERSION + 1),
-        "{e}"
-    );
+    let refused = matches!(e, RecordingError::Newer { version } if version == VERSION + 1);
+    assert!(refused, "{e}");
 }
 
 #[test]
@@ -321,23 +313,17 @@ fn winch_recorded() -> Recording {
 fn a_scene_that_changes_begins_a_new_part() {
     let recording = winch_recorded();
     assert_eq!(recording.early(), None);
-    let bodies: Vec<usize> = recording
-        .parts
-        .iter()
-        .map(|p| p.layout.bodies.len())
-        .collect();
-    assert!(
-        bodies.len() > 2 && bodies.is_sorted_by(|a, b| a >= b),
-        "{bodies:?}"
-    );
+    let bodies = recording.parts.iter();
+    let bodies: Vec<usize> = bodies.map(|p| p.layout.bodies.len()).collect();
+    let holds = bodies.len() > 2 && bodies.is_sorted_by(|a, b| a >= b);
+    assert!(holds, "{bodies:?}");
     assert_eq!(recording.frames(), 150);
     assert_eq!(recording.events.len(), 1);
     for part in &recording.parts {
         let first = part.layout.cables[0].bodies[0];
         let length = part.layout.bodies[first].solids[0].length.expect("changes");
-        let lengths: Vec<f64> = (0..part.times.len())
-            .map(|k| part.value(k, length))
-            .collect();
+        let lengths = (0..part.times.len()).map(|k| part.value(k, length));
+        let lengths: Vec<f64> = lengths.collect();
         assert!(lengths.is_sorted_by(|a, b| a >= b), "{lengths:?}");
     }
 }
@@ -441,9 +427,8 @@ fn a_picture_shows_what_is_there() {
                 .tensions
                 .is_some_and(|[low, high]| 0.0 < low && low < high)
         );
-        let mut reader = png::Decoder::new(io::Cursor::new(&still.png))
-            .read_info()
-            .expect("PNG");
+        let reader = png::Decoder::new(io::Cursor::new(&still.png)).read_info();
+        let mut reader = reader.expect("PNG");
         let mut pixels = vec![0; reader.output_buffer_size().expect("small")];
         reader.next_frame(&mut pixels).expect("PNG");
         let is = |like: fn(&[u8]) -> bool| pixels.chunks(3).filter(|p| like(p)).count();

@@ -128,20 +128,16 @@ mod tests {
             let help = command.get_after_help().map(ToString::to_string);
             let help = help.unwrap_or_else(|| panic!("`{name}` has no example"));
             let last = help.lines().last().map(examples).unwrap_or_default();
-            assert!(
-                help.contains("Example") && !last.is_empty(),
-                "{name}: {help}"
-            );
+            let holds = help.contains("Example") && !last.is_empty();
+            assert!(holds, "{name}: {help}");
             for example in examples(&help) {
                 parsed(&example).unwrap_or_else(|e| panic!("{example}: {e}"));
                 seen += 1;
             }
-            assert!(
-                help.contains(&format!("taut {name}"))
-                    || help.contains(&format!("taut study {name}"))
-                    || name == "taut",
-                "{help}"
-            );
+            let holds = help.contains(&format!("taut {name}"))
+                || help.contains(&format!("taut study {name}"))
+                || name == "taut";
+            assert!(holds, "{help}");
         }
         assert!(seen > cli.get_subcommands().count(), "{seen}");
         assert_eq!(

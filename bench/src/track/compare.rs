@@ -309,10 +309,8 @@ mod tests {
         let times = case.measures().filter(|m| m.kind() == Kind::Wall);
         let verdicts: Vec<_> = times.map(|m| verdict(m, 1e9, None, 1.0)).collect();
         assert!(!verdicts.is_empty());
-        assert!(
-            verdicts.iter().all(|v| *v == Verdict::Shown),
-            "{verdicts:?}"
-        );
+        let all_hold = verdicts.iter().all(|v| *v == Verdict::Shown);
+        assert!(all_hold, "{verdicts:?}");
     }
 
     #[test]

@@ -54,10 +54,8 @@ fn a_drum_that_slips_on_a_damped_rope_pays_out_what_the_law_says() {
             let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
             stepper.until(1.9);
             let paid = cable(stepper.scene(), 0).length - length;
-            assert!(
-                (paid / exact - 1.0).abs() < allowed,
-                "τ {damping}, {dt}: {paid}, {exact}"
-            );
+            let off = (paid / exact - 1.0).abs();
+            assert!(off < allowed, "τ {damping}, {dt}: {paid}, {exact}");
         }
     }
 }
@@ -97,10 +95,8 @@ fn caught(law: RowLaw, speed: f64, dt: f64) -> f64 {
         let x = -stepper.scene().bodies.position[0].z - slack;
         let tension = stepper.tension(0).unwrap();
         let is_slack = before.max(x) < -1e-12;
-        assert!(
-            !is_slack || tension == 0.0,
-            "{law:?}, {speed}: {tension} N at {x}"
-        );
+        let holds = !is_slack || tension == 0.0;
+        assert!(holds, "{law:?}, {speed}: {tension} N at {x}");
         (largest, before) = (largest.max(x), x);
     }
     largest
@@ -210,10 +206,8 @@ fn a_landing_and_a_catch_keep_the_lift_of_a_pulley() {
         for (share, height) in rows {
             let found = lift(on_earth("pulley"), share, height, parts, damping);
             let off = found / (share * share * height) - 1.0;
-            assert!(
-                off.abs() < allowed,
-                "{share}, {height} m, {parts}, {damping}: {off}"
-            );
+            let holds = off.abs() < allowed;
+            assert!(holds, "{share}, {height} m, {parts}, {damping}: {off}");
         }
     }
 }
@@ -317,10 +311,8 @@ fn a_damped_rope_over_a_sheave_goes_on_to_slip_when_its_load_is_set_down() {
                 let held = gaps.iter().all(|gap| gap.abs() < bar);
                 assert!(held, "τ {damping}, μ {friction}, {stage}: {gaps:?}");
             }
-            assert!(
-                slipped.iter().all(|way| *way > 0.3),
-                "τ {damping}, μ {friction}: {slipped:?}"
-            );
+            let all_hold = slipped.iter().all(|way| *way > 0.3);
+            assert!(all_hold, "τ {damping}, μ {friction}: {slipped:?}");
         }
     }
 }
@@ -368,10 +360,8 @@ fn a_load_that_flies_on_from_a_stopped_winch_rises_by_its_energy() {
         }
         assert!(divided > 1, "{parts}: {divided}");
         let (found, exact) = (highest - from, speed * speed / (2.0 * G));
-        assert!(
-            (found / exact - 1.0).abs() < 5e-3,
-            "{parts}: {found} of {exact} m"
-        );
+        let off = (found / exact - 1.0).abs();
+        assert!(off < 5e-3, "{parts}: {found} of {exact} m");
     }
 }
 

@@ -61,10 +61,8 @@ fn the_energy_of_each_step_is_accounted_for() {
                     stepper.step.system_data.predicted[r],
                 );
                 let law = mu + stepper.step.options.dt * predicted / compliance[r];
-                assert!(
-                    mu == 0.0 || law.abs() < 1e-9 * mu.abs(),
-                    "{seed}, {step}: {law:e}"
-                );
+                let holds = mu == 0.0 || law.abs() < 1e-9 * mu.abs();
+                assert!(holds, "{seed}, {step}: {law:e}");
             }
         }
     }
@@ -112,9 +110,8 @@ fn friction_never_adds_energy_and_keeps_its_cone() {
         let whole = total_length(stepper.scene());
         let mut start = None;
         for step in 0..120 {
-            let wraps: Vec<f64> = (0..frictions.len())
-                .map(|i| stepper.scene().wrap(i))
-                .collect();
+            let wraps = (0..frictions.len()).map(|i| stepper.scene().wrap(i));
+            let wraps: Vec<f64> = wraps.collect();
             let report = stepper.step().unwrap();
             assert_eq!(report.undecided, 0, "{seed}, step {step}");
             let found = tensions(&stepper);
@@ -124,20 +121,16 @@ fn friction_never_adds_energy_and_keeps_its_cone() {
                 let (k, before, after) = ((frictions[i] * wraps[i]).exp(), found[i], found[i + 1]);
                 let beyond = (after - k * before).max(before - k * after);
                 assert!(beyond <= 1e-10 * most, "{seed}, step {step}: {found:?}");
-                assert!(
-                    rate * (after - before) >= -1e-10 * most,
-                    "{seed}, step {step}"
-                );
+                let value = rate * (after - before);
+                assert!(value >= -1e-10 * most, "{seed}, step {step}");
                 slipped += usize::from(rate != 0.0);
             }
             assert!((total_length(stepper.scene()) - whole).abs() < 1e-12 * whole);
             let total = total_energy(&stepper);
             let size = whole * 10.0 * G;
             let start = *start.get_or_insert(total);
-            assert!(
-                total <= start + 1e-9 * size,
-                "{seed}, step {step}: {total} from {start}"
-            );
+            let holds = total <= start + 1e-9 * size;
+            assert!(holds, "{seed}, step {step}: {total} from {start}");
         }
     }
     assert!(slipped > 1000, "{slipped}");

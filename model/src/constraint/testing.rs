@@ -102,10 +102,8 @@ pub(super) fn assert_rows(
             *w = (w.0.max(*new.0), w.1.max(*new.1));
         }
     }
-    let text: Vec<_> = worst
-        .iter()
-        .map(|(e, u)| format!("{e:.1e} ({u:.0e})"))
-        .collect();
+    let text = worst.iter();
+    let text: Vec<_> = text.map(|(e, u)| format!("{e:.1e} ({u:.0e})")).collect();
     println!("{regime:28} {}", text.join("  "));
     assert!(worst.iter().all(|(e, _)| *e <= BAR), "{regime}: {text:?}");
 }

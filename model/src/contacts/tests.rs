@@ -88,10 +88,8 @@ fn expect(shapes: [Placed; 2], normal: Vector3<f64>, gaps: &[f64]) {
             let mut got: Vec<f64> = found.iter().map(|c| c.gap).collect();
             got.sort_by(f64::total_cmp);
             let near = got.iter().zip(gaps).all(|(a, b)| (a - b).abs() < EXACT);
-            assert!(
-                got.len() == gaps.len() && near,
-                "{got:?} {gaps:?} {shapes:?}"
-            );
+            let holds = got.len() == gaps.len() && near;
+            assert!(holds, "{got:?} {gaps:?} {shapes:?}");
             for c in found {
                 let off = (c.normal - turn * normal * order).norm();
                 assert!(off < EXACT, "{off:e} {shapes:?}");

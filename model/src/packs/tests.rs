@@ -187,10 +187,8 @@ fn eight_lanes_find_what_four_find() {
         dispatch_eight(level, transposed);
         for i in 0..=bodies {
             let pairs = p.get(i).into_iter().zip(q.get(i));
-            assert!(
-                { pairs }.all(|(a, b)| close(a, b)),
-                "{level} {segments} {i}"
-            );
+            let all_hold = { pairs }.all(|(a, b)| close(a, b));
+            assert!(all_hold, "{level} {segments} {i}");
         }
         let mut again = lin.packs.clone();
         let evaluation = Evaluation {
@@ -203,10 +201,8 @@ fn eight_lanes_find_what_four_find() {
         for joint in 0..again.count {
             let blocks = [&lin.packs, &again].map(|packs| packs.block(joint, 1));
             let pairs = blocks[0].iter().flatten().zip(blocks[1].iter().flatten());
-            assert!(
-                { pairs }.all(|(a, b)| close(*a, *b)),
-                "{level} {segments} {joint}"
-            );
+            let all_hold = { pairs }.all(|(a, b)| close(*a, *b));
+            assert!(all_hold, "{level} {segments} {joint}");
         }
     }
 }

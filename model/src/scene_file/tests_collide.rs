@@ -152,9 +152,8 @@ fn a_written_scene_reads_back_to_the_same_bits() {
 fn a_scene_without_shapes_that_touch_is_written_without_them() {
     let scene = crate::HoistParams::default().build().expect("builds");
     let text = SceneText::from_scene(&scene).expect("a text");
-    let written = SceneSource::Explicit(Box::new(text))
-        .to_toml()
-        .expect("writes");
+    let written = SceneSource::Explicit(Box::new(text)).to_toml();
+    let written = written.expect("writes");
     for word in ["collide", "ground", "group-"] {
         assert!(!written.contains(word), "{written}");
     }
@@ -218,10 +217,8 @@ fn overrides_reach_surfaces() {
         ("body.crate.collide.friction", "0.9"),
         ("ground.floor.friction", "0"),
     ];
-    let scene = SceneSource::parse(YARD, &overrides)
-        .expect("reads")
-        .build()
-        .expect("builds");
+    let scene = SceneSource::parse(YARD, &overrides).expect("reads");
+    let scene = scene.build().expect("builds");
     assert_eq!(
         (
             scene.colliders[1].surface.friction,

@@ -92,10 +92,8 @@ fn a_cable_off_a_sheave_with_friction_is_one_that_breaks_as_a_whole() {
     assert_eq!(scene.validate(), Ok(()));
     let text = SceneText::from_scene(&scene).expect("is written");
     let written = toml::to_string(&text).expect("a text");
-    assert!(
-        written.contains("friction = 0.1") && written.contains("off = true"),
-        "{written}"
-    );
+    let holds = written.contains("friction = 0.1") && written.contains("off = true");
+    assert!(holds, "{written}");
     assert_eq!(built(&written), scene, "{written}");
     // Nothing lies on it yet.
     assert_eq!(scene.landed().count(), 0);

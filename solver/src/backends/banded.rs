@@ -460,10 +460,8 @@ mod tests {
         a.block_mut(0)[0] = -2.0;
         let refused = solver.factorize(&a);
         if !cfg!(miri) {
-            assert!(
-                matches!(refused, Err(SolveError::TooLarge { .. })),
-                "{refused:?}"
-            );
+            let fits = matches!(refused, Err(SolveError::TooLarge { .. }));
+            assert!(fits, "{refused:?}");
         }
     }
 
@@ -501,10 +499,8 @@ mod tests {
         );
         for a in [whole, apart] {
             let refused = solved(&a, &[1.0; 3]);
-            assert!(
-                matches!(refused, Err(SolveError::Singular { .. })),
-                "{refused:?}"
-            );
+            let fits = matches!(refused, Err(SolveError::Singular { .. }));
+            assert!(fits, "{refused:?}");
         }
     }
 }

@@ -88,9 +88,8 @@ impl Csc {
                 *size += (value * x).abs();
             }
         }
-        let errors = sums
-            .iter()
-            .map(|(residual, size)| residual.abs() / size.max(1e-300));
+        let errors = sums.iter();
+        let errors = errors.map(|(residual, size)| residual.abs() / size.max(1e-300));
         Ok((info, errors.fold(0.0, f64::max)))
     }
 }

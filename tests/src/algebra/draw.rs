@@ -141,9 +141,8 @@ impl Drawn {
             scale(&mut made, scaling, random);
         }
         let market = written(&mut made, random);
-        let signs = (0..made.a.len())
-            .map(|_| random.uniform().signum())
-            .collect();
+        let signs = (0..made.a.len()).map(|_| random.uniform().signum());
+        let signs = signs.collect();
         Self {
             kind,
             rank,
@@ -185,10 +184,8 @@ impl Drawn {
     pub fn right_hand_side(&self, a: &[Vec<f64>], columns: &[f64]) -> Vec<f64> {
         let of_row = |row: &Vec<f64>| {
             let x = columns.iter().zip(&self.signs).map(|(c, s)| c * s);
-            let terms = row
-                .iter()
-                .zip(x)
-                .map(|(&a, x)| DoubleDouble::from(a) * x.into());
+            let terms = row.iter();
+            let terms = terms.zip(x).map(|(&a, x)| DoubleDouble::from(a) * x.into());
             terms
                 .fold(DoubleDouble::default(), |sum, term| sum + term)
                 .to_f64()
@@ -436,11 +433,8 @@ fn reduce(made: &mut Made, rank: Rank, random: &mut Random) {
         _ => from.iter().map(|_| random.uniform()).collect(),
     };
     if rank == Rank::Exact {
-        let largest = made
-            .a
-            .iter()
-            .flatten()
-            .fold(0.0, |m: f64, v| m.max(v.abs()));
+        let largest = made.a.iter();
+        let largest = largest.flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
         let unit = if largest > 1e3 { largest / 1e3 } else { 0.1 };
         made.a
             .iter_mut()
@@ -498,9 +492,8 @@ fn scale(made: &mut Made, scaling: Scaling, random: &mut Random) {
         Scaling::Both => (of(true, 40.0, random), of(true, 40.0, random)),
         Scaling::Graded => {
             let fall = -40.0 / n as f64;
-            let graded: Vec<f64> = (0..n)
-                .map(|r| 2.0_f64.powi((fall * r as f64) as i32))
-                .collect();
+            let graded = (0..n).map(|r| 2.0_f64.powi((fall * r as f64) as i32));
+            let graded: Vec<f64> = graded.collect();
             (graded.clone(), graded)
         }
     };

@@ -68,10 +68,8 @@ impl Factor {
         let mut lu: Vec<Vec<DoubleDouble>> = b.iter().map(wide).collect();
         // Bounds of the roundoff in each entry, over the roundoff of a double-double: a small pivot that nothing was
         // subtracted from is as right as a large one.
-        let mut bound: Vec<Vec<f64>> = b
-            .iter()
-            .map(|row| row.iter().map(|v| v.abs()).collect())
-            .collect();
+        let bound = b.iter().map(|row| row.iter().map(|v| v.abs()).collect());
+        let mut bound: Vec<Vec<f64>> = bound.collect();
         let mut order = [(); 2].map(|()| (0..n).collect::<Vec<_>>());
         for k in 0..n {
             let places = (k..n).flat_map(|r| (k..n).map(move |c| (r, c)));
@@ -215,9 +213,8 @@ impl Truth {
         let [rows, columns] = scales(&a);
         let b = drawn.right_hand_side(&a, &columns);
         let scaled = |r: usize, c: usize| rows[r] * a[r][c] * columns[c];
-        let matrix: Vec<Vec<f64>> = (0..n)
-            .map(|r| (0..n).map(|c| scaled(r, c)).collect())
-            .collect();
+        let matrix = (0..n).map(|r| (0..n).map(|c| scaled(r, c)).collect());
+        let matrix: Vec<Vec<f64>> = matrix.collect();
         let unknown = || {
             let [condition, scaled, least, of_solution, symmetrically_scaled] = [f64::INFINITY; 5];
             Self {
@@ -235,9 +232,8 @@ impl Truth {
             return unknown();
         };
         let unit = |at: usize| {
-            let column: Vec<_> = (0..n)
-                .map(|r| f64::from(u8::from(r == at)).into())
-                .collect();
+            let column = (0..n).map(|r| f64::from(u8::from(r == at)).into());
+            let column: Vec<_> = column.collect();
             factor.solve(&column)
         };
         let inverse: Vec<Vec<DoubleDouble>> = (0..n).map(unit).collect();
@@ -258,11 +254,8 @@ impl Truth {
                 *y = *y + d;
             }
         }
-        let x: Vec<f64> = y
-            .iter()
-            .zip(&columns)
-            .map(|(y, c)| y.to_f64() * c)
-            .collect();
+        let x = y.iter();
+        let x: Vec<f64> = x.zip(&columns).map(|(y, c)| y.to_f64() * c).collect();
         // Scattered, an inverse may be beyond all doubles.
         let inverses = (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
         let mut inverses = inverses.map(|(r, c)| of_scaled(r, c));

@@ -220,10 +220,8 @@ const TUMBLING: f64 = 1e-3;
 
 /// (Ω Δt)² of the fastest ringing of a load on its ropes without mass, or above: of the stiffnesses' sum.
 pub(super) fn ringing(case: &Case) -> f64 {
-    let masses = case
-        .scene
-        .dynamic_bodies()
-        .map(|i| case.scene.bodies.mass[i]);
+    let masses = case.scene.dynamic_bodies();
+    let masses = masses.map(|i| case.scene.bodies.mass[i]);
     let lightest = masses.fold(f64::INFINITY, f64::min);
     let steps = case.run.steps.first().into_iter().flat_map(|m| &m.parts);
     let stiffness: f64 = steps.map(|p| 1.0 / p.compliance.max(1e-300)).sum();
@@ -309,9 +307,8 @@ fn bounced(case: &Case, n: usize) -> f64 {
         return 0.0;
     }
     let pairs = case.run.steps[..=n].windows(2);
-    let bounces = pairs
-        .filter(|pair| presses(&pair[1]) && !presses(&pair[0]))
-        .count() as f64;
+    let bounces = pairs.filter(|pair| presses(&pair[1]) && !presses(&pair[0]));
+    let bounces = bounces.count() as f64;
     let slowest = G / case.rate();
     let energy = 0.5 * case.scene.mass() * slowest * slowest;
     bounces * energy * (ringing(case) / 3.0).min(1.0)
@@ -565,11 +562,8 @@ fn momentum(case: &Case) -> Fault {
     }
     let (run, rate) = (case.fine()?, case.rate());
     let gravity = case.scene.gravity;
-    let held = case
-        .scene
-        .constraints
-        .iter()
-        .any(|c| c.frames().iter().any(|f| f.body_index().is_none()));
+    let mut held = case.scene.constraints.iter();
+    let held = held.any(|c| c.frames().iter().any(|f| f.body_index().is_none()));
     // Ties to the world come later.
     let held = held || !case.scene.events.is_empty();
     first_of(run, |n, m| {

@@ -232,11 +232,8 @@ fn refinements(case: &Case) -> Option<[f64; 2]> {
 
 /// How far the load gets \[m].
 fn moved(case: &Case) -> f64 {
-    let places = case
-        .run
-        .steps
-        .iter()
-        .map(|m| m.bodies.position[case.load()]);
+    let places = case.run.steps.iter();
+    let places = places.map(|m| m.bodies.position[case.load()]);
     let start = places.clone().next().unwrap_or_default();
     places.map(|x| (x - start).norm()).fold(0.0, f64::max)
 }
@@ -288,11 +285,8 @@ pub(super) fn refined(case: &Case) -> Fault {
     }
     let [first, second] = (*case.halvings.get_or_init(|| refinements(case)))?;
     let load = case.load();
-    let speeds = case
-        .run
-        .steps
-        .iter()
-        .map(|m| m.bodies.velocity[load].norm());
+    let speeds = case.run.steps.iter();
+    let speeds = speeds.map(|m| m.bodies.velocity[load].norm());
     // Oscillations faster than a step are not resolved.
     let rings = rope.map_or(0.0, |r| {
         let stretch = r.strain * r.length;

@@ -387,9 +387,7 @@ mod tests {
             ..Chart::default()
         };
         let text = svg(&[chart]).expect("draws");
-        assert!(
-            text.contains("\noff\n") && text.contains("\n0.4\n"),
-            "{text}"
-        );
+        let holds = text.contains("\noff\n") && text.contains("\n0.4\n");
+        assert!(holds, "{text}");
     }
 }

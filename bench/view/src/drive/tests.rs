@@ -205,10 +205,8 @@ fn a_choice_that_ends_the_run_locks_nothing() {
         "third-difference:a=1e5:gamma=-4e4",
     ] {
         let refused = ask(&mut drive, &format!(r#"{{"scheme": "{scheme}"}}"#));
-        assert!(
-            refused.is_some_and(|text| text.contains("at most 100")),
-            "{scheme}"
-        );
+        let says = refused.is_some_and(|text| text.contains("at most 100"));
+        assert!(says, "{scheme}");
     }
     assert_eq!(*drive.stepper().options(), sound);
     let speed = r#"{"set": {"control": "trolley_speed", "value": 1e300}}"#;
@@ -244,10 +242,8 @@ fn a_restart_falls_back_to_what_has_made_steps() {
     assert_eq!(drive.stepper().options().dt, StepOptions::default().dt);
     let fallback = status.fallback.expect("it tells");
     assert!(fallback.contains("makes no step"), "{fallback}");
-    assert!(
-        fallback.contains("began anew with `dense") && fallback.ends_with("`spook`"),
-        "{fallback}"
-    );
+    let holds = fallback.contains("began anew with `dense") && fallback.ends_with("`spook`");
+    assert!(holds, "{fallback}");
     // Until the options hold that were chosen.
     assert_eq!(ask(&mut drive, r#""restart""#), None);
     assert_eq!(drive.status().fallback, None);

@@ -193,10 +193,8 @@ fn a_control_keeps_its_handle_while_numbers_shift() {
         Ok(edit.add_control(Control::of("second", rail, 1.0)))
     });
     let message = twice.unwrap_err().to_string();
-    assert!(
-        message.contains("`second`") && message.contains("`new-rail`"),
-        "{message}"
-    );
+    let holds = message.contains("`second`") && message.contains("`new-rail`");
+    assert!(holds, "{message}");
     assert_eq!(stepper.scene().controls.len(), 2);
 }
 

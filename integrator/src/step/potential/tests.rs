@@ -12,10 +12,8 @@ fn the_force_is_the_derivative_of_the_energy() {
             for g in [-4.0, -0.3, 0.01, 0.7, 5.0] {
                 let at = |g: f64| energy(g, lambda, own, soft, limits);
                 let slope = (at(g + h).0 - at(g - h).0) / (2.0 * h);
-                assert!(
-                    (slope + at(g).1).abs() < 1e-8,
-                    "{own} {soft} {limits:?} {g}"
-                );
+                let off = (slope + at(g).1).abs();
+                assert!(off < 1e-8, "{own} {soft} {limits:?} {g}");
                 assert!(limits.0 <= at(g).1 && at(g).1 <= limits.1);
                 if own == soft && limits == none {
                     assert!((at(g).0 - g * g / (2.0 * own)).abs() < 1e-14 * g * g / own);
@@ -87,10 +85,8 @@ fn the_slope_is_that_of_the_potential() {
         let [more, less] = [h, -h].map(|part| potential_at(&mut inner, part, &step, dt));
         let difference = (more - less) / (2.0 * h);
         assert!(slope < 0.0);
-        assert!(
-            (difference / slope - 1.0).abs() < 1e-5,
-            "{difference} {slope}"
-        );
+        let off = (difference / slope - 1.0).abs();
+        assert!(off < 1e-5, "{difference} {slope}");
     }
 }
 
@@ -162,10 +158,8 @@ fn changes_turn_further() {
             let expected = turned * axis_after(last);
             let [off, plain] = [further, change].map(|c| axis_after(last + c).angle(&expected));
             let second_order = (change.norm() * dt).powi(2);
-            assert!(
-                off < second_order + 1e-7,
-                "{spin} {h}: {off} {second_order}"
-            );
+            let holds = off < second_order + 1e-7;
+            assert!(holds, "{spin} {h}: {off} {second_order}");
             assert!(plain > 0.05 * change.norm() * dt, "{plain}");
         }
     }

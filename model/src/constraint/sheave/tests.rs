@@ -13,12 +13,10 @@ fn scene(bodies: Vec<Body>, through: &[(Option<usize>, Vector3<f64>, f64, f64)])
         let frame = side.map_or(Frame::world(point), |i| Frame::body(i, point));
         frame.along(&(Vector3::y() * sense))
     };
-    let frames = through
-        .iter()
-        .map(|&(side, point, _, s)| frame(side, point, s));
-    let sheaves = through
-        .iter()
-        .map(|&(_, _, r, _)| (r > 0.0).then(|| Sheave::new(r)));
+    let frames = through.iter();
+    let frames = frames.map(|&(side, point, _, s)| frame(side, point, s));
+    let sheaves = through.iter();
+    let sheaves = sheaves.map(|&(_, _, r, _)| (r > 0.0).then(|| Sheave::new(r)));
     let cable =
         MasslessCable::new(frames.collect(), 1.0, LAW).with(|p| p.sheaves = sheaves.collect());
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);

@@ -39,15 +39,12 @@ fn error(text: &str) -> String {
 fn a_case_of_a_few_lines_is_measured() {
     let case = CaseFile::parse(&hung(SEE, CHECK)).unwrap();
     for (quick, cases) in [(true, vec!["2 kg"]), (false, vec!["2 kg", "30 kg"])] {
-        let checks = outcome(&case, quick, &ProgressBar::hidden())
-            .unwrap()
-            .checks;
+        let checks = outcome(&case, quick, &ProgressBar::hidden()).unwrap();
+        let checks = checks.checks;
         let names: Vec<&str> = checks.iter().map(|c| c.case.as_str()).collect();
         assert_eq!(names, cases);
-        assert!(
-            checks.iter().all(|c| c.verdict == Verdict::Pass),
-            "{checks:?}"
-        );
+        let all_hold = checks.iter().all(|c| c.verdict == Verdict::Pass);
+        assert!(all_hold, "{checks:?}");
     }
     assert_eq!(
         guarantees(&case),
@@ -71,10 +68,8 @@ fn each_run_is_judged_by_itself() {
     let text = hung(SEE, check).replace("steps = 3", over);
     let case = CaseFile::parse(&text).unwrap();
     let checks = outcome(&case, true, &ProgressBar::hidden()).unwrap().checks;
-    let found: Vec<_> = checks
-        .iter()
-        .map(|c| (c.case.as_str(), c.verdict))
-        .collect();
+    let found = checks.iter();
+    let found: Vec<_> = found.map(|c| (c.case.as_str(), c.verdict)).collect();
     let expected = [
         ("2 kg: 2 of them", Verdict::Pass),
         ("2 kg: 1 N", Verdict::Fail),
@@ -224,12 +219,8 @@ fn the_table_of_keys_is_that_of_the_reader() {
         let mut told = keys::keys(table);
         let refusal = toml::from_str::<T>("unheard-of = 1");
         let refusal = refusal.err().expect("no such key").to_string();
-        let mut read: Vec<&str> = refusal
-            .split('`')
-            .skip(3)
-            .step_by(2)
-            .chain(names.iter().copied())
-            .collect();
+        let read = refusal.split('`').skip(3);
+        let mut read: Vec<&str> = read.step_by(2).chain(names.iter().copied()).collect();
         read.sort_unstable();
         told.sort_unstable();
         assert_eq!(told, read, "{table}");
@@ -255,9 +246,8 @@ fn the_table_of_keys_is_that_of_the_reader() {
 fn guarantees_are_told_without_a_run() {
     let rows = r#"{ n = [2, 3, 5, 8, 13], way = ["up", "down"] }"#;
     let text = hung(SEE, CHECK).replace("[{ mass = 2 }, { mass = 30, long = true }]", rows);
-    let text = text
-        .replace("=mass", "=n")
-        .replace("{mass} kg", "{n} kg {way}, {pull:.1} N");
+    let text = text.replace("=mass", "=n");
+    let text = text.replace("{mass} kg", "{n} kg {way}, {pull:.1} N");
     let words = r#"reference = "{n * n:.1} N", error = "pull", bar = "=n / 10""#;
     let once = r#"reference = "pull", ours = "pull", bar = 1, if = "n > 5""#;
     for (check, told) in [
@@ -303,10 +293,8 @@ massless_cable = [
 "#;
     let case = CaseFile::parse(text).unwrap();
     let checks = outcome(&case, true, &ProgressBar::hidden()).unwrap().checks;
-    let passed: Vec<_> = checks
-        .iter()
-        .map(|c| (c.case.as_str(), c.verdict))
-        .collect();
+    let passed = checks.iter();
+    let passed: Vec<_> = passed.map(|c| (c.case.as_str(), c.verdict)).collect();
     assert_eq!(
         passed,
         [("1 masses", Verdict::Pass), ("3 masses", Verdict::Pass)]
