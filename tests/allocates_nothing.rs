@@ -45,13 +45,9 @@ fn steps_after_the_first_allocate_nothing() {
     scenes.push(("all joints", random_scene(3)));
     scenes.push(("all kinds", random_machine(3)));
     for network in Network::ALL {
-        let params = NetworkParams {
-            segments: 8,
-            cables: 2,
-            rows: 3,
-            columns: 4,
-            ..NetworkParams::new(network)
-        };
+        let params = NetworkParams::new(network)
+            .with(|p| (p.segments, p.cables, p.rows) = (8, 2, 3))
+            .with(|p| p.columns = 4);
         scenes.push((network.name(), params.build().expect("builds")));
     }
     for model in ChainModel::ALL {

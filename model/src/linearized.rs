@@ -512,15 +512,9 @@ mod tests {
     }
 
     fn hoist() -> Scene {
-        let params = HoistParams {
-            segments: 3,
-            seed: 4,
-            initial_angle: 0.4,
-            anchor: End::Clamped,
-            damping: 0.02,
-            move_x: 0.5,
-            ..HoistParams::default()
-        };
+        let params = HoistParams::default()
+            .with(|p| (p.segments, p.seed, p.initial_angle) = (3, 4, 0.4))
+            .with(|p| (p.anchor, p.damping, p.move_x) = (End::Clamped, 0.02, 0.5));
         params.build().expect("builds")
     }
 

@@ -238,13 +238,9 @@ mod tests {
 
     #[test]
     fn hanging_chains_with_transverse_rows_keep_exact_zeros() {
-        let params = ParticleChainParams {
-            particles: 7,
-            spacing: 0.1,
-            horizontal: false,
-            transverse: true,
-            ..ParticleChainParams::default()
-        };
+        let params = ParticleChainParams::default()
+            .with(|p| (p.particles, p.spacing, p.horizontal) = (7, 0.1, false))
+            .with(|p| p.transverse = true);
         let scene = params.build().expect("builds");
         let lin = Linearized::at(&scene, 0.0);
         assert_eq!((lin.rows(), lin.transverse.len()), (21, 7));

@@ -86,18 +86,10 @@ fn sweeps_over_groups(d: &[f64; N], exact: &[f64]) -> f64 {
 
 /// S and the right-hand side of a step from rest.
 fn system(ratio: f64, cap: f64) -> (SymBlockMatrix, Vec<f64>) {
-    let params = ParticleChainParams {
-        model: ChainModel::Links,
-        particles: N,
-        mass: 1.0,
-        load_mass: ratio,
-        compliance: cap * DT * DT,
-        transverse: false,
-        horizontal: false,
-        seed: 0,
-        damping: 0.0,
-        ..ParticleChainParams::default()
-    };
+    let params = ParticleChainParams::default()
+        .with(|p| (p.model, p.particles, p.mass) = (ChainModel::Links, N, 1.0))
+        .with(|p| (p.load_mass, p.compliance, p.transverse) = (ratio, cap * DT * DT, false))
+        .with(|p| (p.horizontal, p.seed, p.damping) = (false, 0, 0.0));
     let options = StepOptions::paper().with(|o| o.dt = DT);
     let scene = params.build().expect("sound parameters");
     let mut stepper = Stepper::new(scene, options).expect("sound");

@@ -76,15 +76,9 @@ fn a_free_cable_keeps_its_angular_momentum_to_second_order() {
 #[test]
 fn the_energy_of_a_damped_swing_does_not_grow() {
     for joint in [JointKind::Spherical, JointKind::Cosserat, JointKind::Paper] {
-        let params = HoistParams {
-            segments: 8,
-            mass_ratio: 10.0,
-            joint,
-            damping: 0.02,
-            seed: 5,
-            seed_rate: 0.1,
-            ..HoistParams::default()
-        };
+        let params = HoistParams::default()
+            .with(|p| (p.segments, p.mass_ratio, p.joint) = (8, 10.0, joint))
+            .with(|p| (p.damping, p.seed, p.seed_rate) = (0.02, 5, 0.1));
         let rest = params.hanging_equilibrium().expect("sound");
         let swing = params.with(|p| p.initial_angle = 0.6);
         let scene = swing.build().expect("sound");

@@ -3,14 +3,9 @@ use taut_tests::prelude::*;
 const DT: f64 = 1.0 / 60.0;
 
 fn swing(mass_ratio: f64, seed: u64) -> HoistParams {
-    HoistParams {
-        segments: 6,
-        mass_ratio,
-        seed,
-        move_x: 0.5,
-        move_duration: 2.0,
-        ..HoistParams::default()
-    }
+    HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.seed) = (6, mass_ratio, seed))
+        .with(|p| (p.move_x, p.move_duration) = (0.5, 2.0))
 }
 
 /// Load positions every 1/60 s for `time` seconds.

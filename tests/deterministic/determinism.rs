@@ -14,13 +14,9 @@ fn run(scene: Scene, options: StepOptions, steps: usize) -> Vec<u64> {
 }
 
 fn swinging() -> Scene {
-    let params = HoistParams {
-        segments: 10,
-        mass_ratio: 5.0,
-        move_x: 0.5,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.move_x) = (10, 5.0, 0.5))
+        .with(|p| p.seed = 3);
     params.build().expect("sound parameters")
 }
 
@@ -84,13 +80,9 @@ fn the_same_run_gives_the_same_bits() {
 /// the scene's extent of the reference's.
 #[test]
 fn every_solver_ends_where_the_reference_does() {
-    let hoist = HoistParams {
-        mass_ratio: 50.0,
-        segments: 10,
-        move_x: 0.5,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let hoist = HoistParams::default()
+        .with(|p| (p.mass_ratio, p.segments, p.move_x) = (50.0, 10, 0.5))
+        .with(|p| p.seed = 3);
     for scene in [
         hoist.hanging_equilibrium().expect("sound parameters"),
         net(),

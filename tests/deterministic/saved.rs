@@ -77,14 +77,9 @@ fn goes_on(scene: &Scene, options: &StepOptions, first: usize, then: usize, plac
 }
 
 fn swinging() -> Scene {
-    let params = HoistParams {
-        segments: 7,
-        mass_ratio: 20.0,
-        initial_angle: 0.5,
-        move_x: 0.5,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.initial_angle) = (7, 20.0, 0.5))
+        .with(|p| (p.move_x, p.seed) = (0.5, 3));
     params.build().expect("sound parameters")
 }
 
@@ -131,13 +126,9 @@ fn every_scheme_goes_on_with_the_same_bits() {
                     GeometricStiffness::Inertia { alpha: 0.9 },
                 ),
             ] {
-                let options = StepOptions {
-                    scheme,
-                    guard,
-                    stiffness,
-                    substeps: 2,
-                    ..StepOptions::default()
-                };
+                let options = StepOptions::default()
+                    .with(|o| (o.scheme, o.guard, o.stiffness) = (scheme, guard, stiffness))
+                    .with(|o| o.substeps = 2);
                 let place = format!("{}, {scheme}, {guard:?}", scene.name);
                 for first in [0, 1, 9] {
                     redone += goes_on(&scene, &options, first, 6, &place);

@@ -9,16 +9,10 @@ fn backend() -> Backend {
 /// Six segments of a stiff cable (EI = 2·10⁴ N m²) clamped to the world at an angle of 0.5 rad, a load of their own mass
 /// pushed sideways with 180 N: bending, not weight, brings it to rest, and soon.
 fn bent(damping: f64) -> Scene {
-    let params = HoistParams {
-        segments: 6,
-        mass_ratio: 1.0,
-        anchor: End::Clamped,
-        initial_angle: 0.5,
-        ei: Some(2e4),
-        gj: Some(1.5e4),
-        damping,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.anchor) = (6, 1.0, End::Clamped))
+        .with(|p| (p.initial_angle, p.ei, p.gj) = (0.5, Some(2e4), Some(1.5e4)))
+        .with(|p| p.damping = damping);
     let mut scene = params.build().expect("sound");
     let clamp = &mut scene.constraints[0].frames_mut()[0];
     let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.5);

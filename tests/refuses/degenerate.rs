@@ -176,14 +176,10 @@ fn numbers_at_the_ends_of_their_range_leave_no_nan() {
 #[test]
 fn a_cable_of_ten_thousand_segments_is_carried_by_every_solver() {
     let segments = 10_000;
-    let params = HoistParams {
-        segments,
-        length: 0.01 * segments as f64,
-        segment_mass: Some(0.01),
-        load_mass: Some(1000.0),
-        joint: JointKind::Cosserat,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.length) = (segments, 0.01 * segments as f64))
+        .with(|p| (p.segment_mass, p.load_mass) = (Some(0.01), Some(1000.0)))
+        .with(|p| p.joint = JointKind::Cosserat);
     let scene = params.hanging_equilibrium().expect("an equilibrium");
     let weight = scene.mass() * params.gravity;
     let dense = Choice::schur(Backend::Dense(DenseOptions::default()));

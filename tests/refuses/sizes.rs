@@ -12,13 +12,9 @@ const LONGEST: Duration = Duration::from_secs(60);
 /// 10⁵ segments in motion: some steps of the default backend, within seconds.
 #[test]
 fn a_cable_of_a_hundred_thousand_segments_steps() {
-    let params = HoistParams {
-        segments: 100_000,
-        length: 1e4,
-        move_x: 0.5,
-        seed: 1,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.length, p.move_x) = (100_000, 1e4, 0.5))
+        .with(|p| p.seed = 1);
     let scene = params.build().expect("sound parameters");
     let options = StepOptions::default();
     if options.backend.name() == "dense" {

@@ -99,13 +99,9 @@ pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
         refinements,
         ..
     } = choice.options(dt);
-    StepOptions {
-        dt,
-        form,
-        backend,
-        refinements,
-        ..StepOptions::paper()
-    }
+    StepOptions::paper()
+        .with(|o| (o.dt, o.form, o.backend) = (dt, form, backend))
+        .with(|o| o.refinements = refinements)
 }
 
 /// The default step likewise, every step as it comes.

@@ -107,14 +107,10 @@ fn random_cable(scene: &Scene, random: &mut Random) -> MasslessCable {
         0 => f64::INFINITY,
         _ => random.log_uniform(1.0, 300.0),
     };
-    let winch = Winch {
-        speed: random.vector(0.2).x,
-        force_limit,
-        brake: random.below(4) == 0,
-        brake_limit: 2.0 * force_limit,
-        shortest: 0.01,
-        ..Winch::new()
-    };
+    let winch = Winch::new()
+        .with(|w| (w.speed, w.force_limit) = (random.vector(0.2).x, force_limit))
+        .with(|w| (w.brake, w.brake_limit) = (random.below(4) == 0, 2.0 * force_limit))
+        .with(|w| w.shortest = 0.01);
     MasslessCable {
         tension_only,
         winch: (random.below(2) == 0).then_some(winch),

@@ -12,13 +12,9 @@ pub use taut_measure::poses::Pose;
 /// Where the parameters are refused.
 #[must_use]
 pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> Scene {
-    let params = HoistParams {
-        segments,
-        mass_ratio,
-        joint,
-        seed: 7,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.joint) = (segments, mass_ratio, joint))
+        .with(|p| p.seed = 7);
     poses::hoist(&params, pose).expect("sound parameters")
 }
 
@@ -28,14 +24,9 @@ pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> 
 /// Where the parameters are refused.
 #[must_use]
 pub fn ball_jointed(compliance: f64) -> Scene {
-    let params = HoistParams {
-        segments: 6,
-        mass_ratio: 20.0,
-        joint: JointKind::Spherical,
-        initial_angle: 0.5,
-        seed: 5,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.joint) = (6, 20.0, JointKind::Spherical))
+        .with(|p| (p.initial_angle, p.seed) = (0.5, 5));
     let mut scene = params.build().expect("sound parameters");
     for constraint in &mut scene.constraints {
         if let Constraint::Spherical(joint) = constraint {
@@ -198,13 +189,9 @@ pub fn free_cable(kind: &str, segments: usize, stretch: f64, seed: u64) -> Scene
 /// lengths are sums of powers of two: no gap comes from rounding.
 #[must_use]
 pub fn rigid_chain(segments: usize, load: f64) -> Scene {
-    let params = HoistParams {
-        segments,
-        length: SEGMENT * segments as f64,
-        mass_ratio: load,
-        joint: JointKind::Spherical,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.length) = (segments, SEGMENT * segments as f64))
+        .with(|p| (p.mass_ratio, p.joint) = (load, JointKind::Spherical));
     let mut scene = params.build().expect("sound parameters");
     for constraint in &mut scene.constraints {
         if let Constraint::Spherical(s) = constraint {

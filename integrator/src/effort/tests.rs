@@ -8,13 +8,9 @@ use taut_solver::coulomb::ConeMethod;
 
 /// A pile of cables under this gravity: 10⁹ m/s² crush them into dense problems without a solution.
 fn pile(gravity: f64, mass_ratio: f64) -> Stepper {
-    let params = ContactSceneParams {
-        mass_ratio,
-        ei: 1.0,
-        damping: 0.5,
-        gravity,
-        ..ContactSceneParams::new(ContactScene::Pile)
-    };
+    let params = ContactSceneParams::new(ContactScene::Pile)
+        .with(|p| (p.mass_ratio, p.ei, p.damping) = (mass_ratio, 1.0, 0.5))
+        .with(|p| p.gravity = gravity);
     let scene: Scene = params.build().expect("built");
     Stepper::new(scene, StepOptions::default()).expect("a sound scene")
 }

@@ -234,16 +234,10 @@ mod tests {
 
     /// A swinging load of 600 kg on six soft segments, the middle ones kicked aside at `kick` (m/s).
     fn swing(options: StepOptions, kick: f64) -> Stepper {
-        let params = HoistParams {
-            segments: 6,
-            mass_ratio: 600.0,
-            segment_mass: Some(1.0),
-            ea: Some(1e6),
-            move_x: 0.5,
-            move_duration: 0.5,
-            seed: 3,
-            ..HoistParams::default()
-        };
+        let params = HoistParams::default()
+            .with(|p| (p.segments, p.mass_ratio, p.segment_mass) = (6, 600.0, Some(1.0)))
+            .with(|p| (p.ea, p.move_x, p.move_duration) = (Some(1e6), 0.5, 0.5))
+            .with(|p| p.seed = 3);
         let mut scene = params.hanging_equilibrium().unwrap();
         scene.bodies.velocity[2..4].fill(Vector3::y() * kick);
         Stepper::new(scene, options).unwrap()

@@ -187,18 +187,10 @@ fn the_tension_of_a_step_that_is_taken_back_comes_back() {
 /// Largest distance from the axis of a cable of EI = 30 N m², GJ = 25 N m², 2 m, between a clamp and a grip that slides
 /// and turns, in 3 s of the default step.
 fn off_axis(segments: usize, force: f64, torque: f64) -> f64 {
-    let params = taut_model::SpecimenParams {
-        segments,
-        length: 2.0,
-        ei: Some(30.0),
-        gj: Some(25.0),
-        ea: Some(1e6),
-        force: Some(force),
-        torque: Some(torque),
-        bearing: true,
-        seed: 4,
-        ..taut_model::SpecimenParams::new(taut_model::Specimen::Twist)
-    };
+    let params = taut_model::SpecimenParams::new(taut_model::Specimen::Twist)
+        .with(|p| (p.segments, p.length, p.ei) = (segments, 2.0, Some(30.0)))
+        .with(|p| (p.gj, p.ea, p.force) = (Some(25.0), Some(1e6), Some(force)))
+        .with(|p| (p.torque, p.bearing, p.seed) = (Some(torque), true, 4));
     let mut stepper = Stepper::new(params.build().unwrap(), StepOptions::default()).unwrap();
     let mut farthest = 0.0_f64;
     for _ in 0..180 {
@@ -255,13 +247,9 @@ fn a_whirled_body_keeps_its_energy() {
 #[test]
 #[cfg(feature = "cg")]
 fn a_warm_start_is_the_default_and_saves_iterations() {
-    let params = taut_model::HoistParams {
-        segments: 9,
-        mass_ratio: 100.0,
-        initial_angle: 0.4,
-        seed: 3,
-        ..taut_model::HoistParams::default()
-    };
+    let params = taut_model::HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.initial_angle) = (9, 100.0, 0.4))
+        .with(|p| p.seed = 3);
     let options = StepOptions {
         backend: "cg:jacobi:tolerance=1e-6".parse().unwrap(),
         refinements: 0,

@@ -72,13 +72,9 @@ fn the_energy_of_each_step_is_accounted_for() {
 fn so_is_that_of_a_gantry_driven_for_a_minute() {
     for falls in [2, 4, 8, 12] {
         for sheave_friction in [0.0, 0.1, 0.2] {
-            let params = GantryParams {
-                parts: falls,
-                sheaves: true,
-                sheave_friction,
-                mass_ratio: 1e5,
-                ..GantryParams::default()
-            };
+            let params = GantryParams::default()
+                .with(|p| (p.parts, p.sheaves) = (falls, true))
+                .with(|p| (p.sheave_friction, p.mass_ratio) = (sheave_friction, 1e5));
             let scene = params.build().unwrap();
             let size = scene.bodies.mass.iter().sum::<f64>() * G * 10.0;
             let mut stepper = Stepper::new(scene, implicit()).unwrap();

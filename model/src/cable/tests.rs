@@ -36,13 +36,10 @@ fn a_straight_cable_is_the_hoist_s() {
         CableEnd::Clamped(Frame::world(Vector3::zeros())),
         CableEnd::Pinned(Frame::body(load, Vector3::zeros())),
     ];
-    let rope = Cable {
-        segments: Segments::Equal(5),
-        density: resolved.segment_mass / resolved.segment_length,
-        stiffness: resolved.stiffness,
-        damping: Damping::Time(0.01),
-        ..Cable::round("rope", &Material::STEEL, resolved.radius, ends)
-    };
+    let rope = Cable::round("rope", &Material::STEEL, resolved.radius, ends)
+        .with(|p| p.segments = Segments::Equal(5))
+        .with(|p| p.density = resolved.segment_mass / resolved.segment_length)
+        .with(|p| (p.stiffness, p.damping) = (resolved.stiffness, Damping::Time(0.01)));
     let parts = scene.add_cable(&rope).expect("lies");
     assert_eq!(parts.bodies, [1, 2, 3, 4, 5]);
     assert_eq!(parts.joints, [0, 1, 2, 3, 4, 5]);

@@ -133,13 +133,9 @@ fn a_cable_meets_the_ground_and_not_itself() {
 fn the_groups_of_a_cable_are_those_of_its_capsules() {
     let mut scene = heap(1);
     let ends = [v(0.0, 0.0, 0.01), v(1.0, 0.0, 0.01)].map(CableEnd::Free);
-    let cable = Cable {
-        segments: Segments::Equal(2),
-        collide: Some(Surface::default()),
-        groups: 0b10,
-        meets: 0b100,
-        ..Cable::round("rope", &Material::STEEL, 0.01, ends)
-    };
+    let cable = Cable::round("rope", &Material::STEEL, 0.01, ends)
+        .with(|p| (p.segments, p.collide) = (Segments::Equal(2), Some(Surface::default())))
+        .with(|p| (p.groups, p.meets) = (0b10, 0b100));
     let own = scene.add_cable(&cable).expect("lies").bodies;
     let capsules = scene.colliders.iter();
     let capsules = capsules.filter(|c| c.body.is_some_and(|i| own.contains(&i)));

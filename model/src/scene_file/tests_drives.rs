@@ -148,13 +148,9 @@ fn the_crane_is_what_its_text_says() {
     let Constraint::MasslessCable(rope) = &scene.constraints[2] else {
         panic!("{:?}", scene.constraints[2]);
     };
-    let winch = Winch {
-        speed: -0.25,
-        force_limit: 4000.0,
-        brake_limit: 9000.0,
-        longest: 30.0,
-        ..Winch::new()
-    };
+    let winch = Winch::new()
+        .with(|w| (w.speed, w.force_limit, w.brake_limit) = (-0.25, 4000.0, 9000.0))
+        .with(|w| w.longest = 30.0);
     assert_eq!((rope.winch, rope.tension_only), (Some(winch), true));
     let drive = |constraint, gain| Drive { constraint, gain };
     assert_eq!(scene.controls[0].name, "hoist_speed");

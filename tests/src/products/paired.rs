@@ -174,13 +174,9 @@ fn end(choices: &Choices, finer: usize, moved: f64) -> Option<Vector3<f64>> {
     let mut scene = scene::build(choices).ok()?;
     let load = scene.load?;
     scene.bodies.position[load] += Vector3::new(0.6, 0.0, 0.8) * moved;
-    let options = StepOptions {
-        dt: 1.0 / (RATE * finer as f64),
-        estimate: None,
-        sleep: None,
-        substeps: 1,
-        ..options(choices)
-    };
+    let options = options(choices)
+        .with(|o| (o.dt, o.estimate, o.sleep) = (1.0 / (RATE * finer as f64), None, None))
+        .with(|o| o.substeps = 1);
     let mut stepper = Stepper::new(scene, options).ok()?;
     for _ in 0..steps() * finer {
         stepper.step().ok()?;

@@ -4,13 +4,9 @@ use taut_solver::CgOptions;
 
 /// A hoist whose anchor moves by a metre in a second.
 fn jerked(segments: usize) -> Scene {
-    let hoist = HoistParams {
-        segments,
-        mass_ratio: 1e3,
-        equilibrium: true,
-        move_x: 1.0,
-        ..HoistParams::default()
-    };
+    let hoist = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.equilibrium) = (segments, 1e3, true))
+        .with(|p| p.move_x = 1.0);
     hoist.build().expect("built")
 }
 

@@ -218,13 +218,10 @@ fn of_ends(
         ends.reverse();
     }
     let rule = Resolution::default().with(|p| p.bend = bend);
-    let cable = Cable {
-        segments: Segments::Equal(segments),
-        points: vec![Vector3::new(1.5, 0.0, -1.5)],
-        damping: Damping::Time(0.02),
-        resolution: Some(rule),
-        ..Cable::round("rope", &Material::NYLON, 0.01, ends)
-    };
+    let cable = Cable::round("rope", &Material::NYLON, 0.01, ends)
+        .with(|p| p.segments = Segments::Equal(segments))
+        .with(|p| p.points = vec![Vector3::new(1.5, 0.0, -1.5)])
+        .with(|p| (p.damping, p.resolution) = (Damping::Time(0.02), Some(rule)));
     scene.add_cable(&cable).unwrap();
     let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
     let mut done = [0; 2];

@@ -25,15 +25,9 @@ fn the_force_is_the_derivative_of_the_energy() {
 
 /// A swinging cable of four segments after its first pass, its search about to begin.
 fn after_a_pass(damping: f64, ea: Option<f64>) -> (Step, f64) {
-    let params = HoistParams {
-        segments: 4,
-        initial_angle: 1.0,
-        seed: 1,
-        seed_rate: 2.0,
-        damping,
-        ea,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.initial_angle, p.seed) = (4, 1.0, 1))
+        .with(|p| (p.seed_rate, p.damping, p.ea) = (2.0, damping, ea));
     let options = StepOptions::default().with(|o| o.scheme = Scheme::LinearlyImplicit);
     let dt = options.dt;
     let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();

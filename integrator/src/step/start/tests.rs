@@ -23,13 +23,9 @@ fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>
 }
 
 fn options(scheme: Scheme, dt: f64, substeps: usize) -> StepOptions {
-    StepOptions {
-        scheme,
-        dt,
-        substeps,
-        guard: Some(Guard::default()),
-        ..StepOptions::default()
-    }
+    StepOptions::default()
+        .with(|o| (o.scheme, o.dt, o.substeps) = (scheme, dt, substeps))
+        .with(|o| o.guard = Some(Guard::default()))
 }
 
 /// Two balls on a rod that fly apart end in their common velocity: before, the first step turned 1 m/s into −1.5 m/s.
