@@ -1,6 +1,6 @@
 //! Tests of scenes as one table, and of overrides.
 
-use super::testing::{check_faults, fault, says};
+use super::testing::{built, check_faults, fault, says};
 use super::*;
 use crate::testing::*;
 use proptest::prelude::*;
@@ -50,6 +50,60 @@ fn faults_say_where() {
         TEXT → [twist]⏎force = 1⏎[bend] → line … stands beside [bend]
     "##;
     check_faults("TEXT", faults);
+}
+
+/// Each row of a table of faults is one in the sound text beside it.
+#[test]
+fn faults_name_line_key_and_cure() {
+    let cables = super::tests_cable::text();
+    let wound = include_str!("texts/wound.toml").replace("FRICTION", "");
+    for (sound, faults) in [
+        (cables.as_str(), include_str!("texts/cables.faults")),
+        (
+            include_str!("../../../integrator/examples/segment_crane.toml"),
+            include_str!("texts/winch.faults"),
+        ),
+        (
+            include_str!("../../../integrator/examples/rope.toml"),
+            include_str!("texts/rule.faults"),
+        ),
+        (
+            include_str!("texts/yard.toml"),
+            include_str!("texts/yard.faults"),
+        ),
+        (
+            include_str!("texts/drives.toml"),
+            include_str!("texts/drives.faults"),
+        ),
+        (
+            include_str!("texts/events.toml"),
+            include_str!("texts/events.faults"),
+        ),
+        (
+            include_str!("texts/picked.toml"),
+            include_str!("texts/picked.faults"),
+        ),
+        (
+            include_str!("texts/links.toml"),
+            include_str!("texts/links.faults"),
+        ),
+        (
+            include_str!("texts/loads.toml"),
+            include_str!("texts/loads.faults"),
+        ),
+        (
+            include_str!("texts/reeved.toml"),
+            include_str!("texts/reeved.faults"),
+        ),
+        (wound.as_str(), include_str!("texts/wound.faults")),
+    ] {
+        assert!(sound == wound || !built(sound).bodies.is_empty());
+        check_faults(sound, faults);
+    }
+    let passed =
+        include_str!("texts/reeved.toml").replace("point = [2, 0, -1]", "point = [2, 0, 1]");
+    let fault = "length = 20 → length = 20.0 → line … sheave 2 … does not touch the cable";
+    check_faults(&passed.replace(", turns = 1 }", " }"), fault);
 }
 
 #[test]

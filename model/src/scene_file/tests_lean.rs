@@ -12,24 +12,7 @@ fn mass(scene: &Scene) -> f64 {
     scene.dynamic_bodies().map(|i| scene.bodies.mass[i]).sum()
 }
 
-const CRANE: &str = r#"
-load = "load"
-body = [
-  { name = "mast", mobility = "static", position = [0, 0, 12] },
-  { name = "load", mass = 5000, shape = { box = { size = [1, 1, 1] } }, position = [0, 0, 1], collide = true },
-]
-
-[[cable]]
-name = "rope"
-from = { body = "mast" }
-to = { body = "load", point = [0, 0, 0.5], held = "clamped" }
-segments = 10
-radius = 0.01
-collide = { friction = 0.2 }
-
-[[ground]]
-name = "floor"
-"#;
+const CRANE: &str = include_str!("texts/lean.toml");
 
 fn crane() -> SceneSource {
     SceneSource::parse(CRANE, &[]).expect("a crane")
