@@ -275,29 +275,7 @@ fn recordings_are_bounded() {
     );
 }
 
-const WINCH: &str = "
-name = 'crane'
-load = 'load'
-equilibrium = true
-body = [
-  { name = 'jib', mobility = 'static', position = [0, 0, 12] },
-  { name = 'load', mass = 500, shape = { box = { size = [1, 1, 1] } }, position = [0, 0, 5.5] },
-]
-[[cable]]
-name = 'rope'
-from = { body = 'jib', point = [0, 0, 0], held = 'pinned' }
-to = { body = 'load', point = [0, 0, 0.5] }
-segments = 6
-radius = 0.01
-winch = { shortest = 1, longest = 8 }
-[[control]]
-name = 'hoist_speed'
-drives = [{ joint = 'rope', gain = -1 }]
-[[event]]
-name = 'up'
-at = 0.1
-set = [{ control = 'hoist_speed', value = 1 }]
-";
+const WINCH: &str = include_str!("tests/winch.toml");
 
 fn winch_recorded() -> Recording {
     let scene = SceneSource::parse(WINCH, &[]).expect("a scene");

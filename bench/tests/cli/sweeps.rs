@@ -126,37 +126,7 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
 }
 
 /// A double pendulum, released level; none of its bodies is called the load.
-const BALLS: &str = "\
-name = \"balls\"
-
-[[body]]
-name = \"upper\"
-mass = 2
-shape = { sphere = { radius = 0.1 } }
-position = [1, 0, 0]
-
-[[body]]
-name = \"lower\"
-mass = 8
-shape = { sphere = { radius = 0.1 } }
-position = [3, 0, 0]
-
-[[joint]]
-name = \"first\"
-kind = \"spherical\"
-a = \"world\"
-b = \"upper\"
-point = [0, 0, 0]
-stretch = 1e-6
-
-[[joint]]
-name = \"second\"
-kind = \"spherical\"
-a = \"upper\"
-b = \"lower\"
-point = [1, 0, 0]
-stretch = 1e-6
-";
+const BALLS: &str = include_str!("texts/balls.toml");
 
 #[test]
 fn the_main_job_takes_any_scene() {

@@ -20,32 +20,7 @@ fn alone() -> MutexGuard<'static, ()> {
 }
 
 /// A trolley with a motor, and a point-like load on 4 m of massless cable.
-const PENDULUM: &str = r#"
-name = "pendulum <i>"
-load = "load"
-equilibrium = true
-body = [
-  { name = "mast", mobility = "static" },
-  { name = "trolley", mass = 500, shape = { sphere = { radius = 0.5 } } },
-  { name = "load", mass = 1000, shape = { sphere = { radius = 0.3 } }, position = [0, 0, -4] },
-]
-[[joint]]
-name = "rail"
-kind = "slider"
-a = "mast"
-b = "trolley"
-point = [0, 0, 0]
-axis = [1, 0, 0]
-motor = { speed = 0 }
-[[massless_cable]]
-name = "rope"
-through = [{ body = "trolley" }, { body = "load" }]
-length = 4
-stretch = 1e-7
-[[control]]
-name = "trolley <b>speed</b>"
-drives = [{ joint = "rail" }]
-"#;
+const PENDULUM: &str = include_str!("pendulum.toml");
 
 fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);

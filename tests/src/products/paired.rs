@@ -74,24 +74,7 @@ pub(super) fn estimated(case: &Case) -> Fault {
 }
 
 /// A load that hangs far away over a sheave with friction, and another that an event ties where it hangs.
-const FAR: &str = r#"
-[[body]]
-name = "far"
-mass = 10.0
-position = [50.2, 0.0, 0.0]
-[[massless_cable]]
-name = "far-rope"
-through = [
-    { body = "world", point = [46.0, 0.0, 5.0] },
-    { body = "world", point = [50.0, 0.0, 5.0], sheave = { radius = 0.2, axis = [0, 1, 0], friction = 0.1 } },
-    { body = "far" },
-]
-stretch = 1e-9
-[[event]]
-name = "far-tie"
-at = 0.5
-attach = [{ name = "far-link", a = { body = "world", point = [52.0, 0.0, 0.0] }, b = { body = "far" } }]
-"#;
+const FAR: &str = include_str!("far.toml");
 
 /// Machines that nothing connects do not know of each other: up to rounding, until shapes touch, which amplifies it.
 pub(super) fn beside(case: &Case) -> Fault {
