@@ -630,10 +630,8 @@ mod tests {
         assert_eq!(field(&StepOptions { contacts, ..d() }), "contacts.sweeps");
         let guard = |guard| d().with(|o| o.guard = Some(guard));
         let g = Guard::default;
-        assert_eq!(
-            field(&guard(g().with(|g| g.tolerance = f64::NAN))),
-            "guard.tolerance"
-        );
+        let found = field(&guard(g().with(|g| g.tolerance = f64::NAN)));
+        assert_eq!(found, "guard.tolerance");
         assert_eq!(field(&guard(Guard { passes: 0, ..g() })), "guard.passes");
         assert!(d().validate().is_ok() && StepOptions::paper().validate().is_ok());
     }

@@ -585,13 +585,11 @@ mod tests {
     fn strains_beyond_five_per_cent_are_noted() {
         let scene = HoistParams::default().build().expect("builds");
         let mut gaps = vec![0.02; 25];
-        assert_eq!(
-            scene.strain_note(&gaps),
-            Some(Note::Strained {
-                constraint: "load".to_owned(),
-                strain: 0.02 / (5.0 / 24.0),
-            })
-        );
+        let expected = Some(Note::Strained {
+            constraint: "load".to_owned(),
+            strain: 0.02 / (5.0 / 24.0),
+        });
+        assert_eq!(scene.strain_note(&gaps), expected);
         gaps[0] = 0.0;
         gaps[24] = 0.0;
         assert_eq!(scene.strain_note(&gaps), None);

@@ -230,10 +230,8 @@ mod tests {
         let groups = vec![0, 0, 0, 0, 0, 0, 0, 1, 1];
         assert_eq!(build(ChainModel::BendAngle, None), (1e-4, groups));
         let groups = vec![0, 0, 0, 0, 1, 1];
-        assert_eq!(
-            build(ChainModel::LoadEnforcement, Some(1e-12)),
-            (1e-12, groups)
-        );
+        let found = build(ChainModel::LoadEnforcement, Some(1e-12));
+        assert_eq!(found, (1e-12, groups));
     }
 
     #[test]

@@ -478,12 +478,10 @@ mod tests {
         for backend in Backend::all() {
             if backend.is_compiled() && !backend.accepts_unsymmetric() {
                 let e = solve_general(&backend, &upwind(9), &[1.0; 9]).unwrap_err();
-                assert_eq!(
-                    e,
-                    SolveError::NotSymmetric {
-                        backend: backend.name()
-                    }
-                );
+                let expected = SolveError::NotSymmetric {
+                    backend: backend.name(),
+                };
+                assert_eq!(e, expected);
                 assert!(e.to_string().contains("umfpack, faer:lu, dense"), "{e}");
             }
         }

@@ -53,11 +53,8 @@ fn measure(
         let place = format!("{joint:?}, {pose:?}, {segments} segments, {choice}, ratio {ratio:e}");
         if choice.backend.is_iterative() {
             // The claimed residual is that of the system the solver was given.
-            assert_eq!(
-                report.solve.status,
-                Status::Converged,
-                "{place}: {report:?}"
-            );
+            let what = format!("{place}: {report:?}");
+            assert_eq!(report.solve.status, Status::Converged, "{what}");
             let (a, b, x) = stepper.system();
             let r = norm(&residual(a, b, x).expect("lengths fit")) / norm(b);
             assert!(r <= 1e-10 * (1.0 + 1e-6), "{place}: {r:e}");
@@ -138,11 +135,8 @@ fn the_table_allows_refined_solvers_little_more_than_roundoff() {
             rows += 1;
         }
     }
-    assert_eq!(
-        rows,
-        12 * SCENES.len(),
-        "every direct solver has a row in every scene"
-    );
+    let what = format!("every direct solver has a row in every scene");
+    assert_eq!(rows, 12 * SCENES.len(), "{what}");
 }
 
 /// Writes the table anew: `cargo test -p taut-tests --features umfpack --test all -- --ignored --nocapture table`.

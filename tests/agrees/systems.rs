@@ -169,11 +169,8 @@ fn iterative_backends_converge_to_what_they_claim() {
             solver.analyze(a.pattern()).expect("sound");
             solver.factorize(a).expect("regular");
             let report = solver.solve(a, b, &mut x).expect("solvable");
-            assert_eq!(
-                report.status,
-                Status::Converged,
-                "{name}, {report:?}, on {system}"
-            );
+            let what = format!("{name}, {report:?}, on {system}");
+            assert_eq!(report.status, Status::Converged, "{what}");
             let r = residual(a, b, &x).expect("lengths fit");
             claim.see(norm(&r) / norm(b), system);
             forward.see(forward_error(&x, exact), system);

@@ -299,10 +299,8 @@ fn a_load_flies_on_from_a_drum_that_is_stopped() {
             }
             let rise = 1.5_f64.powi(2) / (2.0 * 9.81);
             let missed = 9.81 * DT * DT / 8.0;
-            assert!(
-                (highest - rise).abs() < 0.02 * rise + missed,
-                "{stretch} m/N, by control {by_control}: {highest} m of {rise} m"
-            );
+            let what = format!("{stretch} m/N, by control {by_control}: {highest} m of {rise} m");
+            assert!((highest - rise).abs() < 0.02 * rise + missed, "{what}");
         }
     }
 }

@@ -183,10 +183,8 @@ fn what_was_set_by_hand_is_saved() {
         .set_multipliers(&vec![-1.5; rows])
         .expect("as many rows");
     let saved = stepper.save().expect("a sound state");
-    assert_eq!(
-        (saved.version(), saved.time()),
-        (SavedRun::VERSION, stepper.time())
-    );
+    let found = (saved.version(), saved.time());
+    assert_eq!(found, (SavedRun::VERSION, stepper.time()));
     assert_eq!(saved.scene().name, "gantry");
     assert_eq!(saved.options(), stepper.options());
     let mut again = Stepper::restore(by_way_of_texts(&saved)).expect("a sound run");

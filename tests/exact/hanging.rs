@@ -17,10 +17,8 @@ fn needed(choice: &Choice, ratio: f64, warm_start: bool, limit: usize) -> Vec<Op
     let (params, family) = (params(SEGMENTS, ratio), choice.family());
     let rows = iterations_needed(&params, &options, &family, &LEVELS, limit).expect("stable");
     for (row, level) in rows.iter().zip(LEVELS) {
-        assert_eq!(
-            (row.level, row.warm_start, row.limit),
-            (level, warm_start, limit)
-        );
+        let ours = (row.level, row.warm_start, row.limit);
+        assert_eq!(ours, (level, warm_start, limit));
     }
     let found: Vec<_> = rows.iter().map(|row| row.iterations).collect();
     println!("{family}, ratio {ratio:e}, warm {warm_start}: {found:?}");

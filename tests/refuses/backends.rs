@@ -68,13 +68,11 @@ fn what_is_not_compiled_in_says_how_to_get_it() {
         }
         if let Err(e) = made {
             let feature = backend.feature().expect("dense is always there");
-            assert_eq!(
-                e,
-                SolveError::NotCompiled {
-                    backend: backend.name(),
-                    feature
-                }
-            );
+            let expected = SolveError::NotCompiled {
+                backend: backend.name(),
+                feature,
+            };
+            assert_eq!(e, expected);
             let says = e.to_string().contains(&format!("--features {feature}"));
             assert!(says, "{e}");
         }

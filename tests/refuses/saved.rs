@@ -35,10 +35,8 @@ fn a_scheme_of_angular_rows_is_refused_unless_it_was_none() {
         read.map(|run| run.options().clone())
             .map_err(|e| e.to_string())
     };
-    assert_eq!(
-        with("angular_scheme", Value::Null),
-        Ok(StepOptions::default())
-    );
+    let found = with("angular_scheme", Value::Null);
+    assert_eq!(found, Ok(StepOptions::default()));
     let text = with("angular_scheme", json!("spook")).expect_err("a scheme");
     assert!(text.contains("`angular_scheme` is `spook`, where all rows take `scheme`"));
     let text = with("lateral_scheme", Value::Null).expect_err("no key");

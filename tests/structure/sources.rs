@@ -120,10 +120,8 @@ fn manifests_depend_in_one_direction() {
     let members = workspace["workspace"]["members"].as_array();
     let members = members.expect("a list");
     let members: BTreeSet<_> = members.iter().filter_map(Value::as_str).collect();
-    assert_eq!(
-        members,
-        MAY_KNOW.iter().map(|(folder, _)| *folder).collect()
-    );
+    let expected = MAY_KNOW.iter().map(|(folder, _)| *folder).collect();
+    assert_eq!(members, expected);
 }
 
 #[test]

@@ -64,10 +64,8 @@ fn the_default_scheme_keeps_what_it_promises() {
         let holds =
             within("first_band", 6e-3) && within("last_band", 6e-3) && within("drift", 2e-3);
         assert!(holds, "{band:?}");
-        assert_eq!(
-            (&band["steps"], &band["redone"]),
-            (&24_000.into(), &0.into())
-        );
+        let found = (&band["steps"], &band["redone"]);
+        assert_eq!(found, (&24_000.into(), &0.into()));
     }
     let spins = of_default("spins");
     // Measured: 3.0e-7, order 2.9.

@@ -385,10 +385,8 @@ fn bodies_that_go_vanish_from_animations() {
         }
     }
     let bodies = |part: Option<&Part>| part.map_or(0, |p| p.layout.bodies.len());
-    assert_eq!(
-        gone,
-        bodies(recording.parts.first()) - bodies(recording.parts.last())
-    );
+    let expected = bodies(recording.parts.first()) - bodies(recording.parts.last());
+    assert_eq!(gone, expected);
     assert!(gone > 0 && shrunk > 0, "{gone} {shrunk}");
 }
 

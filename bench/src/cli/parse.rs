@@ -140,10 +140,8 @@ mod tests {
             assert!(holds, "{help}");
         }
         assert!(seen > cli.get_subcommands().count(), "{seen}");
-        assert_eq!(
-            examples("Examples:\n  taut a --b > c && taut d\nother taut"),
-            ["taut a --b", "taut d"]
-        );
+        let found = examples("Examples:\n  taut a --b > c && taut d\nother taut");
+        assert_eq!(found, ["taut a --b", "taut d"]);
     }
 
     #[test]

@@ -320,10 +320,8 @@ mod tests {
         renamed.name = "ring-23/banded/forward-error".to_owned();
         let rows = compare(std::slice::from_ref(&new), std::slice::from_ref(&renamed));
         let verdicts: Vec<_> = rows.iter().map(|r| (r.case.as_str(), r.verdict)).collect();
-        assert_eq!(
-            verdicts,
-            [(CASE, Verdict::New), ("ring-23/banded", Verdict::Fail)]
-        );
+        let expected = [(CASE, Verdict::New), ("ring-23/banded", Verdict::Fail)];
+        assert_eq!(verdicts, expected);
         let beyond = figure(Measure::ForwardError, 1e-11, Some(1e-12));
         assert_eq!(compare(&[beyond], &[])[0].verdict, Verdict::Fail);
         // Tracked, but not part of this run.

@@ -248,14 +248,12 @@ mod tests {
             }
         }
         for level in LEVELS {
-            assert_eq!(
-                results
-                    .records
-                    .iter()
-                    .filter(|r| r.fastest_at.iter().any(|f| f.level == level))
-                    .count(),
-                1
-            );
+            let found = results
+                .records
+                .iter()
+                .filter(|r| r.fastest_at.iter().any(|f| f.level == level))
+                .count();
+            assert_eq!(found, 1);
         }
     }
 

@@ -19,21 +19,19 @@ fn a_table_has_the_columns_that_are_asked_for_with_their_units() {
     let columns = "hook.vz,time,hoist_speed,bottom.tension,bottom.force,rope-1.length,load.speed,rail.drive,load_tension,rope-1.path";
     let run = "run gantry --set segments=3 --controls c.csv --time 0.5";
     let (headings, rows) = table(&at.good(format!("{run} --columns {columns} --out -")));
-    assert_eq!(
-        headings,
-        [
-            "hook.vz [m/s]",
-            "time [s]",
-            "hoist_speed",
-            "bottom.tension [N]",
-            "bottom.force [N]",
-            "rope-1.length [m]",
-            "load.speed [m/s]",
-            "rail.drive [N]",
-            "load_tension [N]",
-            "rope-1.path [m]",
-        ]
-    );
+    let expected = [
+        "hook.vz [m/s]",
+        "time [s]",
+        "hoist_speed",
+        "bottom.tension [N]",
+        "bottom.force [N]",
+        "rope-1.length [m]",
+        "load.speed [m/s]",
+        "rail.drive [N]",
+        "load_tension [N]",
+        "rope-1.path [m]",
+    ];
+    assert_eq!(headings, expected);
     assert_eq!(rows.len(), 30);
     let value = |row: usize, column: usize| rows[row][column].expect("a number");
     for row in 0..30 {
@@ -193,10 +191,8 @@ fn forces_of_contacts_are_columns() {
     let contact = "crate.contact,crate.contact_x,crate.contact_y,crate.contact_z";
     let run = format!("run landing.toml --columns time,{contact},rope.tension,crate.z --out -");
     let (headings, rows) = table(&at.good(&run));
-    assert_eq!(
-        headings[1..5].join(","),
-        "crate.contact [N],crate.contact_x [N],crate.contact_y [N],crate.contact_z [N]"
-    );
+    let expected = "crate.contact [N],crate.contact_x [N],crate.contact_y [N],crate.contact_z [N]";
+    assert_eq!(headings[1..5].join(","), expected);
     let weight = 2000.0 * 9.81;
     let value = |row: usize, column: usize| rows[row][column].expect("a number");
     for row in 0..rows.len() {
@@ -235,10 +231,8 @@ fn locks_hinges_and_sliders_have_moments() {
         at.write("arm.toml", scene);
         let columns = "hold.moment,hold.mx,hold.my,hold.mz,hold.fz";
         let (headings, rows) = table(&at.good(format!("{run} {columns} --out -")));
-        assert_eq!(
-            headings.join(","),
-            "hold.moment [N m],hold.mx [N m],hold.my [N m],hold.mz [N m],hold.fz [N]"
-        );
+        let expected = "hold.moment [N m],hold.mx [N m],hold.my [N m],hold.mz [N m],hold.fz [N]";
+        assert_eq!(headings.join(","), expected);
         let last = rows.last().expect("rows").iter();
         let last: Vec<f64> = last.map(|value| value.expect("a number")).collect();
         for (value, right) in last.iter().zip([196.2, 0.0, -196.2, 0.0, 98.1]) {

@@ -29,10 +29,8 @@ fn a_driven_run_can_be_repeated() {
     let at = with_inputs("driven");
     let arguments = format!("run {GANTRY} --controls inputs.csv --time 1 --json -");
     let first = at.json(&arguments);
-    assert_eq!(
-        (&first["stable"], &first["steps"]),
-        (&true.into(), &60.into())
-    );
+    let found = (&first["stable"], &first["steps"]);
+    assert_eq!(found, (&true.into(), &60.into()));
     same(&first, &at.json(&arguments), "twice");
     // 0.2 s at 0.5 m/s and two ramps of as much: the rail's motor slips at first.
     let way = trolley(&first);

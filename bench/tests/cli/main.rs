@@ -103,12 +103,8 @@ impl At {
             stderr,
         } = self.taut(&arguments);
         let told = [stdout, stderr].map(|bytes| text(&bytes).to_owned());
-        assert_eq!(
-            status.code(),
-            Some(code),
-            "`taut {}`: {told:?}",
-            arguments.as_ref()
-        );
+        let found = status.code();
+        assert_eq!(found, Some(code), "`taut {}`: {told:?}", arguments.as_ref());
         told
     }
 

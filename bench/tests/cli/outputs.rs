@@ -101,10 +101,8 @@ fn a_place_is_written_once_and_not_over_what_is_read() {
                 let words = [a, b, "cannot share a file"];
                 at.refused(format!("{run} {a} {first} {b} {second}"), &words);
             }
-            assert_eq!(
-                fs::read_to_string(&file).ok().as_deref(),
-                there.then_some("old")
-            );
+            let found = fs::read_to_string(&file).ok();
+            assert_eq!(found.as_deref(), there.then_some("old"));
             let _ = fs::remove_file(&file);
         }
     }
@@ -204,15 +202,11 @@ fn a_signal_ends_a_run_in_order() {
             (&summary["stable"], &summary["failure"], &summary["stopped"]),
             (&false.into(), &Value::Null, &format!("SIG{signal}").into())
         );
-        assert_eq!(
-            summary["load"]["time"].as_array().map(Vec::len),
-            Some(count - 1)
-        );
+        let found = summary["load"]["time"].as_array().map(Vec::len);
+        assert_eq!(found, Some(count - 1));
         assert_eq!(at.parsed("s.json"), saved);
-        assert_eq!(
-            saved["run"]["time"].as_f64().map(|t| (60.0 * t).round()),
-            Some(30.0)
-        );
+        let found = saved["run"]["time"].as_f64().map(|t| (60.0 * t).round());
+        assert_eq!(found, Some(30.0));
         at.good("run --resume s.json --time 0.1");
     }
 }

@@ -44,10 +44,8 @@ fn the_summary_of_a_run_has_its_fields() {
         let holds = run[field].as_str().is_some_and(|s| !s.is_empty());
         assert!(holds, "{field}: {run}");
     }
-    assert_eq!(
-        (&run["scene"], &run["stable"], &run["steps"]),
-        (&"hoist".into(), &true.into(), &30.into())
-    );
+    let found = (&run["scene"], &run["stable"], &run["steps"]);
+    assert_eq!(found, (&"hoist".into(), &true.into(), &30.into()));
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     assert!((number(&run["dt"]) * 60.0 - 1.0).abs() < 1e-15);
     assert!(number(&run["max_violation_m"]) >= 0.0);
@@ -192,15 +190,11 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
     };
     let default = run("");
     assert_eq!(default["scheme"], "third-difference");
-    assert_eq!(
-        (&default["stiffness"], &default["guard"]),
-        (&Value::from("0.4"), &Value::from(0.005))
-    );
+    let found = (&default["stiffness"], &default["guard"]);
+    assert_eq!(found, (&Value::from("0.4"), &Value::from(0.005)));
     let paper = run("--scheme linearly-implicit --stiffness off --guard off --dt 1/120");
-    assert_eq!(
-        (&paper["stiffness"], &paper["guard"]),
-        (&Value::from("off"), &Value::Null)
-    );
+    let found = (&paper["stiffness"], &paper["guard"]);
+    assert_eq!(found, (&Value::from("off"), &Value::Null));
     assert_eq!(paper["steps"], 60);
     let divided = run("--scheme spook --stiffness 0.5 --substeps 2");
     assert_eq!(divided["stiffness"], "0.5");

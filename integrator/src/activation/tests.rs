@@ -129,10 +129,8 @@ fn a_start_on_a_stretched_rope_gains_nothing() {
                     steps += 1;
                 }
                 let gain = (stepper.energy().total() - start) / (0.5 * LOAD * speed * speed);
-                assert!(
-                    gain < 0.33 * omega * omega,
-                    "Ω {omega}, {speed} m/s, {part}: {gain:.4} after {steps} steps"
-                );
+                let what = format!("Ω {omega}, {speed} m/s, {part}: {gain:.4} after {steps} steps");
+                assert!(gain < 0.33 * omega * omega, "{what}");
             }
         }
     }
@@ -331,10 +329,8 @@ fn a_rod_beside_a_rigid_rope_takes_its_load_over() {
         for n in 0..15 {
             stepper.step().unwrap();
             let speed = stepper.scene().bodies.velocity[body].norm();
-            assert!(
-                speed < 1.1 * before,
-                "{substeps} sub-steps, step {n}: {speed} m/s of {before}"
-            );
+            let what = format!("{substeps} sub-steps, step {n}: {speed} m/s of {before}");
+            assert!(speed < 1.1 * before, "{what}");
         }
     }
 }

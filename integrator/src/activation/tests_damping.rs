@@ -398,10 +398,9 @@ fn a_load_on_an_elastic_rope_swings_where_its_winch_jumps() {
             };
             // Steps sample the dip: Ω² of it at worst is missed in one of them, an eighth between two.
             let seen = (1.0 - (0.5 * omega * DT).min(1.0).powi(2)) * swing;
-            assert!(
-                lowest > -1.02 * swing && lowest < -0.98 * seen,
-                "{mass} kg, {compliance} m/N, {jump} m/s: dips to {lowest} m of {swing} m"
-            );
+            let what =
+                format!("{mass} kg, {compliance} m/N, {jump} m/s: dips to {lowest} m of {swing} m");
+            assert!(lowest > -1.02 * swing && lowest < -0.98 * seen, "{what}");
             let missed = 9.81 * DT * DT / 8.0;
             assert!(
                 highest < 1.02 * rise && highest > 0.97 * rise - missed,
@@ -429,10 +428,8 @@ fn a_load_flies_on_from_a_winch_at_its_end() {
             }
             let rise = speed * speed / (2.0 * 9.81);
             let missed = 9.81 * DT * DT / 8.0;
-            assert!(
-                (highest - rise).abs() < 0.02 * rise + missed,
-                "{compliance} m/N, {speed} m/s: {highest} m of {rise} m"
-            );
+            let what = format!("{compliance} m/N, {speed} m/s: {highest} m of {rise} m");
+            assert!((highest - rise).abs() < 0.02 * rise + missed, "{what}");
         }
     }
 }

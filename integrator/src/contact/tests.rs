@@ -320,11 +320,8 @@ fn a_column_that_is_split_into_groups_stands() {
     let mut stepper = stepper(scene);
     for _ in 0..5 {
         let report = stepper.step().unwrap();
-        assert_eq!(
-            (report.contacts.groups, report.undecided),
-            (3, 0),
-            "{report:?}"
-        );
+        let what = format!("{report:?}");
+        assert_eq!((report.contacts.groups, report.undecided), (3, 0), "{what}");
     }
     let grounded = stepper.contacts().filter(|c| c.bodies.contains(&None));
     let carried: f64 = grounded.map(|c| c.force.z.abs()).sum();

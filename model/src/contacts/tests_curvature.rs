@@ -60,10 +60,8 @@ fn compare(scene: &mut Scene, close: f64) {
             }
             scene.bodies.orientation[side] = before;
             let (exact, ours) = (-sum / (h * h), direction.dot(&(formula * direction)));
-            assert!(
-                (ours - exact).abs() < close,
-                "{side} {direction:?}: {ours}, not {exact}, {contact:?}"
-            );
+            let what = format!("{side} {direction:?}: {ours}, not {exact}, {contact:?}");
+            assert!((ours - exact).abs() < close, "{what}");
         }
     }
 }

@@ -28,10 +28,8 @@ fn pairs(scene: &Scene) -> Vec<[usize; 2]> {
 #[test]
 fn bodies_that_are_joined_do_not_meet_but_all_meet_the_ground() {
     let mut scene = heap(3);
-    assert_eq!(
-        pairs(&scene),
-        [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
-    );
+    let found = pairs(&scene);
+    assert_eq!(found, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]);
     let frames = [
         Frame::body(0, v(0.1, 0.0, 0.0)),
         Frame::body(1, v(0.0, 0.0, 0.0)),
@@ -107,10 +105,8 @@ fn a_cable_meets_the_ground_and_not_itself() {
             .iter()
             .all(|c| c.gap.abs() < EXACT && c.colliders[0] == 0)
     );
-    assert_eq!(
-        found[0].surface.friction,
-        surface.meet(&Surface::default()).friction
-    );
+    let expected = surface.meet(&Surface::default()).friction;
+    assert_eq!(found[0].surface.friction, expected);
     // Names that are taken are refused, and the scene stays as it was.
     let before = scene.clone();
     scene.cables.clear();

@@ -23,10 +23,8 @@ fn entries_lay_cables_that_others_hold_on_to() {
     assert_eq!(scene.cables[1].bodies, [7, 8]);
     assert_eq!(scene.constraint_names[..2], ["sling", "rope-start"]);
     let held = scene.constraints[8].frames()[0].body_index();
-    assert_eq!(
-        (scene.constraint_names[8].as_str(), held),
-        ("tail-start", Some(6))
-    );
+    let found = (scene.constraint_names[8].as_str(), held);
+    assert_eq!(found, ("tail-start", Some(6)));
     // Written one by one it is the same scene, cables and all.
     let explicit = SceneText::from_scene(&scene).unwrap();
     assert!(explicit.cable.is_empty());
@@ -71,10 +69,8 @@ fn a_rule_of_resolution_is_read() {
     let length = 73.0_f64.sqrt();
     assert!((rule.shortest - length / 48.0).abs() < 0.01 && (rule.longest - length).abs() < 0.1);
     let default = crate::scene::resolution::Resolution::default();
-    assert_eq!(
-        (rule.bend, rule.phase, rule.most),
-        (0.2, default.phase, default.most)
-    );
+    let found = (rule.bend, rule.phase, rule.most);
+    assert_eq!(found, (0.2, default.phase, default.most));
     let refused = SceneText::from_scene(&scene).unwrap_err().to_string();
     says(&refused, "… the rule of resolution of the cable `rope`");
     reads_back(&source);

@@ -21,36 +21,28 @@ fn entries_are_colliders_of_bodies_of_cables_and_of_the_world() {
             .expect("there")
     };
     let ball = named("ball");
-    assert_eq!(
-        (ball.body, ball.shape),
-        (Some(0), Shape::Sphere { radius: 0.2 })
-    );
+    let found = (ball.body, ball.shape);
+    assert_eq!(found, (Some(0), Shape::Sphere { radius: 0.2 }));
     assert_eq!((ball.groups, ball.meets), (DEFAULT_GROUP, u32::MAX));
     assert_eq!(ball.surface, Surface::default());
     let size = Vector3::new(1.0, 2.0, 3.0);
     assert_eq!(named("crate").shape, Shape::Cuboid { size });
-    assert_eq!(
-        (
-            named("crate").surface.friction,
-            named("crate").surface.restitution
-        ),
-        (0.3, 0.25)
+    let found = (
+        named("crate").surface.friction,
+        named("crate").surface.restitution,
     );
+    assert_eq!(found, (0.3, 0.25));
     // `loads`, `all` and `ropes` in the order of the text, after `default`.
     assert_eq!((named("crate").groups, named("crate").meets), (0b110, 0b11));
     let (length, radius) = (1.0, 0.5);
     assert_eq!(named("drum").shape, Shape::Cylinder { length, radius });
-    assert_eq!(
-        (
-            named("drum").surface.compliance,
-            named("drum").surface.damping
-        ),
-        (1e-7, 0.01)
+    let found = (
+        named("drum").surface.compliance,
+        named("drum").surface.damping,
     );
-    assert_eq!(
-        (named("rope-2").body, named("rope-2").groups),
-        (Some(6), 0b1000)
-    );
+    assert_eq!(found, (1e-7, 0.01));
+    let found = (named("rope-2").body, named("rope-2").groups);
+    assert_eq!(found, (Some(6), 0b1000));
     assert!(
         matches!(named("rope-2").shape, Shape::Capsule { length, radius: 0.01 } if (length - 2.0).abs() < 1e-12)
     );
@@ -110,11 +102,9 @@ fn overrides_reach_surfaces() {
     ];
     let scene = SceneSource::parse(YARD, &overrides).expect("reads");
     let scene = scene.build().expect("builds");
-    assert_eq!(
-        (
-            scene.colliders[1].surface.friction,
-            scene.colliders[5].surface.friction
-        ),
-        (0.9, 0.0)
+    let found = (
+        scene.colliders[1].surface.friction,
+        scene.colliders[5].surface.friction,
     );
+    assert_eq!(found, (0.9, 0.0));
 }

@@ -34,10 +34,8 @@ fn the_crane_is_what_its_text_says() {
         panic!("{:?}", scene.constraints[1]);
     };
     assert_eq!(rail.motor, Some(Motor::speed(0.5)));
-    assert_eq!(
-        (rail.rotation, rail.across),
-        (RowLaw::RIGID, RowLaw::new(2e-8, 0.3))
-    );
+    let found = (rail.rotation, rail.across);
+    assert_eq!(found, (RowLaw::RIGID, RowLaw::new(2e-8, 0.3)));
     // Along the jib, whose z axis is along the world's x.
     assert!((rail.frames[0].axes.column(0) - Vector3::z()).norm() < 1e-15);
     let Constraint::MasslessCable(rope) = &scene.constraints[2] else {
@@ -116,10 +114,8 @@ fn overrides_of_what_moves() {
     ];
     let scene = SceneSource::parse(CRANE, &set).and_then(|s| s.build());
     let scene = scene.expect("builds");
-    assert_eq!(
-        scene.constraints[1].motor().copied(),
-        Some(Motor::speed(0.75))
-    );
+    let found = scene.constraints[1].motor().copied();
+    assert_eq!(found, Some(Motor::speed(0.75)));
     assert_eq!(scene.controls[0].drives[0].gain, 3.0);
     assert_eq!(scene.bodies.mobility[0], Mobility::Driven);
     assert_eq!(scene.bodies.inertia[0], Matrix3::identity());

@@ -16,10 +16,8 @@ fn entries_and_breaks_are_events() {
     ];
     assert_eq!(names[..3], breaks);
     assert_eq!(names[3..], ["sling breaks", "let go", "caught", "slack"]);
-    assert_eq!(
-        scene.events[4].then,
-        [Action::Release(3), Action::Release(2)]
-    );
+    let expected = [Action::Release(3), Action::Release(2)];
+    assert_eq!(scene.events[4].then, expected);
     let (constraint, above) = (3, 5e3);
     assert_eq!(scene.events[3].when, When::Force { constraint, above });
     let (control, value) = (0, 0.5);

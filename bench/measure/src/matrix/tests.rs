@@ -54,11 +54,8 @@ fn every_backend_solves_a_symmetric_matrix_or_says_why_not() {
         let row = results.records.iter().find(|r| r.backend == name);
         let omitted = results.omissions.iter().find(|o| o.backend == name);
         let grouped = backend.factorizes_groups();
-        assert_eq!(
-            row.is_some(),
-            backend.is_compiled() && !grouped,
-            "{name}: {omitted:?}"
-        );
+        let what = format!("{name}: {omitted:?}");
+        assert_eq!(row.is_some(), backend.is_compiled() && !grouped, "{what}");
         if let Some(row) = row {
             let error = row.forward_error.expect("1 is the solution");
             let bar = if backend.is_iterative() { 1e-2 } else { 1e-14 };

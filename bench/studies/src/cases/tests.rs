@@ -97,10 +97,8 @@ fn a_file_that_ends_anywhere_is_taken_up_without_loss() {
         fs::write(&path, &bytes[..length]).expect("writable");
         let (found, run_again) = run(&path, Shard::WHOLE, true);
         let lines = bytes[..length].iter().filter(|b| **b == b'\n').count();
-        assert_eq!(
-            (found, run_again),
-            (whole.clone(), 18 - lines.saturating_sub(1))
-        );
+        let ours = (found, run_again);
+        assert_eq!(ours, (whole.clone(), 18 - lines.saturating_sub(1)));
         assert_eq!(fs::read(&path).expect("readable"), bytes, "{length}");
     }
     refused(

@@ -154,10 +154,8 @@ fn handles_are_of_one_body_and_one_stepper() {
         Ok(edit.add_constraint("rail", again, 0))
     });
     assert!(stepper.constraint_index(new.unwrap()).is_ok());
-    assert_eq!(
-        stepper.constraint_index(rail),
-        Err(StepError::Gone { kind: "constraint" })
-    );
+    let found = stepper.constraint_index(rail);
+    assert_eq!(found, Err(StepError::Gone { kind: "constraint" }));
 }
 
 /// The gantry's hoist follows its handle when the trolley's control goes, and no number can drive the wrong winch.

@@ -79,10 +79,8 @@ fn the_coarse_run_follows_controls_and_changes() {
         }
         let error = stepper.step().expect("steps").error.expect("estimated");
         assert!(!error.lost && error.time >= last, "{k}: {error:?}");
-        assert_eq!(
-            error.unseen, 0,
-            "{k}: it was set between two steps of the coarse run"
-        );
+        let what = format!("{k}: it was set between two steps of the coarse run");
+        assert_eq!(error.unseen, 0, "{what}");
         last = error.time;
     }
     assert!((1e-7..1e-3).contains(&last), "{last}");

@@ -15,14 +15,10 @@ fn entries_are_read_as_they_stand() {
     let text = "%%matrixmarket MATRIX Coordinate Real General\r\n% made by hand\r\n\r\n3 2 4\r\n\
                 1 1 -0.0\r\n% between\r\n3 2 1D-3\r\n  2\t1  4.9406564584124654e-324 \r\n1 1 2\r\n\r\n";
     let market = parse(text.as_bytes()).expect("reads");
-    assert_eq!(
-        (market.rows, market.columns, market.symmetric),
-        (3, 2, false)
-    );
-    assert_eq!(
-        market.entries,
-        [(0, 0, -0.0), (2, 1, 1e-3), (1, 0, 5e-324), (0, 0, 2.0)]
-    );
+    let found = (market.rows, market.columns, market.symmetric);
+    assert_eq!(found, (3, 2, false));
+    let expected = [(0, 0, -0.0), (2, 1, 1e-3), (1, 0, 5e-324), (0, 0, 2.0)];
+    assert_eq!(market.entries, expected);
     assert!(market.entries[0].2.is_sign_negative());
     let marked = format!("\u{feff}{text}");
     assert_eq!(parse(marked.as_bytes()).expect("reads"), market);
@@ -42,25 +38,19 @@ fn arrays_go_by_columns() {
         let text = format!("%%MatrixMarket matrix array {head}\n{body}\n");
         parse(text.as_bytes()).expect("reads").entries
     };
-    assert_eq!(
-        entries("real general", "2 1\n0\n5"),
-        [(0, 0, 0.0), (1, 0, 5.0)]
-    );
-    assert_eq!(
-        entries("integer general", "2 2\n1\n2\n0\n4"),
-        [(0, 0, 1.0), (1, 0, 2.0), (1, 1, 4.0)]
-    );
-    assert_eq!(
-        entries("real symmetric", "3 3\n1\n2\n3\n4\n5\n6"),
-        [
-            (0, 0, 1.0),
-            (1, 0, 2.0),
-            (2, 0, 3.0),
-            (1, 1, 4.0),
-            (2, 1, 5.0),
-            (2, 2, 6.0)
-        ]
-    );
+    let found = entries("real general", "2 1\n0\n5");
+    assert_eq!(found, [(0, 0, 0.0), (1, 0, 5.0)]);
+    let found = entries("integer general", "2 2\n1\n2\n0\n4");
+    assert_eq!(found, [(0, 0, 1.0), (1, 0, 2.0), (1, 1, 4.0)]);
+    let expected = [
+        (0, 0, 1.0),
+        (1, 0, 2.0),
+        (2, 0, 3.0),
+        (1, 1, 4.0),
+        (2, 1, 5.0),
+        (2, 2, 6.0),
+    ];
+    assert_eq!(entries("real symmetric", "3 3\n1\n2\n3\n4\n5\n6"), expected);
 }
 
 /// The text is refused in that line, with those words.
@@ -191,10 +181,8 @@ proptest! {
         let text = write::vector(&v, &["any numbers".to_owned()]);
         let back = parse(text.as_bytes()).expect("reads");
         let bits = |v: f64| v.to_bits();
-        prop_assert_eq!(
-            back.entries.iter().map(|e| bits(e.2)).collect::<Vec<_>>(),
-            v.iter().copied().map(bits).collect::<Vec<_>>()
-        );
+        let found = back.entries.iter().map(|e| bits(e.2)).collect::<Vec<_>>();
+        prop_assert_eq!(found, v.iter().copied().map(bits).collect::<Vec<_>>());
     }
 
     #[test]

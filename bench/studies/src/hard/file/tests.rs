@@ -46,10 +46,8 @@ fn a_case_of_a_few_lines_is_measured() {
         let all_hold = checks.iter().all(|c| c.verdict == Verdict::Pass);
         assert!(all_hold, "{checks:?}");
     }
-    assert_eq!(
-        guarantees(&case),
-        ["2, 30 kg: 19.62, 294.3 N within 1e-10 of it"]
-    );
+    let found = guarantees(&case);
+    assert_eq!(found, ["2, 30 kg: 19.62, 294.3 N within 1e-10 of it"]);
 }
 
 #[test]
@@ -177,10 +175,8 @@ fn entries_repeat_and_lists_combine() {
     let checks = outcome(&case, true, &ProgressBar::hidden()).unwrap().checks;
     let passed = checks.iter();
     let passed: Vec<_> = passed.map(|c| (c.case.as_str(), c.verdict)).collect();
-    assert_eq!(
-        passed,
-        [("1 masses", Verdict::Pass), ("3 masses", Verdict::Pass)]
-    );
+    let expected = [("1 masses", Verdict::Pass), ("3 masses", Verdict::Pass)];
+    assert_eq!(passed, expected);
 }
 
 #[test]

@@ -53,10 +53,8 @@ fn another_solver_goes_on_with_the_same_motion() {
     let mut other = swinging(options("banded", Scheme::default(), DT), 20);
     let load_before = other.body("load").expect("a load");
     go_on(&mut other, Scheme::default(), DT);
-    assert_eq!(
-        other.backend(),
-        &options("dense", Scheme::default(), DT).backend
-    );
+    let found = other.backend();
+    assert_eq!(found, &options("dense", Scheme::default(), DT).backend);
     assert_eq!(other.body("load").expect("a load"), load_before);
     other.steps(40);
     let apart = (load(&plain) - load(&other)).norm();
