@@ -404,32 +404,6 @@ mod tests {
         }
     }
 
-    /// Up to about a fifth of Greenhill's torque, 247 N m here.
-    #[test]
-    fn small_twist_moments_change_nothing() {
-        let (scene, rows, mut lambda) = twisted(40.0);
-        // No tension holds the grip by an arm, nor the world.
-        for twist in [5, rows.rows() - 1] {
-            lambda[twist] = 0.0;
-        }
-        let mut geometric = Geometric::new(&scene, &rows);
-        geometric.update(&rows, &lambda, None);
-        let without = geometric.stiffness().clone();
-        geometric.update(&rows, &lambda, Some(EXCESS));
-        assert_eq!(*geometric.stiffness(), without);
-    }
-
-    #[test]
-    fn a_pushed_body_has_none() {
-        let scene = HoistParams::default().hanging_equilibrium().unwrap();
-        let mut rows = Linearized::new(&scene);
-        rows.update(&scene, 0.0);
-        let pushed = rows.phi.clone();
-        let mut geometric = Geometric::new(&scene, &rows);
-        geometric.update(&rows, &pushed, None);
-        assert_eq!(geometric.stiffness, BodyVectors::new(25));
-    }
-
     /// The scheme takes the angle at θ_n + a δ²θ + γ δ³θ, with backward differences that end at t_{n+1}; what Δω does not
     /// multiply is the drive.
     #[test]

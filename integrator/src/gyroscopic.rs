@@ -343,14 +343,4 @@ mod tests {
         let holds = fine < 1e-3 && (coarse / fine / 4.0 - 1.0).abs() < 0.05;
         assert!(holds, "{coarse} {fine}");
     }
-
-    #[test]
-    fn a_principal_axis_stays() {
-        let top = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0));
-        let (mut rotation, about) = (UnitQuaternion::identity(), Vector3::new(0.0, 4.0, 0.0));
-        let mut w = about;
-        turn(&top, &mut rotation, &mut w, 0.1);
-        assert!((w - about).norm() < 1e-15, "{w}");
-        assert!((rotation.scaled_axis() - about * 0.1).norm() < 1e-15);
-    }
 }

@@ -609,10 +609,7 @@ mod tests {
         let mut scene = Scene::new("held");
         scene.gravity = Vector3::z() * -10.0;
         let body = scene.add_body("ball", Body::sphere(0.5, 2.0));
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(body, Vector3::zeros()),
-        ];
+        let frames = [origin(), centre(body)];
         let stretch = RowLaw::new(0.05, 0.0);
         scene.add_constraint(
             "joint",

@@ -22,6 +22,16 @@ pub(crate) trait With: Sized {
 
 impl<T> With for T {}
 
+/// The world's origin.
+pub(crate) fn origin() -> Frame {
+    Frame::world(Vector3::zeros())
+}
+
+/// The centre of a body.
+pub(crate) fn centre(body: usize) -> Frame {
+    Frame::body(body, Vector3::zeros())
+}
+
 /// Result of [`check_jacobian`].
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JacobianCheck {

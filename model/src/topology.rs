@@ -202,7 +202,7 @@ mod tests {
     use crate::testing::*;
 
     fn frame(body: Option<usize>) -> Frame {
-        let world = Frame::world(Vector3::zeros());
+        let world = origin();
         body.map_or(world, |i| Frame::body(i, Vector3::x()))
     }
 

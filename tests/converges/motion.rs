@@ -112,7 +112,7 @@ fn spinning(spin: f64, swing: f64) -> Scene {
     rod.angular_velocity = Vector3::new(swing, 0.0, spin);
     rod.velocity = rod.angular_velocity.cross(&-top);
     scene.add_body("rod", rod);
-    let frames = [Frame::world(Vector3::zeros()), Frame::body(0, top)];
+    let frames = [origin(), Frame::body(0, top)];
     let stretch = RowLaw::new(1e-8, 0.0);
     let joint = Constraint::Spherical(Spherical { frames, stretch });
     scene.add_constraint("joint", joint, 0);

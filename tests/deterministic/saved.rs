@@ -146,13 +146,8 @@ fn every_solver_goes_on_with_the_same_bits() {
     for scene in [swinging(), gantry(), random_machine(5)] {
         for choice in compiled() {
             let options = choice.options(DT);
-            goes_on(
-                &scene,
-                &options,
-                11,
-                8,
-                &format!("{}, {choice}", scene.name),
-            );
+            let text = &format!("{}, {choice}", scene.name);
+            goes_on(&scene, &options, 11, 8, text);
         }
         let words = "cg:jacobi:iterations=7 gauss-seidel:groups:trial:iterations=3 \
             cg:group:tolerance=1e-4";

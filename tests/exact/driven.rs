@@ -21,10 +21,7 @@ fn hung(mass: f64, excess: f64, winch: Option<Winch>) -> Scene {
     let ball = Body::sphere(0.1, mass).at(-Vector3::z() * 2.0);
     let ball = scene.add_body("ball", ball);
     scene.load = Some(ball);
-    let frames = vec![
-        Frame::world(Vector3::zeros()),
-        Frame::body(ball, Vector3::zeros()),
-    ];
+    let frames = vec![origin(), centre(ball)];
     let cable =
         MasslessCable::new(frames, 2.0 - excess, RowLaw::new(1e-5, 0.0)).with(|p| p.winch = winch);
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
@@ -134,7 +131,7 @@ fn a_motor_drives_a_trolley_with_limited_force() {
     let trolley = scene.add_body("trolley", Body::cuboid(Vector3::new(1.0, 0.5, 0.2), 50.0));
     let crane = scene.add_body("crane", Body::fixed());
     let axes = along(&Vector3::x());
-    let at = |body| Frame::body(body, Vector3::zeros()).with_axes(axes);
+    let at = |body| centre(body).with_axes(axes);
     let slider = Slider::new([at(crane), at(trolley)])
         .with(|p| p.motor = Some(Motor::speed(1.0).with(|p| p.force_limit = 100.0)));
     scene.add_constraint("rail", Constraint::Slider(slider), 0);
@@ -167,7 +164,7 @@ fn a_position_motor_turns_a_hinge_to_its_target() {
     let hinge = Hinge {
         motor: Some(motor),
         ..Hinge::new([
-            Frame::world(Vector3::zeros()).with_axes(axes),
+            origin().with_axes(axes),
             Frame::body(arm, Vector3::z() * 0.5).with_axes(axes),
         ])
     };
@@ -205,7 +202,7 @@ fn a_driven_body_carries_and_feels_nothing() {
     load.velocity = carrier_speed;
     let load = scene.add_body("load", load);
     let link = Distance {
-        frames: [carrier, load].map(|b| Frame::body(b, Vector3::zeros())),
+        frames: [carrier, load].map(|b| centre(b)),
         length: 1.0,
         law: RowLaw::RIGID,
         transverse: false,

@@ -213,7 +213,7 @@ fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
     for (name, turn) in [("a", pose.turn), ("b", pose.turn * relative)] {
         scene.add_body(name, Body::sphere(1.0, 1.0).turned(turn));
     }
-    let frames = [0, 1].map(|i| Frame::body(i, Vector3::zeros()).with_axes(Matrix3::identity()));
+    let frames = [0, 1].map(|i| centre(i).with_axes(Matrix3::identity()));
     scene.add_constraint("joint", kind.constraint(frames), 0);
     scene
 }

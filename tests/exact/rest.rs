@@ -90,10 +90,7 @@ fn rigid_slings_too_short_for_the_start_are_drawn_in() {
     scene.add_body("load", Body::sphere(0.3, 900.0).at(start));
     let (across, up, length) = (Vector3::new(0.33_f64, 0.24, 0.0), 0.34, 0.8_f64);
     for (name, side) in [("left", -1.0), ("right", 1.0)] {
-        let ends = vec![
-            Frame::world(Vector3::zeros()),
-            Frame::body(0, side * across + up * Vector3::z()),
-        ];
+        let ends = vec![origin(), Frame::body(0, side * across + up * Vector3::z())];
         let sling = MasslessCable::new(ends, length, RowLaw::RIGID);
         scene.add_constraint(name, Constraint::MasslessCable(sling), 0);
     }

@@ -60,13 +60,8 @@ fn what_overlaps_at_the_start_comes_apart_slowly() {
     for pair in pairs {
         let mut scene = ground(Surface::default());
         for (k, (size, height)) in pair.into_iter().enumerate() {
-            add_box(
-                &mut scene,
-                &format!("box-{k}"),
-                size,
-                1.0,
-                Vector3::z() * height,
-            );
+            let text = &format!("box-{k}");
+            add_box(&mut scene, text, size, 1.0, Vector3::z() * height);
         }
         let fastest = live(scene, DT).expect("contacts that come apart");
         // They recover with at most 0.5 m/s a contact, and may fall for a second.

@@ -49,7 +49,7 @@ fn hung(mass: f64) -> Scene {
     scene.bodies.position[0].x = -0.3;
     let lever = Vector3::new(0.3, 0.0, 0.0);
     let joint = Constraint::Spherical(Spherical {
-        frames: [Frame::world(Vector3::zeros()), Frame::body(0, lever)],
+        frames: [origin(), Frame::body(0, lever)],
         stretch: RowLaw::RIGID,
     });
     scene.add_constraint("joint", joint, 0);
@@ -60,10 +60,7 @@ fn hung(mass: f64) -> Scene {
 fn linked(length: f64) -> Scene {
     let mut scene = stone();
     scene.bodies.position[0].x = length;
-    let ends = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(0, Vector3::zeros()),
-    ];
+    let ends = [origin(), centre(0)];
     let link = Constraint::Distance(Distance {
         frames: ends,
         length,
@@ -114,7 +111,7 @@ fn in_parts() -> Scene {
     let stone = scene.add_body("stone", hung(2.0).bodies.get(0));
     let lever = Vector3::new(0.3, 0.0, 0.0);
     let joint = Spherical {
-        frames: [Frame::world(Vector3::zeros()), Frame::body(stone, lever)],
+        frames: [origin(), Frame::body(stone, lever)],
         stretch: RowLaw::RIGID,
     };
     scene.add_constraint("beside", Constraint::Spherical(joint), 7);

@@ -92,10 +92,7 @@ fn a_motor_without_force_lets_its_joint_run_free() {
         let mut scene = Scene::new("free runner");
         scene.gravity = Vector3::new(3.0, 0.0, -10.0);
         let body = scene.add_body("body", Body::sphere(0.1, 2.0));
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(body, Vector3::x() * 0.1),
-        ];
+        let frames = [origin(), Frame::body(body, Vector3::x() * 0.1)];
         let constraint = if slides {
             Constraint::Slider(Slider::new(frames).with(|p| p.motor = motor))
         } else {
@@ -204,14 +201,9 @@ fn many_bodies_are_put_in_order_or_refused() {
     let mut star = Scene::new("star");
     star.add_body("hub", Body::sphere(1.0, 1.0));
     for i in 1..=MANY {
-        star.add_body(
-            format!("{i}"),
-            Body::sphere(0.1, 1.0).at(Vector3::x() * 2.0),
-        );
-        let frames = [
-            Frame::body(0, Vector3::zeros()),
-            Frame::body(i, -Vector3::x() * 2.0),
-        ];
+        let line = format!("{i}");
+        star.add_body(line, Body::sphere(0.1, 1.0).at(Vector3::x() * 2.0));
+        let frames = [centre(0), Frame::body(i, -Vector3::x() * 2.0)];
         let stretch = RowLaw::RIGID;
         let joint = Constraint::Spherical(Spherical { frames, stretch });
         star.add_constraint(format!("{i}"), joint, 0);
@@ -233,11 +225,11 @@ fn many_bodies_are_put_in_order_or_refused() {
     stepper.step().expect("solvable");
 
     let mut reeved = Scene::new("reeved");
-    let mut frames = vec![Frame::world(Vector3::zeros())];
+    let mut frames = vec![origin()];
     for i in 1..=MANY {
         let at = Vector3::new(i as f64, (i % 2) as f64, 0.0);
         let body = reeved.add_body(format!("{i}"), Body::sphere(0.1, 1.0).at(at));
-        frames.push(Frame::body(body, Vector3::zeros()));
+        frames.push(centre(body));
     }
     let cable = MasslessCable::new(frames, 1e5, RowLaw::new(1e-6, 0.0));
     reeved.add_constraint("cable", Constraint::MasslessCable(cable), 0);

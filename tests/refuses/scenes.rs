@@ -158,10 +158,8 @@ fn states_and_multipliers_of_another_scene_are_refused() {
 fn loose_bodies_beside_a_chain_fall() {
     for choice in taut_tests::compiled() {
         let mut scene = small();
-        let stone = scene.add_body(
-            "stone",
-            Body::sphere(0.1, 2.0).at(Vector3::new(9.0, 0.0, 0.0)),
-        );
+        let body = Body::sphere(0.1, 2.0).at(Vector3::new(9.0, 0.0, 0.0));
+        let stone = scene.add_body("stone", body);
         let fall = |options: StepOptions| {
             let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
             stepper.step().unwrap_or_else(|e| panic!("{choice}: {e}"));
@@ -177,7 +175,7 @@ fn loose_bodies_beside_a_chain_fall() {
         assert!(off <= 1e-15, "{choice}: {position}");
     }
     let mut scene = small();
-    let world = Frame::world(Vector3::zeros());
+    let world = origin();
     let frames = [world, world];
     let nothing = Constraint::Spherical(Spherical {
         frames,

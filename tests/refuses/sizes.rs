@@ -38,7 +38,7 @@ fn a_topology_that_changes_in_every_step_is_stepped() {
         scene.gravity = Vector3::new(0.0, 0.0, -10.0);
         for n in 0..24 {
             let upper = match scene.bodies.len() {
-                0 => Frame::world(Vector3::zeros()),
+                0 => origin(),
                 last => Frame::body(last - 1, Vector3::new(0.0, 0.0, -0.5)),
             };
             let top = match scene.bodies.len() {

@@ -34,7 +34,7 @@ pub fn graph(
         scene.add_constraint(name, joint(kind, frames, 1e-6, 1e-3, 0.01), 0);
     };
     for &i in anchored {
-        let frames = [Frame::world(points[i]), Frame::body(i, Vector3::zeros())];
+        let frames = [Frame::world(points[i]), centre(i)];
         add(&mut scene, format!("anchor-{i}"), frames);
     }
     for &(a, b) in pairs {

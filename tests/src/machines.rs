@@ -213,10 +213,7 @@ pub fn held_group(seed: u64, cables: usize, motors: usize) -> Scene {
         let wheel = Body::sphere(0.1, random.log_uniform(0.5, 5.0)).at(position);
         let wheel = wheel.turned(scene.bodies.orientation[holder]);
         let wheel = scene.add_body(format!("wheel-{i}"), wheel);
-        let frames = [
-            Frame::body(holder, point),
-            Frame::body(wheel, Vector3::zeros()),
-        ];
+        let frames = [Frame::body(holder, point), centre(wheel)];
         let mut constraint = joint(kind, frames, 1e-5, 1e-3, 0.02);
         if let Some(motor) = constraint.motor_mut() {
             *motor = Motor {

@@ -1,6 +1,7 @@
 //! Names that most tests use.
 
 pub use crate::random::Random;
+pub use crate::scenes::{centre, origin};
 pub use crate::{
     With, Worst, allowed, bits, compiled, compiled_direct, compiled_iterative, oracle, paper,
     unguarded,

@@ -6,6 +6,18 @@ use taut_measure::poses;
 
 pub use taut_measure::poses::Pose;
 
+/// The world's origin.
+#[must_use]
+pub fn origin() -> Frame {
+    Frame::world(Vector3::zeros())
+}
+
+/// The centre of a body.
+#[must_use]
+pub fn centre(body: usize) -> Frame {
+    Frame::body(body, Vector3::zeros())
+}
+
 /// A hoist with the given joints in the given pose; the straight one has random angular velocities of 10⁻³ rad/s.
 ///
 /// # Panics
@@ -231,7 +243,7 @@ pub fn random_scene(seed: u64) -> Scene {
     let half = Vector3::new(0.0, 0.0, 0.5 * SEGMENT);
     for (i, parent) in parents.iter().enumerate() {
         let upper = parent.map_or_else(
-            || Frame::world(Vector3::zeros()).moving(anchor_motion()),
+            || origin().moving(anchor_motion()),
             |p| Frame::body(p, -half),
         );
         let kind = JOINTS[random.below(4)];
@@ -353,7 +365,7 @@ pub fn copies(copies: usize, compliance: f64) -> Scene {
     let ball = scene.add_body("ball", body);
     for i in 1..=copies {
         let joint = Constraint::Spherical(Spherical {
-            frames: [Frame::world(Vector3::zeros()), Frame::body(ball, hook)],
+            frames: [origin(), Frame::body(ball, hook)],
             stretch: RowLaw::new(compliance, 0.0),
         });
         scene.add_constraint(format!("copy-{i}"), joint, 0);

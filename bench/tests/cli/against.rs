@@ -71,17 +71,11 @@ fn answers_that_are_no_times_are_named() {
         "release"
     };
     let hello = format!(r#"echo '{{"schema":2,"build":"{build}","toolchain":"t","cases":[]}}'"#);
-    script(
-        &at,
-        "dies",
-        &format!("{hello}; read q; echo out of luck >&2; exit 7"),
-    );
+    let text = &format!("{hello}; read q; echo out of luck >&2; exit 7");
+    script(&at, "dies", text);
     refused_base(&at, "dies", &["dies", "ended", "7", "out of luck"]);
-    script(
-        &at,
-        "lies",
-        &format!("{hello}; read q; echo '{{\"ns\":-1}}'; cat"),
-    );
+    let text = &format!("{hello}; read q; echo '{{\"ns\":-1}}'; cat");
+    script(&at, "lies", text);
     refused_base(&at, "lies", &["lies", "no time", "-1"]);
 }
 

@@ -33,10 +33,8 @@ fn one_output_that_fails_does_not_cost_the_others() {
         ("--record", ["--out", "--save"]),
     ] {
         let [a, b] = others;
-        let [stdout, stderr] = at.ends(
-            2,
-            format!("{run} {option} /dev/full {a} file{a} {b} file{b}"),
-        );
+        let text = format!("{run} {option} /dev/full {a} file{a} {b} file{b}");
+        let [stdout, stderr] = at.ends(2, text);
         assert_eq!(stderr.lines().count(), 1, "{stderr}");
         assert!(stderr.contains("cannot write `/dev/full`"), "{stderr}");
         assert!(stdout.contains("stable"), "{option}");

@@ -283,11 +283,8 @@ fn a_rod_that_is_made_between_parting_bodies_stops_them_without_a_rebound() {
                 let mut stepper = Stepper::new(scene, options(DT, substeps)).unwrap();
                 stepper.step().unwrap();
                 let length = -stepper.scene().bodies.position[body].z;
-                let rod = link(
-                    [origin(), load],
-                    length,
-                    RowLaw::new(compliance(omega * substeps as f64), 0.0),
-                );
+                let law = RowLaw::new(compliance(omega * substeps as f64), 0.0);
+                let rod = link([origin(), load], length, law);
                 stepper.tie("rod", rod);
                 let mut fastest = 0.0_f64;
                 for _ in 0..120 {

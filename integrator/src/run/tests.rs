@@ -45,11 +45,8 @@ fn a_free_body_falls_as_symplectic_euler_says() {
 #[test]
 fn a_deformation_mode_is_damped_by_its_law() {
     let (mass, compliance) = (2.0_f64, 1e-3_f64);
-    let scene = held(
-        Vector3::new(0.01, 0.0, 0.0),
-        RowLaw::new(compliance, 0.0),
-        Motion::Fixed,
-    );
+    let at = Vector3::new(0.01, 0.0, 0.0);
+    let scene = held(at, RowLaw::new(compliance, 0.0), Motion::Fixed);
     for form in [Form::Schur, Form::Kkt] {
         let mut stepper = Stepper::new(scene.clone(), options(form)).unwrap();
         let mut x = vec![0.01];
@@ -69,11 +66,8 @@ fn a_deformation_mode_is_damped_by_its_law() {
 #[test]
 fn a_gap_relaxes_with_its_damping_time() {
     let tau = 0.1;
-    let scene = held(
-        Vector3::new(0.0, 0.02, 0.0),
-        RowLaw::new(0.0, tau),
-        Motion::Fixed,
-    );
+    let at = Vector3::new(0.0, 0.02, 0.0);
+    let scene = held(at, RowLaw::new(0.0, tau), Motion::Fixed);
     let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
     let mut exact = 0.02;
     for _ in 0..20 {

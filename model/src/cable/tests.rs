@@ -32,10 +32,7 @@ fn a_straight_cable_is_the_hoist_s() {
     let resolved = hoist.resolve().expect("sound");
     let mut scene = Scene::new("hoist");
     let load = scene.add_body("load", own.bodies.get(5));
-    let ends = [
-        CableEnd::Clamped(Frame::world(Vector3::zeros())),
-        CableEnd::Pinned(Frame::body(load, Vector3::zeros())),
-    ];
+    let ends = [CableEnd::Clamped(origin()), CableEnd::Pinned(centre(load))];
     let rope = Cable::round("rope", &Material::STEEL, resolved.radius, ends)
         .with(|p| p.segments = Segments::Equal(5))
         .with(|p| p.density = resolved.segment_mass / resolved.segment_length)
@@ -73,7 +70,7 @@ fn what_rests_as_routed_is_without_strain() {
     for kind in [JointKind::Cosserat, JointKind::Paper] {
         let ends = [
             CableEnd::Clamped(Frame::world(around(0))),
-            CableEnd::Clamped(Frame::body(block, Vector3::zeros())),
+            CableEnd::Clamped(centre(block)),
         ];
         let rope = Cable {
             name: format!("{kind:?}"),
@@ -145,7 +142,7 @@ fn a_frame_that_moves_keeps_its_motion() {
         start: 0.0,
         ramp: 1.0,
     };
-    let top = Frame::world(Vector3::zeros()).moving(motion);
+    let top = origin().moving(motion);
     let scene = laid(&cable([CableEnd::Pinned(top), pinned(0.0, 0.0, -1.0)]));
     assert_eq!(scene.constraints[0].frames()[0].side, Side::World(motion));
 }

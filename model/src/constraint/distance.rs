@@ -173,8 +173,8 @@ mod tests {
         };
         let mut scene = Scene::new("driven");
         scene.add_body("bob", Body::particle(2.0).at(point));
-        let world = Frame::world(Vector3::zeros()).moving(motion);
-        let frames = [world, Frame::body(0, Vector3::zeros())];
+        let world = origin().moving(motion);
+        let frames = [world, centre(0)];
         scene.add_constraint("link", link(frames, true), 0);
         scene
     }

@@ -377,10 +377,7 @@ mod tests {
         let mut scene = Scene::new("bent");
         let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.4);
         scene.add_body("rod", Body::rod(1.0, 0.1, 1.0).turned(turn));
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(0, Vector3::zeros()),
-        ];
+        let frames = [origin(), centre(0)];
         let law = |bend| JointLaw {
             stretch: Some(RowLaw::RIGID),
             bend,

@@ -130,7 +130,7 @@ mod tests {
         let body = scene.add_body("trolley", body);
         let along = crate::axes_along(&Vector3::x()).expect("a direction");
         let world = Frame::world(Vector3::x()).with_axes(along);
-        let slider = Slider::new([world, Frame::body(body, Vector3::zeros()).with_axes(along)])
+        let slider = Slider::new([world, centre(body).with_axes(along)])
             .with(|p| p.motor = Some(Motor::speed(0.0).with(|p| p.target = target)));
         scene.add_constraint("rail", Constraint::Slider(slider), 0);
         scene

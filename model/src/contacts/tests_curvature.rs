@@ -109,11 +109,8 @@ fn a_ball_on_a_plane_turns_freely_and_a_rod_rocks_on_an_edge() {
     );
     // The edge is as round as a thousandth of the box.
     compare(&mut scene, 2e-3);
-    let mut scene = pair(
-        [Shape::Sphere { radius: THIN }, Shape::Cuboid { size: half }],
-        [UnitQuaternion::identity(); 2],
-        [THIN, -0.25],
-    );
+    let shapes = [Shape::Sphere { radius: THIN }, Shape::Cuboid { size: half }];
+    let mut scene = pair(shapes, [UnitQuaternion::identity(); 2], [THIN, -0.25]);
     compare(&mut scene, 1e-6);
 }
 

@@ -48,10 +48,8 @@ load → ring → choose one of hook, bob";
             .is_ok()
     );
     // The text's own fault keeps its line.
-    let text = fault(
-        &CRANE.replacen("mass = 50", "mass = -50", 1),
-        &[("load", "bob")],
-    );
+    let set = &[("load", "bob")];
+    let text = fault(&CRANE.replacen("mass = 50", "mass = -50", 1), set);
     assert!(text.starts_with("line 8, column 1: body `hook`"), "{text}");
 }
 

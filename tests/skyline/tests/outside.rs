@@ -127,11 +127,8 @@ fn its_options_are_its_own() {
             "umfpack, cg, gauss-seidel, minres, dense, skyline",
         ),
     ] {
-        let output = run(
-            PROGRAM,
-            "options",
-            &format!("run hoist --backend {backend}"),
-        );
+        let line = &format!("run hoist --backend {backend}");
+        let output = run(PROGRAM, "options", line);
         assert_eq!(output.status.code(), Some(2), "{backend}");
         let says = text(&output.stderr).contains(words);
         assert!(says, "{}", text(&output.stderr));

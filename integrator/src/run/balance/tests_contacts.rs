@@ -198,12 +198,8 @@ fn a_press_pays_for_what_soft_ground_stores() {
         let surface = Surface::default().with(|s| s.compliance = 1e-4);
         let mut scene = with_ground(0.0, surface);
         add_ball(&mut scene, 0.1, 0.0, Surface::default());
-        add_driven(
-            &mut scene,
-            [1.0, 1.0, 0.2],
-            [0.0, 0.0, 0.3],
-            [0.0, 0.0, -0.01],
-        );
+        let values = [0.0, 0.0, -0.01];
+        add_driven(&mut scene, [1.0, 1.0, 0.2], [0.0, 0.0, 0.3], values);
         let balance = last(&mut stepper(scene, scheme), 0.4);
         let stored = 0.5 * 0.004 * 0.004 / 1e-4;
         assert!((balance.work / stored - 1.0).abs() < 0.05, "{balance:?}");

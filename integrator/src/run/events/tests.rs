@@ -45,28 +45,6 @@ fn run(stepper: &mut Stepper, steps: usize) -> Vec<(f64, String)> {
     log
 }
 
-/// After one of two equal ropes breaks, the other, which carried W/2, swings between W/2 and 3/2 W
-/// about the whole weight W.
-#[test]
-fn the_rope_that_is_left_takes_one_and_a_half_weights() {
-    let options = dense().with(|o| o.dt = 1.0 / 960.0);
-    let mut scene = twins();
-    scene
-        .events
-        .push(event("cut", When::Time(0.1), vec![Action::Release(0)]));
-    let mut stepper = Stepper::new(scene, options).unwrap();
-    let log = run(&mut stepper, 96);
-    assert_eq!(log.len(), 1);
-    assert!((log[0].0 - 0.1).abs() < 1e-9, "{log:?}");
-    let mut peak = 0.0_f64;
-    for _ in 0..240 {
-        stepper.step().unwrap();
-        peak = peak.max(stepper.tension(0).unwrap());
-    }
-    assert!((peak / 1500.0 - 1.0).abs() < 1e-3, "{peak}");
-    assert!(stepper.scene().events.is_empty());
-}
-
 #[test]
 fn a_rope_breaks_at_its_limit_and_the_next_one_follows() {
     let mut scene = twins();

@@ -404,11 +404,8 @@ fn a_motor_that_stalls_at_its_limit_sleeps() {
             law: RowLaw::RIGID,
         });
     }
-    let stop = link(
-        [Frame::world(Vector3::new(1.0, 0.0, 1.0)), centre(0)],
-        1.0,
-        RowLaw::new(1e-4, 0.2),
-    );
+    let frames = [Frame::world(Vector3::new(1.0, 0.0, 1.0)), centre(0)];
+    let stop = link(frames, 1.0, RowLaw::new(1e-4, 0.2));
     scene.add_constraint("stop", stop, 0);
     let [mut stepper, _] = both(&scene);
     assert!(falls_asleep(&mut stepper, 2400).is_some());

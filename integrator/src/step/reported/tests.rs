@@ -92,11 +92,8 @@ fn a_blow_that_passes_through_a_rod_is_in_its_force() {
     for substeps in [1, 3] {
         let (mut scene, ball, at) = above(0.5, bouncing(0.7, 0.3), 0.05);
         let (far, own) = (at + Vector3::new(-1.8, 0.0, 0.6), Vector3::zeros());
-        let rod = link(
-            [Frame::world(far), Frame::body(ball, own)],
-            (far - at).norm(),
-            RowLaw::RIGID,
-        );
+        let frames = [Frame::world(far), Frame::body(ball, own)];
+        let rod = link(frames, (far - at).norm(), RowLaw::RIGID);
         scene.add_constraint("rod", rod, 0);
         let mut stepper = Stepper::new(scene, options(substeps)).expect("a sound scene");
         let (apart, _) = most_apart(&mut stepper, 60);

@@ -11,11 +11,8 @@ fn chain(mass: &[f64], compliance: f64, velocity: impl Fn(usize) -> Vector3<f64>
         scene.bodies.velocity[body] = velocity(k);
         if k > 0 {
             let apart = scene.bodies.position[body] - scene.bodies.position[body - 1];
-            let link = link(
-                [body - 1, body].map(centre),
-                apart.norm(),
-                RowLaw::new(compliance, 0.0),
-            );
+            let frames = [body - 1, body].map(centre);
+            let link = link(frames, apart.norm(), RowLaw::new(compliance, 0.0));
             scene.add_constraint(format!("l{k}"), link, 0);
         }
     }
@@ -164,11 +161,8 @@ fn what_moves_with_its_support_is_not_struck() {
     );
     scene.bodies.velocity[body] = velocity;
     let at = motion.displacement(0.0);
-    let link = link(
-        [support, centre(body)],
-        (Vector3::x() - at).norm(),
-        RowLaw::new(0.0, 0.0),
-    );
+    let frames = [support, centre(body)];
+    let link = link(frames, (Vector3::x() - at).norm(), RowLaw::new(0.0, 0.0));
     scene.gravity = Vector3::z() * -9.81;
     scene.add_constraint("rod", link, 0);
     for dt in [1.0 / 60.0, 1.0 / 960.0] {

@@ -61,7 +61,7 @@ fn tension_is_the_same_in_all_spans() {
     let mut scene = Scene::new("sheave");
     scene.add_body("sheave", Body::particle(1.0).at(-Vector3::z()));
     let at = |x| Frame::world(Vector3::new(x, 0.0, 0.0));
-    let frames = vec![at(-1.0), Frame::body(0, Vector3::zeros()), at(1.0)];
+    let frames = vec![at(-1.0), centre(0), at(1.0)];
     let cable = MasslessCable::new(frames, 2.0, RowLaw::RIGID);
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
     let lin = Linearized::at(&scene, 0.0);
@@ -158,7 +158,7 @@ fn spans_of_length_zero_are_finite() {
         frame.side = Side::World(Motion::Fixed);
         frame.point = Vector3::zeros();
     }
-    scene.constraints[0].frames_mut()[2] = Frame::body(1, Vector3::zeros());
+    scene.constraints[0].frames_mut()[2] = centre(1);
     scene.bodies.position[1] = Vector3::zeros();
     let lin = Linearized::at(&scene, 0.0);
     assert_eq!(*lin.phi, [-5.0]);

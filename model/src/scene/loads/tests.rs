@@ -14,7 +14,7 @@ fn laid(
     let a = scene.add_body("a", Body::sphere(0.2, 10.0));
     let b = scene.add_body("b", Body::sphere(0.2, 900.0).at(along));
     let end = |body: usize, pinned: bool| {
-        let frame = Frame::body(body, Vector3::zeros());
+        let frame = centre(body);
         if pinned {
             CableEnd::Pinned(frame)
         } else {

@@ -8,10 +8,7 @@ fn arc(bend: f64, rule: Resolution) -> Scene {
     let mut scene = Scene::new("arc");
     let end = Vector3::z() * -8.0;
     let load = scene.add_body("load", Body::sphere(0.2, 50.0).at(end));
-    let frames = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let frames = [origin(), centre(load)];
     let cable = Cable::round("rope", &Material::STEEL, 0.01, frames.map(CableEnd::Pinned))
         .with(|p| (p.segments, p.resolution) = (Segments::Equal(8), Some(rule)));
     let parts = scene.add_cable(&cable).expect("laid");
@@ -224,10 +221,7 @@ fn what_holds_other_things_stays() {
     let mut scene = arc(0.21, rule());
     let bodies = scene.cables[0].bodies.clone();
     let point = scene.bodies.position[bodies[2]];
-    let frames = [
-        Frame::world(point),
-        Frame::body(bodies[2], Vector3::zeros()),
-    ];
+    let frames = [Frame::world(point), centre(bodies[2])];
     let stretch = crate::RowLaw::RIGID;
     scene.add_constraint("hook", crate::Spherical { frames, stretch }, 0);
     scene.load = Some(bodies[5]);
@@ -251,10 +245,7 @@ fn ends_that_are_clamped_bend() {
                 "rope",
                 &Material::STEEL,
                 0.01,
-                [
-                    held(Frame::world(Vector3::zeros())),
-                    CableEnd::Free(Vector3::x() * 2.0),
-                ],
+                [held(origin()), CableEnd::Free(Vector3::x() * 2.0)],
             )
         };
         let parts = scene.add_cable(&cable).expect("laid");

@@ -86,7 +86,7 @@ fn faults_of_bodies() {
 #[test]
 fn faults_of_joints() {
     let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
-    let body = |i| Frame::body(i, Vector3::zeros());
+    let body = |i| centre(i);
     says(
         after(|s| s.constraints[0].frames_mut()[1] = body(7)),
         "number 7",

@@ -9,10 +9,7 @@ use crate::testing::*;
 fn cable(to: Vector3<f64>, held: fn(Frame) -> CableEnd) -> Scene {
     let mut scene = Scene::new("winding");
     let load = scene.add_body("load", Body::sphere(0.2, 50.0).at(to));
-    let ends = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
+    let ends = [origin(), centre(load)];
     let cable = Cable::round("rope", &Material::NYLON, 0.02, ends.map(held))
         .with(|p| (p.segments, p.winch) = (Segments::Equal(6), Some(Winch::new())));
     let parts = scene.add_cable(&cable).expect("laid");

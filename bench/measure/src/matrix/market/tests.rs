@@ -92,11 +92,8 @@ fn headers_that_do_not_serve_say_why_and_what_to_do() {
     says(&real("99999999999999999999 1 1\n"), 2, "can be held");
     says(&real("1 1 9223372036854775807\n"), 2, "can be held");
     let array = "%%MatrixMarket matrix array real general\n";
-    says(
-        &format!("{array}1000000000000 1000000000000\n"),
-        2,
-        "coordinates",
-    );
+    let line = &format!("{array}1000000000000 1000000000000\n");
+    says(line, 2, "coordinates");
     says(&format!("{array}2 1\n1 2\n"), 3, "has 2 numbers");
     let symmetric = "%%MatrixMarket matrix coordinate real symmetric\n";
     says(&format!("{symmetric}2 3 1\n"), 2, "as many rows");
@@ -126,11 +123,8 @@ fn entries_that_make_no_sense_say_why_and_what_to_do() {
     says(&real("2 2 3\n1 1 1\n2 2 2\n"), 5, "after 2 of the 3");
     let integer = "%%MatrixMarket matrix coordinate integer general\n";
     says(&format!("{integer}1 1 1\n1 1 1.5\n"), 3, "integer");
-    says(
-        &format!("{integer}1 1 1\n1 1 9007199254740993\n"),
-        3,
-        "`real`",
-    );
+    let name = &format!("{integer}1 1 1\n1 1 9007199254740993\n");
+    says(name, 3, "`real`");
     for power in [54, 63, 64] {
         let text = format!("{integer}1 1 1\n1 1 {}\n", 1_i128 << power);
         let market = parse(text.as_bytes()).expect("a double holds it");
