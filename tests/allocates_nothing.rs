@@ -28,10 +28,8 @@ fn the_counter_counts() {
 
 /// The backends whose documentation promises that steps allocate nothing.
 fn promises(backend: &Backend) -> bool {
-    let (text, names) = (
-        backend.to_string(),
-        "banded gauss-seidel cg minres dense faer:llt faer:ldlt",
-    );
+    let text = backend.to_string();
+    let names = "banded gauss-seidel cg minres dense faer:llt faer:ldlt";
     names.split(' ').any(|name| text.starts_with(name))
 }
 
@@ -63,10 +61,8 @@ fn steps_after_the_first_allocate_nothing() {
                 let options = choice.options(DT).with(|o| o.refinements = refinements);
                 let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
                 stepper.step().expect("stable");
-                let (state, mu) = (
-                    stepper.scene().bodies.clone(),
-                    stepper.multipliers().to_vec(),
-                );
+                let state = stepper.scene().bodies.clone();
+                let mu = stepper.multipliers().to_vec();
                 let steps = calls(|| {
                     taut_tests::steps(&mut stepper, STEPS);
                     stepper.set_state(&state, 0.5).expect("same scene");

@@ -385,10 +385,8 @@ mod tests {
 
     /// J M̃⁻¹ Jᵀ of two constraints, or with `absolute` the same of the absolute values of all numbers in it, row by row.
     fn product(stepper: &Stepper, pair: [usize; 2], absolute: bool) -> Vec<f64> {
-        let (rows, inertia) = (
-            &stepper.step.system_data.rows,
-            &stepper.step.system_data.inertia,
-        );
+        let rows = &stepper.step.system_data.rows;
+        let inertia = &stepper.step.system_data.inertia;
         let number = |x: f64| if absolute { x.abs() } else { x };
         let [left, right] = pair.map(|c| rows.slot_range(c));
         let [m, n] = pair.map(|c| rows.row_range(c).len());
@@ -398,10 +396,8 @@ mod tests {
             if body != rows.slots[t].body {
                 continue;
             }
-            let (w, a) = (
-                inertia.inverse_mass[body],
-                unpacked(inertia.inverse_angular.get(body)),
-            );
+            let w = inertia.inverse_mass[body];
+            let a = unpacked(inertia.inverse_angular.get(body));
             for (r, left) in rows.block(s).rows().iter().enumerate() {
                 for (c, right) in rows.block(t).rows().iter().enumerate() {
                     let to = &mut sum[n * r + c];
@@ -452,10 +448,8 @@ mod tests {
                 .linearize(stepper.step.options.stiffness)
                 .unwrap();
             stepper.step.assemble(stepper.step.options.dt);
-            let (assembly_map, sigma) = (
-                &stepper.step.system.assembly_map,
-                &stepper.step.system_data.regularization.sigma,
-            );
+            let assembly_map = &stepper.step.system.assembly_map;
+            let sigma = &stepper.step.system_data.regularization.sigma;
             let constraints: Vec<usize> = (assembly_map.block.iter())
                 .map(|b| match b {
                     BlockOf::Constraint(c) => *c,

@@ -507,10 +507,8 @@ mod tests {
     #[test]
     fn cables_askew_or_slack_over_their_sheaves_are_noted() {
         let params = ReevedParams::new(Reeved::Capstan);
-        let (mut askew, mut slack) = (
-            params.build().expect("builds"),
-            params.build().expect("builds"),
-        );
+        let mut askew = params.build().expect("builds");
+        let mut slack = params.build().expect("builds");
         let load = askew.body("load").expect("a load");
         // 10 m below the sheave.
         askew.bodies.position[load].y += 1.0;

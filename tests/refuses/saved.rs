@@ -66,48 +66,34 @@ fn a_damaged_run_says_what_does_not_fit() {
         let text = refusal(&format!("/past/{at}"), short(&format!("/past/{at}")));
         assert!(text.contains(&format!("`past.{at}` has")), "{text}");
     }
-    for (at, value, words) in [
-        ("/version", json!(1), "version 1"),
-        ("/version", json!("1"), "u32"),
-        ("/time", json!(null), "f64"),
-        ("/impulse_time", json!(0.0), "`impulse_time`"),
-        ("/impulse_time", json!(-1.0), "`impulse_time`"),
-        ("/advanced", json!(-1.0), "`advanced`"),
-        ("/holding", json!(-1), "usize"),
-        ("/places/0", json!("nowhere"), "nowhere"),
-        ("/options/dt", json!(0.0), "`dt`"),
-        ("/options/substeps", json!(0), "`substeps`"),
-        ("/options/backend", json!("superlu"), "superlu"),
-        (
-            "/options/scheme",
-            json!("third-difference:a=0.1:gamma=0"),
-            "`a`",
-        ),
-        ("/options/stiffness", json!("NaN"), "`alpha`"),
-        ("/options/guard/passes", json!(0), "`guard.passes`"),
-        ("/scene/load", json!(99), "number 99"),
-        ("/scene/bodies/mass/2", json!(0.0), "mass is 0"),
-        (
-            "/scene/bodies/position/1",
-            json!([0.0, 1.0]),
-            "invalid length",
-        ),
-        (
-            "/scene/bodies/orientation/1",
-            json!([2.0, 0.0, 0.0, 0.0]),
-            "unit quaternion",
-        ),
-        (
-            "/scene/bodies/inertia/2",
-            json!([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
-            "inertia",
-        ),
-        ("/scene/bodies/mobility/0", json!("sleepy"), "sleepy"),
-        ("/scene/body_names/1", json!("crane"), "crane"),
-        ("/scene/constraints", json!([]), "length"),
-        ("/scene/groups", json!([]), "groups"),
-    ] {
-        let text = refusal(at, value);
+    let rows = r#"
+        /version → 1 → version 1
+        /version → "1" → u32
+        /time → null → f64
+        /impulse_time → 0.0 → `impulse_time`
+        /impulse_time → -1.0 → `impulse_time`
+        /advanced → -1.0 → `advanced`
+        /holding → -1 → usize
+        /places/0 → "nowhere" → nowhere
+        /options/dt → 0.0 → `dt`
+        /options/substeps → 0 → `substeps`
+        /options/backend → "superlu" → superlu
+        /options/scheme → "third-difference:a=0.1:gamma=0" → `a`
+        /options/stiffness → "NaN" → `alpha`
+        /options/guard/passes → 0 → `guard.passes`
+        /scene/load → 99 → number 99
+        /scene/bodies/mass/2 → 0.0 → mass is 0
+        /scene/bodies/position/1 → [0.0, 1.0] → invalid length
+        /scene/bodies/orientation/1 → [2.0, 0.0, 0.0, 0.0] → unit quaternion
+        /scene/bodies/inertia/2 → [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0] → inertia
+        /scene/bodies/mobility/0 → "sleepy" → sleepy
+        /scene/body_names/1 → "crane" → crane
+        /scene/constraints → [] → length
+        /scene/groups → [] → groups
+    "#;
+    for row in rows.trim().lines() {
+        let [at, value, words] = [0, 1, 2].map(|k| row.trim().split(" → ").nth(k).expect("a cell"));
+        let text = refusal(at, serde_json::from_str(value).expect("JSON"));
         assert!(text.contains(words), "{at}: {text}");
     }
 }

@@ -46,10 +46,8 @@ pub fn random_machine(seed: u64) -> Scene {
         };
         let upper = Frame::body(parent, offset);
         let lower = Frame::body(body, Vector3::new(0.0, 0.0, 0.5 * ROD));
-        let (stretch, angular) = (
-            random.log_uniform(1e-8, 1e-4),
-            random.log_uniform(1e-4, 1.0),
-        );
+        let stretch = random.log_uniform(1e-8, 1e-4);
+        let angular = random.log_uniform(1e-4, 1.0);
         let mut constraint = joint(kind, [upper, lower], stretch, angular, 0.01);
         if let Some(motor) = constraint.motor_mut() {
             motor.force_limit = random.log_uniform(0.1, 100.0);

@@ -247,10 +247,8 @@ pub fn random_scene(seed: u64) -> Scene {
             |p| Frame::body(p, -half),
         );
         let kind = JOINTS[random.below(4)];
-        let (stretch, angular) = (
-            random.log_uniform(1e-8, 1e-4),
-            random.log_uniform(1e-4, 1.0),
-        );
+        let stretch = random.log_uniform(1e-8, 1e-4);
+        let angular = random.log_uniform(1e-4, 1.0);
         let frames = [upper, Frame::body(i, half)];
         let constraint = joint(kind, frames, stretch, angular, 0.01);
         scene.add_constraint(format!("joint-{i}"), constraint, (i % 3) as u32);

@@ -71,10 +71,8 @@ fn what_is_read_is_what_was_recorded() {
         stepper.step().expect("stable");
         assert_eq!(part.times[frame], stepper.time());
         for (i, body) in part.layout.bodies.iter().enumerate() {
-            let (x, q) = (
-                stepper.scene().bodies.position[i],
-                stepper.scene().bodies.orientation[i],
-            );
+            let x = stepper.scene().bodies.position[i];
+            let q = stepper.scene().bodies.orientation[i];
             let there = part.position(frame, i);
             let off = (x - nalgebra::Vector3::from(there)).amax();
             assert!(off <= 1e-6, "{frame} {i}");

@@ -56,10 +56,8 @@ fn the_energy_of_each_step_is_accounted_for() {
             // the loss ½ (φ̂ − φ)²/ε.
             for bound in &stepper.linearized().bounds {
                 let r = bound.row;
-                let (mu, predicted) = (
-                    stepper.multipliers()[r],
-                    stepper.step.system_data.predicted[r],
-                );
+                let mu = stepper.multipliers()[r];
+                let predicted = stepper.step.system_data.predicted[r];
                 let law = mu + stepper.step.options.dt * predicted / compliance[r];
                 let holds = mu == 0.0 || law.abs() < 1e-9 * mu.abs();
                 assert!(holds, "{seed}, {step}: {law:e}");

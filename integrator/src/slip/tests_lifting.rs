@@ -105,10 +105,8 @@ fn a_part_that_breaks_takes_its_cable_along_and_a_cable_can_be_reeved_in_a_run()
     assert_eq!(stepper.step().unwrap().events, 1);
     assert_eq!(rope(&stepper), None);
     assert!(stepper.scene().capstans.is_empty());
-    let (a, b) = (
-        first.frames[0],
-        Frame::world(xz(1.0, 0.0)).along(&Vector3::y()),
-    );
+    let a = first.frames[0];
+    let b = Frame::world(xz(1.0, 0.0)).along(&Vector3::y());
     let sheave = sheave(0.2, 0.1);
     let frames = vec![a, b, Frame::world(xz(1.5, -4.0))];
     let cable = over(sheave, frames, 9.0, RowLaw::new(1e-6, 0.0));

@@ -52,50 +52,33 @@ fn faults_say_where() {
     check_faults("TEXT", faults);
 }
 
+/// A sound text and the table of its faults.
+macro_rules! faulty {
+    ($name:literal) => {{
+        let faults = include_str!(concat!("texts/", $name, ".faults"));
+        (include_str!(concat!("texts/", $name, ".toml")), faults)
+    }};
+}
+
 /// Each row of a table of faults is one in the sound text beside it.
 #[test]
 fn faults_name_line_key_and_cure() {
     let cables = super::tests_cable::text();
     let wound = include_str!("texts/wound.toml").replace("FRICTION", "");
+    let hoist = include_str!("../../../integrator/examples/segment_crane.toml");
+    let rope = include_str!("../../../integrator/examples/rope.toml");
     for (sound, faults) in [
         (cables.as_str(), include_str!("texts/cables.faults")),
-        (
-            include_str!("../../../integrator/examples/segment_crane.toml"),
-            include_str!("texts/winch.faults"),
-        ),
-        (
-            include_str!("../../../integrator/examples/rope.toml"),
-            include_str!("texts/rule.faults"),
-        ),
-        (
-            include_str!("texts/yard.toml"),
-            include_str!("texts/yard.faults"),
-        ),
-        (
-            include_str!("texts/drives.toml"),
-            include_str!("texts/drives.faults"),
-        ),
-        (
-            include_str!("texts/events.toml"),
-            include_str!("texts/events.faults"),
-        ),
-        (
-            include_str!("texts/picked.toml"),
-            include_str!("texts/picked.faults"),
-        ),
-        (
-            include_str!("texts/links.toml"),
-            include_str!("texts/links.faults"),
-        ),
-        (
-            include_str!("texts/loads.toml"),
-            include_str!("texts/loads.faults"),
-        ),
-        (
-            include_str!("texts/reeved.toml"),
-            include_str!("texts/reeved.faults"),
-        ),
         (wound.as_str(), include_str!("texts/wound.faults")),
+        (hoist, include_str!("texts/winch.faults")),
+        (rope, include_str!("texts/rule.faults")),
+        faulty!("yard"),
+        faulty!("drives"),
+        faulty!("events"),
+        faulty!("picked"),
+        faulty!("links"),
+        faulty!("loads"),
+        faulty!("reeved"),
     ] {
         assert!(sound == wound || !built(sound).bodies.is_empty());
         check_faults(sound, faults);

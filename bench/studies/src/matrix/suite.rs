@@ -409,10 +409,8 @@ mod tests {
             let entry = entries.iter().find(|e| e["name"] == name)?;
             number(entry, "condition")
         };
-        let (easy, hard) = (
-            of("chain6_bent_r1e0_material"),
-            of("chain6_bent_r1e6_stiff"),
-        );
+        let easy = of("chain6_bent_r1e0_material");
+        let hard = of("chain6_bent_r1e6_stiff");
         assert!(hard > easy.map(|c| 100.0 * c), "{easy:?} {hard:?}");
         std::fs::remove_dir_all(folder).expect("removed");
     }

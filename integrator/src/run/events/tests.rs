@@ -116,31 +116,21 @@ fn controls_are_set_by_name_whatever_goes() {
 #[test]
 fn events_of_what_is_not_there_are_refused_by_name() {
     let now = || When::Time(0.0);
-    let release = || vec![Action::Release(0)];
+    let release = |number| vec![Action::Release(number)];
     let tie = |name: &str, ends: [Frame; 2]| vec![attach(name, ends)];
     let aloft = [Vector3::x(), Vector3::y()].map(Frame::world);
-    let sound = [aloft[0], centre(0)];
+    let (sound, gone) = ([aloft[0], centre(0)], [origin(), centre(9)]);
+    let twice = [tie("hook", sound), tie("hook", sound)].concat();
+    // Words that begin with a space or a colon follow the event's name.
     for (when, then, words) in [
-        (now(), vec![], "event `bad`: does nothing"),
-        (When::Time(f64::NAN), release(), "event `bad`: time is NaN"),
-        (
-            over_force(7, 1.0),
-            release(),
-            "event `bad` names `number 7`",
-        ),
-        (over_force(0, 0.0), release(), "event `bad`: force is 0"),
-        (over_force(0, -1.0), release(), "event `bad`: force is -1"),
-        (
-            now(),
-            vec![Action::Release(2)],
-            "event `bad` names `number 2`",
-        ),
-        (now(), tie("left", [origin(), centre(9)]), "called `left`"),
-        (
-            now(),
-            tie("hook", [origin(), centre(9)]),
-            "names the body `number 9`",
-        ),
+        (now(), vec![], ": does nothing"),
+        (When::Time(f64::NAN), release(0), ": time is NaN"),
+        (over_force(7, 1.0), release(0), " names `number 7`"),
+        (over_force(0, 0.0), release(0), ": force is 0"),
+        (over_force(0, -1.0), release(0), ": force is -1"),
+        (now(), release(2), " names `number 2`"),
+        (now(), tie("left", gone), "called `left`"),
+        (now(), tie("hook", gone), "names the body `number 9`"),
         (
             now(),
             tie("hook", [0, 0].map(centre)),
@@ -152,19 +142,19 @@ fn events_of_what_is_not_there_are_refused_by_name() {
             "names the body `number 9`",
         ),
         (now(), tie("hook", aloft), "`hook`"),
-        (
-            now(),
-            [tie("hook", sound), tie("hook", sound)].concat(),
-            "two joint entries are called `hook`",
-        ),
+        (now(), twice, "two joint entries are called `hook`"),
         (now(), vec![set(0, 1.0)], "no control is called"),
     ] {
+        let words = match words.starts_with([' ', ':']) {
+            true => format!("event `bad`{words}"),
+            false => words.to_owned(),
+        };
         let mut scene = twins();
         scene.events.push(event("bad", when, then));
         let Err(StepError::Scene(fault)) = Stepper::new(scene, dense()) else {
             panic!("{words}");
         };
-        assert!(fault.to_string().contains(words), "{fault}");
+        assert!(fault.to_string().contains(&words), "{fault}");
     }
     let mut stepper = Stepper::new(twins(), dense()).unwrap();
     let gone = stepper.change(|edit| {

@@ -48,10 +48,8 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Step, f64) {
 
 /// Φ after a `part` of the step.
 fn potential_at(inner: &mut Step, part: f64, step: &BodyVectors, dt: f64) -> f64 {
-    let (from, rows) = (
-        inner.guarded.search.from.clone(),
-        inner.multipliers.mu.len(),
-    );
+    let from = inner.guarded.search.from.clone();
+    let rows = inner.multipliers.mu.len();
     inner.system_data.dv.combine((1.0, &from), (part, step));
     inner.guarded.substep_start.restore(&mut inner.scene.bodies);
     inner.move_bodies(dt).unwrap();

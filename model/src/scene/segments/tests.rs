@@ -103,10 +103,8 @@ fn mass_length_momenta_and_twist_stay() {
                 let mut random = Poses::new(seed as u64);
                 let mut scene = cable(random.vector().normalize(), ends);
                 stir(&mut scene, &mut random, bend, 0.1);
-                let (before, energies) = (
-                    sums(&scene),
-                    [scene.kinetic_energy(), scene.potential_energy()],
-                );
+                let before = sums(&scene);
+                let energies = [scene.kinetic_energy(), scene.potential_energy()];
                 let force: Vector3<f64> = scene.bodies.force.iter().sum();
                 let jump = if splits {
                     let keep = 0.4 * LENGTHS[segment];
