@@ -135,7 +135,7 @@ fn the_table_allows_refined_solvers_little_more_than_roundoff() {
             rows += 1;
         }
     }
-    let what = format!("every direct solver has a row in every scene");
+    let what = "every direct solver has a row in every scene";
     assert_eq!(rows, 12 * SCENES.len(), "{what}");
 }
 

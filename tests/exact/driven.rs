@@ -202,7 +202,7 @@ fn a_driven_body_carries_and_feels_nothing() {
     load.velocity = carrier_speed;
     let load = scene.add_body("load", load);
     let link = Distance {
-        frames: [carrier, load].map(|b| centre(b)),
+        frames: [carrier, load].map(centre),
         length: 1.0,
         law: RowLaw::RIGID,
         transverse: false,

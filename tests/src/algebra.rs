@@ -101,7 +101,6 @@ fn compiled(names: &[&str]) -> Vec<Backend> {
 }
 
 /// Judges what is told of the system of a seed.
-#[must_use]
 pub fn judge(seed: u64) -> Verdict {
     let drawn = Drawn::of_seed(seed);
     let mut verdict = Verdict::default();

@@ -35,7 +35,6 @@ pub struct Bytes<'a> {
 
 impl<'a> Bytes<'a> {
     /// The first byte says how often numbers are awkward.
-    #[must_use]
     pub fn new(data: &'a [u8]) -> Self {
         let mut bytes = Self { data, rarity: 1 };
         bytes.rarity = bytes.byte();

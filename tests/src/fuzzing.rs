@@ -42,7 +42,6 @@ pub const TARGETS: [Target; 6] = [
 ];
 
 /// Every backend that is compiled in, with every option that changes its algorithm.
-#[must_use]
 pub fn backends() -> Vec<Backend> {
     let names = "banded faer:llt faer:ldlt faer:lblt faer:lu nalgebra-sparse umfpack:refinement=0 umfpack \
         dense:double dense:extended cg:none cg:jacobi cg:group gauss-seidel:joints \
@@ -159,7 +158,6 @@ fn small(source: &SceneSource) -> bool {
 }
 
 /// The text of a scene.
-#[must_use]
 pub fn scene_file(data: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(data) else {
         return false;
@@ -178,7 +176,6 @@ pub fn scene_file(data: &[u8]) -> bool {
 }
 
 /// Scenes that a program makes: named ones with overrides, or bodies and constraints with any numbers.
-#[must_use]
 pub fn scene_builder(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
     let scene = if bytes.byte().is_multiple_of(2) {
@@ -277,7 +274,6 @@ fn solve(
 }
 
 /// Matrices and right-hand sides of any numbers, by every backend.
-#[must_use]
 pub fn matrix_and_rhs(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
     let kind = bytes.byte();
@@ -339,7 +335,6 @@ pub fn matrix_and_rhs(data: &[u8]) -> bool {
 }
 
 /// The text of a Matrix Market file, as a matrix and as a vector; small matrices are solved.
-#[must_use]
 pub fn matrix_market(data: &[u8]) -> bool {
     let path = Path::new("any.mtx");
     let read = match market::read_from(data, path) {
@@ -379,7 +374,6 @@ pub fn matrix_market(data: &[u8]) -> bool {
 }
 
 /// A saved run, as JSON or as CBOR.
-#[must_use]
 pub fn saved_run(data: &[u8]) -> bool {
     let read: Option<SavedRun> = match std::str::from_utf8(data).ok().map(RunFile::parse) {
         Some(Ok(file)) => Some(file.run),
@@ -430,7 +424,6 @@ fn iterations(backend: &str) -> usize {
 }
 
 /// Choices of features: whatever they are, their scene is refused or keeps all invariants of [`crate::products`].
-#[must_use]
 pub fn products(data: &[u8]) -> bool {
     let choices = Choices::of_bytes(data);
     match judge(&choices) {
@@ -445,7 +438,6 @@ pub fn products(data: &[u8]) -> bool {
 
 /// Lines of a recording that was just written, one for each chunk: its item as JSON, a tab, and the
 /// hexadecimal digits of the bytes behind the item.
-#[must_use]
 pub fn lines_of_recording(file: &[u8]) -> String {
     let mut text = String::new();
     let mut rest = &file[16..];
@@ -487,7 +479,6 @@ fn recording_of(text: &str) -> Option<Vec<u8>> {
 }
 
 /// Recordings, by their [lines](lines_of_recording) or as they are: read, and shown in every form.
-#[must_use]
 pub fn recording(data: &[u8]) -> bool {
     let lines = std::str::from_utf8(data).ok().and_then(recording_of);
     let file = lines.as_deref().unwrap_or(data);

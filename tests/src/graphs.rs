@@ -8,7 +8,6 @@ const STEP: f64 = 0.5;
 
 /// Bodies at points (m), each a rod or a sphere of some mass, with a joint of `kind` at the middle of each pair, and one
 /// to the world at each of the bodies `anchored`. Poses have gaps of millimetres, and all move.
-#[must_use]
 pub fn graph(
     kind: &str,
     points: &[Vector3<f64>],
@@ -51,7 +50,6 @@ fn at(x: usize, y: usize, z: usize) -> Vector3<f64> {
 }
 
 /// Body 0 with so many arms of `length` bodies each; the ends of all arms but the last are anchored.
-#[must_use]
 pub fn star(kind: &str, arms: usize, length: usize) -> Scene {
     let mut points = vec![Vector3::zeros()];
     let (mut pairs, mut anchored) = (Vec::new(), Vec::new());
@@ -69,7 +67,6 @@ pub fn star(kind: &str, arms: usize, length: usize) -> Scene {
 }
 
 /// Rings of `length` bodies each, all through body 0, which is anchored.
-#[must_use]
 pub fn rings(kind: &str, count: usize, length: usize) -> Scene {
     let mut points = vec![Vector3::zeros()];
     let mut pairs = Vec::new();
@@ -91,7 +88,6 @@ pub fn rings(kind: &str, count: usize, length: usize) -> Scene {
 }
 
 /// A net of n × n bodies, row by row, held at two corners.
-#[must_use]
 pub fn net(kind: &str, n: usize) -> Scene {
     let mut pairs = Vec::new();
     for i in 0..n * n {
@@ -104,7 +100,6 @@ pub fn net(kind: &str, n: usize) -> Scene {
 
 /// Cables of `length` bodies side by side, hung from their upper ends, one after the other, then the rungs that join
 /// neighbours at each height.
-#[must_use]
 pub fn ladder(kind: &str, cables: usize, length: usize) -> Scene {
     let points = (0..cables * length).map(|i| at(i / length, 0, i % length));
     let points: Vec<_> = points.collect();
@@ -116,7 +111,6 @@ pub fn ladder(kind: &str, cables: usize, length: usize) -> Scene {
 }
 
 /// A tree of so many bodies, each tied to a random one of those before it, listed in random order.
-#[must_use]
 pub fn tree(kind: &str, bodies: usize, seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut label: Vec<usize> = (0..bodies).collect();
@@ -138,7 +132,6 @@ pub fn tree(kind: &str, bodies: usize, seed: u64) -> Scene {
 }
 
 /// Two cables and a body that nothing holds, in one scene.
-#[must_use]
 pub fn parts(kind: &str) -> Scene {
     let points: Vec<_> = (0..9).map(|i| at(i % 3, i / 3, 0)).collect();
     // Body 4 is alone.

@@ -65,7 +65,6 @@ use taut_measure::Choice;
 use taut_solver::{Backend, DenseOptions, Precision};
 
 /// All solvers that are compiled in, in both forms where they take them.
-#[must_use]
 pub fn compiled() -> Vec<Choice> {
     let choices = Choice::all().into_iter();
     let mut choices: Vec<Choice> = choices.filter(|c| c.check().is_ok()).collect();
@@ -74,7 +73,6 @@ pub fn compiled() -> Vec<Choice> {
 }
 
 /// The direct ones among them.
-#[must_use]
 pub fn compiled_direct() -> Vec<Choice> {
     let mut choices = compiled();
     choices.retain(|c| !c.backend.is_iterative());
@@ -82,7 +80,6 @@ pub fn compiled_direct() -> Vec<Choice> {
 }
 
 /// The iterative ones among them.
-#[must_use]
 pub fn compiled_iterative() -> Vec<Choice> {
     let mut choices = compiled();
     choices.retain(|c| c.backend.is_iterative());
@@ -91,7 +88,6 @@ pub fn compiled_iterative() -> Vec<Choice> {
 
 /// The paper's step with the solver, form and refinements of a choice: for laws of that step, and for what depends on
 /// the present state alone.
-#[must_use]
 pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
     let StepOptions {
         form,
@@ -105,14 +101,12 @@ pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
 }
 
 /// The default step likewise, every step as it comes.
-#[must_use]
 pub fn unguarded(choice: &Choice, dt: f64) -> StepOptions {
     choice.options(dt).with(|o| o.guard = None)
 }
 
 /// A value with a change.
 pub trait With: Sized {
-    #[must_use]
     fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
         change(&mut self);
         self
@@ -122,9 +116,6 @@ pub trait With: Sized {
 impl<T> With for T {}
 
 /// So many steps.
-///
-/// # Panics
-/// Where one fails.
 #[track_caller]
 pub fn steps(stepper: &mut Stepper, count: usize) {
     for n in 0..count {
@@ -135,7 +126,6 @@ pub fn steps(stepper: &mut Stepper, count: usize) {
 }
 
 /// Everything that a run leaves, as bits.
-#[must_use]
 pub fn bits(stepper: &Stepper) -> Vec<u64> {
     let bodies = &stepper.scene().bodies;
     let vectors = bodies.position.iter().chain(&bodies.velocity);
@@ -146,7 +136,6 @@ pub fn bits(stepper: &Stepper) -> Vec<u64> {
 }
 
 /// The dense oracle.
-#[must_use]
 pub fn oracle() -> Backend {
     Backend::Dense(DenseOptions {
         precision: Precision::Extended,
@@ -154,25 +143,15 @@ pub fn oracle() -> Backend {
 }
 
 /// Ten times a measured error: what a test allows. Errors below an ulp count as one.
-#[must_use]
 pub fn allowed(measured: f64) -> f64 {
     10.0 * measured.max(f64::EPSILON)
 }
 
 /// The largest of many errors, and where it was met. `cargo test -- --nocapture` shows what is measured.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Worst {
     error: f64,
     place: String,
-}
-
-impl Default for Worst {
-    fn default() -> Self {
-        Self {
-            error: 0.0,
-            place: "nowhere".to_owned(),
-        }
-    }
 }
 
 impl Worst {
@@ -188,15 +167,11 @@ impl Worst {
     }
 
     /// The largest error.
-    #[must_use]
     pub fn error(&self) -> f64 {
         self.error
     }
 
     /// Fails where the largest error is beyond ten times the measured one.
-    ///
-    /// # Panics
-    /// Then, with the error and its place.
     #[track_caller]
     pub fn expect_measured(&self, what: &str, measured: f64) {
         let Self { error, place } = self;

@@ -16,7 +16,6 @@ const HOLDERS: [usize; 2] = [0, 1];
 /// A tree of rods on a static and a driven body, with joints and motors of all kinds, and massless cables across it,
 /// taut and slack, from the world and from the holders, over sheaves and with winches. The control `drive` has a
 /// drive for each motor of a speed and each winch.
-#[must_use]
 pub fn random_machine(seed: u64) -> Scene {
     let mut random = Random::new(500 + seed);
     let mut scene = Scene::new("random machine");
@@ -140,7 +139,6 @@ fn drive_all(scene: &mut Scene) {
 }
 
 /// Lifts the limits of motors and winches and lets cables push: no row reaches a bound.
-#[must_use]
 pub fn unbounded(mut scene: Scene) -> Scene {
     for constraint in &mut scene.constraints {
         if let Some(motor) = constraint.motor_mut() {
@@ -158,7 +156,6 @@ pub fn unbounded(mut scene: Scene) -> Scene {
 
 /// A chain of one to three boxes held by `cables` massless cables that cannot push, some with a winch of limited force,
 /// and on it `motors` fly-wheels and pistons with motors of limited force: as many rows with bounds.
-#[must_use]
 pub fn held_group(seed: u64, cables: usize, motors: usize) -> Scene {
     let mut random = Random::new(900 + seed);
     let mut scene = Scene::new("held group");

@@ -276,14 +276,12 @@ impl Choices {
     }
 
     /// Choices of a seed.
-    #[must_use]
     pub fn of_seed(seed: u64) -> Self {
         let mut random = Random::new(seed);
         Self::draw(&mut Draw(&mut || random.bits()))
     }
 
     /// Choices from bytes, eight for each; zeros at their end.
-    #[must_use]
     pub fn of_bytes(data: &[u8]) -> Self {
         let mut words = data.chunks(8);
         Self::draw(&mut Draw(&mut || {

@@ -7,22 +7,16 @@ use taut_measure::poses;
 pub use taut_measure::poses::Pose;
 
 /// The world's origin.
-#[must_use]
 pub fn origin() -> Frame {
     Frame::world(Vector3::zeros())
 }
 
 /// The centre of a body.
-#[must_use]
 pub fn centre(body: usize) -> Frame {
     Frame::body(body, Vector3::zeros())
 }
 
 /// A hoist with the given joints in the given pose; the straight one has random angular velocities of 10⁻³ rad/s.
-///
-/// # Panics
-/// Where the parameters are refused.
-#[must_use]
 pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> Scene {
     let params = HoistParams::default()
         .with(|p| (p.segments, p.mass_ratio, p.joint) = (segments, mass_ratio, joint))
@@ -31,10 +25,6 @@ pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> 
 }
 
 /// A hoist with ball joints of that compliance (m/N), unstrained, turned aside, in motion: that of H51.
-///
-/// # Panics
-/// Where the parameters are refused.
-#[must_use]
 pub fn ball_jointed(compliance: f64) -> Scene {
     let params = HoistParams::default()
         .with(|p| (p.segments, p.mass_ratio, p.joint) = (6, 20.0, JointKind::Spherical))
@@ -50,10 +40,6 @@ pub fn ball_jointed(compliance: f64) -> Scene {
 
 /// A hook of 100 kg on 10 m of cable of `n` segments, and a load of 5 t on two slings from one point of it to points a
 /// metre from the load's axis, in the direction `angle` (rad) about the vertical: those of H16.
-///
-/// # Panics
-/// Where the parameters are refused.
-#[must_use]
 pub fn slings(n: usize, angle: f64) -> Scene {
     let hoist = HoistParams {
         segments: n,
@@ -117,10 +103,6 @@ fn motor(kind: &str, compliance: f64, damping: f64) -> Option<Motor> {
 
 /// A joint of the given kind with stretch, bend and twist of the given compliances and damping time. Motors hold 0.1
 /// m or rad, or 0.2 m/s or rad/s, with at most 5 N or N m; a massless cable is 1 mm long.
-///
-/// # Panics
-/// Where there is no such kind.
-#[must_use]
 pub fn joint(
     kind: &str,
     frames: [Frame; 2],
@@ -170,7 +152,6 @@ const SEGMENT: f64 = 0.5;
 
 /// A cable of `segments` rods, the last of them heavier, that nothing holds, without gravity, with random velocities.
 /// `stretch` is the compliance of its gaps \[m/N]; that of its angles is 1000 times as much \[rad/(N m)].
-#[must_use]
 pub fn free_cable(kind: &str, segments: usize, stretch: f64, seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut scene = Scene::new("free cable");
@@ -199,7 +180,6 @@ pub fn free_cable(kind: &str, segments: usize, stretch: f64, seed: u64) -> Scene
 
 /// A vertical chain of rigid ball joints (ε = 0) at rest, a load of `load` kg under `segments` of 1 kg and 0.5 m. All
 /// lengths are sums of powers of two: no gap comes from rounding.
-#[must_use]
 pub fn rigid_chain(segments: usize, load: f64) -> Scene {
     let params = HoistParams::default()
         .with(|p| (p.segments, p.length) = (segments, SEGMENT * segments as f64))
@@ -215,7 +195,6 @@ pub fn rigid_chain(segments: usize, load: f64) -> Scene {
 
 /// A tree of bodies on a moving anchor, with a loop, joints of all kinds, gaps, bends and velocities: nothing about it
 /// is special.
-#[must_use]
 pub fn random_scene(seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut scene = Scene::new("random tree");
@@ -271,10 +250,6 @@ pub(crate) fn anchor_motion() -> Motion {
 }
 
 /// The scene rotated about the origin, then shifted: bodies, velocities, forces, gravity, world sides and their motion.
-///
-/// # Panics
-/// On motions that are not straight.
-#[must_use]
 pub fn moved(scene: &Scene, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) -> Scene {
     let mut scene = scene.clone();
     scene.gravity = turn * scene.gravity;
@@ -310,7 +285,6 @@ pub fn moved(scene: &Scene, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) ->
 }
 
 /// Lists the bodies and constraints of a scene in another order: entry k is the old `bodies[k]`.
-#[must_use]
 pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Scene {
     let mut other = Scene::new(scene.name.clone());
     other.gravity = scene.gravity;
@@ -353,7 +327,6 @@ pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Sce
 pub const BALL: f64 = 3.0 * 9.81;
 
 /// A ball at rest on so many equal ball joints at the same place, of compliance `compliance` (m/N).
-#[must_use]
 pub fn copies(copies: usize, compliance: f64) -> Scene {
     let mut scene = Scene::new("copies");
     scene.gravity = Vector3::new(0.0, 0.0, -9.81);
@@ -376,7 +349,6 @@ pub const DRAWN: f64 = 2e7 * 0.01;
 
 /// A straight steel cable of five segments and 10 m, without gravity, between points that are 1 % farther apart, its rows
 /// damped by `damping` (s); without damping it has no compliance either, and no state that meets its constraints.
-#[must_use]
 pub fn overstretched(damping: Option<f64>) -> Scene {
     let (l, n) = (2.0, 5);
     let radius = Material::STEEL.round_radius(2e7);

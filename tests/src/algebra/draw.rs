@@ -106,7 +106,6 @@ struct Made {
 
 impl Drawn {
     /// Draws the system of `seed`.
-    #[must_use]
     pub fn of_seed(seed: u64) -> Self {
         let random = &mut Random::new(seed);
         let kind = KINDS[random.below(KINDS.len())];
@@ -153,13 +152,11 @@ impl Drawn {
     }
 
     /// Rows.
-    #[must_use]
     pub fn dim(&self) -> usize {
         self.market.rows
     }
 
     /// Entries of both triangles.
-    #[must_use]
     pub fn entries(&self) -> Vec<(usize, usize, f64)> {
         let mirrored = |&(r, c, v): &(usize, usize, f64)| {
             let mirror = self.market.symmetric && r != c;
@@ -169,7 +166,6 @@ impl Drawn {
     }
 
     /// By rows, zeros included.
-    #[must_use]
     pub fn full(&self) -> Vec<Vec<f64>> {
         let n = self.dim();
         let mut a = vec![vec![0.0; n]; n];
@@ -180,7 +176,6 @@ impl Drawn {
     }
 
     /// b of an x of the sizes of the columns, with signs: without rounding where the entries are whole numbers.
-    #[must_use]
     pub fn right_hand_side(&self, a: &[Vec<f64>], columns: &[f64]) -> Vec<f64> {
         let of_row = |row: &Vec<f64>| {
             let x = columns.iter().zip(&self.signs).map(|(c, s)| c * s);
@@ -194,7 +189,6 @@ impl Drawn {
     }
 
     /// Positive definite beyond doubt.
-    #[must_use]
     pub fn is_definite(&self) -> bool {
         let is_kept = self.scaling != Scaling::Scattered;
         self.kind == Kind::Definite && self.rank == Rank::Full && self.market.symmetric && is_kept

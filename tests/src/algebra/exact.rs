@@ -27,7 +27,6 @@ fn double(m: &BigInt, e: i64) -> f64 {
 }
 
 /// x of A x = b, rounded; none of a singular A.
-#[must_use]
 pub fn solution(a: &[Vec<f64>], b: &[f64]) -> Option<Vec<f64>> {
     let n = b.len();
     let of_row = |row: &Vec<f64>| row.iter().filter(|v| **v != 0.0).map(|v| parts(*v).1).min();

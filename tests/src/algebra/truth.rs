@@ -206,7 +206,6 @@ fn least_condition(
 
 impl Truth {
     /// Solves a drawn system and computes its conditions.
-    #[must_use]
     pub fn of(drawn: &Drawn) -> Self {
         let a = drawn.full();
         let n = a.len();
@@ -284,7 +283,6 @@ impl Truth {
 }
 
 /// Relative error of x, each component over the scale of its column, in the largest norm; none where nothing is right.
-#[must_use]
 pub fn scaled_error(x: &[f64], truth: &Truth) -> Option<f64> {
     let right = truth.x.as_ref()?;
     let off: Vec<f64> = x.iter().zip(right).map(|(x, right)| x - right).collect();
@@ -292,7 +290,6 @@ pub fn scaled_error(x: &[f64], truth: &Truth) -> Option<f64> {
 }
 
 /// Relative error of x in the largest norm; none where nothing is right.
-#[must_use]
 pub fn largest_error(x: &[f64], truth: &Truth) -> Option<f64> {
     let right = truth.x.as_ref()?;
     let off: Vec<f64> = x.iter().zip(right).map(|(x, right)| x - right).collect();

@@ -97,7 +97,6 @@ pub enum Outcome {
 }
 
 /// Runs the choices and judges all invariants, in their order, to the first that is violated.
-#[must_use]
 pub fn judge(choices: &Choices) -> Outcome {
     let judged = std::panic::catch_unwind(|| judged(choices));
     judged.unwrap_or_else(|panic| {
@@ -629,7 +628,6 @@ fn pushed(case: &Case) -> Fault {
 
 /// Order of convergence of a case in which nothing is sudden and no rope rings faster than the steps of the halvings, relaxes
 /// within them or is slack: the binary logarithm of how many times less the second halving of the step changes than the first.
-#[must_use]
 pub fn order(case: &Case) -> Option<f64> {
     let steps = case.run.steps.len().checked_sub(1)?;
     let [first, second] = (*case.halvings.get()?)?;
