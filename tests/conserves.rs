@@ -1,8 +1,8 @@
 //! Momenta are kept to rounding, and no energy comes from nowhere.
 
-/// Elastic ropes that catch and swing their load, motors and winches against stops.
-mod caught;
-/// Dampers of what swings, drums that slip beside contacts.
+/// Scenes that say themselves what holds of them.
+mod cases;
+/// Dampers of what swings.
 mod damped;
 /// Contacts beside motors and ropes.
 mod instants;
