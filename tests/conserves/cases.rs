@@ -27,3 +27,8 @@ fn dampers_and_drums_gain_nothing() {
 fn contacts_beside_motors_and_ropes_undo_nothing() {
     holds(include_str!("cases/meeting.toml"));
 }
+
+#[test]
+fn ropes_and_their_winches_throw_no_higher() {
+    holds(include_str!("cases/ropes.toml"));
+}
