@@ -264,7 +264,7 @@ fn a_history_grows_by_a_line_a_run_and_has_a_page() {
     at.refused("report h.jsonl", &["line 3", "h.jsonl"]);
     at.write("h.jsonl", "{\"schema\":9}\n");
     at.refused(run, &["line 1", "schema 9", "another file"]);
-    at.refused(&run.replace("h.jsonl", "-"), &["--history"]);
+    at.refused(run.replace("h.jsonl", "-"), &["--history"]);
     at.write("h.jsonl", "");
     at.refused("report h.jsonl", &["h.jsonl", "no rows"]);
 }

@@ -166,7 +166,7 @@ fn what_comes_and_goes_is_told_and_followed() {
     assert!(last[2].expect("a tension") < 0.2 * weight);
     assert!(last[5].expect("a height") < first[5].expect("a height") - 1.0);
     assert!(last[6].expect("a speed") > 0.2, "the trolley goes on");
-    let told = at.good(&run.replace("--columns", "--out - --columns"));
+    let told = at.good(run.replace("--columns", "--out - --columns"));
     assert_eq!(told.lines().count(), 91);
     let run = "run crane.toml --time 0.1 --out - --columns";
     let (_, ends) = table(&at.good(format!("{run} rope.0.tension,rope.29.tension")));

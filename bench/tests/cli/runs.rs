@@ -172,8 +172,7 @@ fn the_solver_that_was_chosen_is_told_with_the_reason() {
     assert_eq!(resumed["backend"], "auto");
     assert_eq!(resumed["chosen"]["reason"], chosen["reason"]);
     let named = at.json(
-        &line
-            .replace("auto", backend)
+        line.replace("auto", backend)
             .replace("--backend", "--json - --backend"),
     );
     assert!(named.get("chosen").is_none());
