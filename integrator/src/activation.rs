@@ -304,13 +304,13 @@ impl Activation {
     /// `goes_on` from a divided one and they swing faster: whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within
     /// it take for v².
     ///
-    /// `hits` is told the rows that are struck, `before` are the rates of the step before, `driven` the drives of both \[m/s], `landing` the speed of a row's load \[m/s],
+    /// `hits` is told the rows that are struck, `before` are the rates of the step before, `driven` the change of a row's drive since then \[m/s], `landing` the speed of a row's load \[m/s],
     /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg]; `thrown` the same of rows that
     /// slipped and whose load is thrown back in the step, which divide it whatever they do, 0 of all others.
     pub(crate) fn struck(
         &self,
         (system_data, bounded): (&SystemData, &ActiveSet),
-        (before, driven): (&[f64], [&[f64]; 2]),
+        (before, driven): (&[f64], impl Fn(usize) -> f64),
         (dt, least, goes_on): (f64, f64, bool),
         (mut hits, curving): (impl FnMut(usize), impl Fn(usize) -> f64),
         landing: impl Fn(usize) -> f64,
@@ -319,11 +319,14 @@ impl Activation {
         let struck = |(k, place): (usize, RowState)| {
             let bound = system_data.rows.bounds[k];
             let (r, side, begin) = (bound.row, bound.side(), self.begin[k]);
-            let end = system_data.predicted[r];
+            // Turns may close a row that its rate leaves open.
+            let (predicted, found) = (system_data.predicted[r], system_data.rows.phi[r]);
+            let turned = side * predicted < 0.0 && side * found > 0.0;
+            let end = if turned { found } else { predicted };
             // A rigid row is taut at φ = 0 but for rounding, which does not tell how it came there.
             let (was_open, opens) = (self.ages[k] == 0, place != RowState::Inside);
             let (was_slack, is_slack) = (side * begin < 0.0, side * end < 0.0);
-            let passes = was_slack != is_slack || was_open != opens;
+            let passes = was_slack != is_slack || was_open != opens || turned;
             let (compliance, damping) =
                 (system_data.rows.compliance[r], system_data.rows.damping[r]);
             let is_stiff = |response: f64, least: f64| {
@@ -341,7 +344,7 @@ impl Activation {
                 false if goes_on && !is_rigid => before.hypot((after - before) / omega),
                 false => (after - before).abs(),
             };
-            let drive = (driven[1][r] - driven[0][k]).abs();
+            let drive = driven(k);
             let lands = !was_open && landing(k) > least;
             // A rigid row opens and closes by rounding, at rates that its curve makes of none.
             let explained = if is_rigid && rate > least {

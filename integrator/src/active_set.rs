@@ -195,6 +195,13 @@ impl ActiveSet {
         all.filter_map(|(k, emptied)| emptied.then_some(k))
     }
 
+    /// φ of the rows whose drums have emptied in the step, which know nothing yet of the rest of the rope.
+    pub(crate) fn run_out(&self, rows: &mut Linearized) {
+        for k in self.emptied() {
+            rows.phi[rows.bounds[k].row] -= self.room[k];
+        }
+    }
+
     /// Empties drum `k` where its slip in the solved system of a step of `dt` exceeds the rope left on it: the row then holds any
     /// tension, driven by the rest of the rope. Returns true where it does.
     fn empty(&mut self, k: usize, system_data: &mut SystemData, dt: f64) -> bool {

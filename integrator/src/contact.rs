@@ -121,8 +121,11 @@ pub(crate) struct ContactPoint {
     /// before.
     pub(crate) hit: bool,
     pub(crate) arrives: bool,
-    /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
+    /// Normal rate after a rebound, where the shapes arrive in this step \[m/s], and when they do; infinite where they do not \[s].
     pub(crate) rebound: Option<f64>,
+    arrival: f64,
+    /// True where something else stops the shapes before they arrive.
+    stopped: bool,
     /// Excess of the rates with the step's impulses, and of those with a blow's, over the ones that tell their work \[m/s]:
     /// see [`rebound`].
     pub(crate) shift: [[f64; 3]; 2],
@@ -165,6 +168,8 @@ impl ContactPoint {
             hit: false,
             arrives: false,
             rebound: None,
+            arrival: f64::INFINITY,
+            stopped: false,
             shift: [[0.0; 3]; 2],
             struck: false,
             jolted: false,
@@ -307,6 +312,8 @@ pub(crate) struct Contacts {
     taken: Vec<bool>,
     /// True in a step of the scheme itself, whose rates belong to the middles of steps.
     pub(crate) of_scheme: bool,
+    /// By how much velocities are behind the positions, in implicit sub-steps too \[s].
+    pub(crate) late: f64,
     /// False once the rebounds of a step have jammed.
     pub(crate) rebounds: bool,
     /// Admits only contacts at rest, while the accelerations of the beginning are sought.
@@ -347,6 +354,7 @@ impl Contacts {
             known: Vec::new(),
             taken: Vec::new(),
             of_scheme: false,
+            late: 0.0,
             rebounds: true,
             begins: false,
             after_blow: false,

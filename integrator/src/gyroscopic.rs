@@ -162,6 +162,19 @@ pub(crate) fn turned_back(
     before
 }
 
+/// The orientation from which [`turn`] leads to `end` with the velocity `omega` at the beginning, to third order in its angle.
+pub(crate) fn turned_from(
+    inertia: &Matrix3<f64>,
+    end: &UnitQuaternion<f64>,
+    omega: &Vector3<f64>,
+    dt: f64,
+) -> UnitQuaternion<f64> {
+    let guess = UnitQuaternion::from_scaled_axis(*omega * -dt) * end;
+    let (mut found, mut omega) = (guess, *omega);
+    turn(inertia, &mut found, &mut omega, dt);
+    end * found.inverse() * guess
+}
+
 /// Turns a body of any inertia freely over `dt` (s), which may be negative. Where a part has no solution near by, it turns
 /// about the axis that it has: that keeps the energy, and momentum no longer.
 fn turn_freely(

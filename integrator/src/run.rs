@@ -6,6 +6,7 @@
 mod access;
 pub(crate) mod balance;
 mod change;
+pub(crate) mod course;
 pub(crate) mod estimate;
 mod events;
 pub(crate) mod identity;
@@ -23,6 +24,7 @@ use taut_solver::{Backend, Capabilities, DenseOptions, Foreign, LinearSolver};
 pub use change::Edit;
 pub(crate) use saved::beginning::Beginning;
 
+use course::Course;
 use estimate::CoarseRun;
 use identity::Identities;
 use resolution::{Resolved, Resolving};
@@ -33,6 +35,7 @@ pub struct Stepper {
     pub(crate) step: Step,
     ids: Identities,
     fired: Fired,
+    course: Course,
     /// Cables with a rule of resolution.
     resolving: Option<Box<Resolving>>,
     /// Observations of rest; `None` in a scene that may not sleep.
@@ -100,6 +103,7 @@ impl Stepper {
         Self {
             ids: Identities::new(scene),
             fired: Fired::default(),
+            course: Course::default(),
             resolving: Resolving::new(scene).map(Box::new),
             rest: Rest::new(scene, options),
             beginning: None,
@@ -147,6 +151,7 @@ impl Stepper {
         if let Some(every) = estimate {
             report.error = self.estimate(&report, every);
         }
+        self.course.clear();
         self.change_by_rules(&mut report)?;
         if self.has_events() {
             report.events = self.fire()?;
@@ -184,8 +189,11 @@ impl Stepper {
         // After the blow of the start, before velocities go half a step back.
         self.step.strike_at_start()?;
         let mut given = balances.then(|| self.motion_at_start()).flatten();
-        for _ in 0..self.step.options.substeps {
+        for k in 0..self.step.options.substeps {
             self.step.effort.check(self.step.time)?;
+            if k > 0 {
+                self.follow_course(k)?;
+            }
             // After a divided sub-step the next one starts anew, too.
             self.step.start()?;
             let opening = balances.then(|| self.opening(given.take())).flatten();
@@ -227,6 +235,7 @@ impl Stepper {
     /// Clears what failed work has left; a step that was stopped goes back to its beginning. Returns the error to
     /// tell.
     fn after_failure(&mut self, mut e: StepError) -> StepError {
+        self.course.clear();
         if matches!(e, StepError::Stopped { .. } | StepError::TooMuchWork { .. }) {
             match self.return_to_beginning() {
                 Ok(true) => return e,

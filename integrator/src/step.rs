@@ -398,6 +398,9 @@ impl Step {
             implicit: false,
         };
         self.system_data.rows.update_state(&self.scene, self.time);
+        if self.uses.winches {
+            self.active_set.run_out(&mut self.system_data.rows);
+        }
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Scripted inputs: what an operator does, from a table of times and control values, for runs that can be repeated.
 //!
-//! A [`TimeTable`] of the scene's controls. A step holds the mean over its time, so that the way driven is that of the table.
+//! A [`TimeTable`] of the scene's controls. A sub-step holds the mean over its time, so that the way driven is that of the table.
 //!
 //! ```csv
 //! time,trolley_speed,hoist_speed
@@ -14,6 +14,9 @@ use crate::errors::Cause;
 use crate::time_table::{TimeTable, fault};
 use taut_integrator::{StepError, Stepper};
 use taut_model::Scene;
+
+/// Difference of means that is rounding, over the mean.
+const ROUNDING: f64 = 1e-12;
 
 /// Values of some of a scene's controls over time.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -53,11 +56,27 @@ impl Inputs {
 
     /// Sets the controls for the step that begins at the stepper's time, but for those that have gone with what they drove.
     pub fn apply(&self, stepper: &mut Stepper) -> Result<(), StepError> {
-        let (from, dt) = (stepper.time(), stepper.options().dt);
+        let (from, dt, n) = (
+            stepper.time(),
+            stepper.options().dt,
+            stepper.options().substeps,
+        );
         for (k, name) in self.0.names.iter().enumerate() {
             let controls = &stepper.scene().controls;
-            if let Some(control) = controls.iter().position(|c| c.name == *name) {
-                stepper.set_control(control, self.mean(k, from, from + dt))?;
+            let Some(control) = controls.iter().position(|c| c.name == *name) else {
+                continue;
+            };
+            let at = |substep: usize| from + dt * (substep as f64 / n as f64);
+            let means = (0..n).map(|i| self.mean(k, at(i), at(i + 1)));
+            let means = means.collect::<Vec<f64>>();
+            let whole = self.mean(k, from, from + dt);
+            if means
+                .iter()
+                .all(|mean| (mean - whole).abs() <= ROUNDING * whole.abs())
+            {
+                stepper.set_control(control, whole)?;
+            } else {
+                stepper.set_course(control, &means)?;
             }
         }
         Ok(())

@@ -22,6 +22,9 @@
 //! rebounds is the one that it leaves, which the step knows as the rate without contacts. Newton's law on the approach
 //! before it would gain energy, for a rod turns a rate along it into one across it.
 //!
+//! **What arrives second.** Each contact aims by its own gap, as if nothing stopped its shapes before: a rope that is caught above a
+//! floor, or a mat on it. Where something may, the step is solved without rebounds first. What carries nothing then has not arrived.
+//!
 //! The step by itself gains energy where a body that is thrown back meets another within the step, as in a row of balls: both
 //! are then held together, and the one that arrived still rebounds. Then the step's impulses go towards those of a step
 //! without restitution, which take energy away, until the gain is none.
@@ -37,6 +40,9 @@ use taut_solver::coulomb::{ConeMethod, ConeReport};
 /// Speed of arrival below which nothing bounces, over |g| Δt, and the least \[m/s].
 const SLOWEST: f64 = 0.1;
 const STANDSTILL: f64 = 1e-3;
+
+/// Impulse that is rounding, over the largest one.
+const NOTHING: f64 = 1e-9;
 
 /// Rate that the regularisation of contacts gives way by, over the fastest rebound, and sum of normal impulses, over the
 /// momentum, beyond which no impulses make the rebound.
@@ -59,26 +65,34 @@ impl ContactPoint {
     /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` are the rates that the
     /// step begins with, `free` those that it ends with without contacts. Nothing `rebounds` in a solve after one that jammed.
     ///
-    /// The normal rate at the beginning is w, and a = (free − before)/Δt; in steps `of_scheme` the rates belong to the middles
-    /// of the steps, and w = before + ½ a Δt. The gap φ + w t + ½ a t² closes at t = T with the rate w + a T; from there the
+    /// The normal rate at the beginning is w = before + a `late`, and a = (free − before)/Δt: rates are half a step behind, in implicit
+    /// sub-steps half of the whole one. The gap φ + w t + ½ a t² closes at t = T with the rate w + a T; from there the
     /// shapes part with −e times that. An implicit step ends with what it begins with: where the shapes touch.
-    fn aim(&mut self, before: [f64; 3], free: [f64; 3], dt: f64, [of_scheme, rebounds]: [bool; 2]) {
-        (self.rebound, self.aim) = (None, 0.0);
+    fn aim(
+        &mut self,
+        [before, free]: [[f64; 3]; 2],
+        (dt, late): (f64, f64),
+        [of_scheme, rebounds]: [bool; 2],
+    ) {
+        (self.rebound, self.aim, self.arrival) = (None, 0.0, f64::INFINITY);
         let (e, gap) = (self.found.surface.restitution, self.found.gap.max(0.0));
         let a: [f64; 3] = std::array::from_fn(|k| (free[k] - before[k]) / dt);
-        let w = before[0] + if of_scheme { 0.5 * a[0] * dt } else { 0.0 };
+        let w = before[0] + a[0] * late;
         let root = (w * w - 2.0 * a[0] * gap).max(0.0).sqrt();
         // The first root of the gap, in the form without cancellation for w < 0.
         let arrival = 2.0 * gap / (root - w);
         let arrives = w < 0.0 && (0.0..=dt).contains(&arrival);
+        if arrives {
+            self.arrival = arrival;
+        }
         let time = match arrives {
             true => arrival,
             false if gap == 0.0 => 0.0,
             false => dt,
         };
         // The scheme's rates are known with its impulses.
-        self.shift = [a.map(|a| a * 0.5 * (dt - time)); 2];
-        if e == 0.0 || !self.hit || !arrives || !rebounds {
+        self.shift = [a.map(|a| a * (0.5 * (dt - time) - late)); 2];
+        if e == 0.0 || !self.hit || !arrives || !rebounds || self.stopped {
             return;
         }
         let parting = e * root;
@@ -86,9 +100,9 @@ impl ContactPoint {
             let left = dt - arrival;
             let reached = (parting * left + 0.5 * a[0] * left * left).max(0.0);
             self.aim = -reached / dt;
-            self.rebound = Some(parting + a[0] * (0.5 * dt - arrival));
+            self.rebound = Some(parting + a[0] * (dt - late - arrival));
         } else {
-            self.rebound = Some(parting);
+            self.rebound = Some(parting - a[0] * late);
         }
     }
 }
@@ -140,7 +154,7 @@ impl Contacts {
                 true => alone,
                 false => touch.rates(|i| system_data.v.get(i)),
             };
-            touch.aim(before, alone, dt, kinds);
+            touch.aim([before, alone], (dt, self.late), kinds);
             free[0] += touch.aim;
         }
     }
@@ -230,6 +244,31 @@ impl Contacts {
     /// True if something arrives in the step that leaves with its restitution.
     pub(crate) fn rebound_is_due(&self) -> bool {
         self.touches.iter().any(|touch| touch.rebound.is_some())
+    }
+
+    /// True if a body that is thrown back in the step arrives before that at what throws it back less.
+    pub(crate) fn may_be_stopped(&self, is_dynamic: impl Fn(usize) -> bool) -> bool {
+        let body = |touch: &ContactPoint, i: usize| touch.carriers().iter().any(|of| of.body == i);
+        let stops = |touch: &ContactPoint, late: &ContactPoint| {
+            let [less, more] = [touch, late].map(|touch| match touch.rebound {
+                Some(_) => touch.found.surface.restitution,
+                None => 0.0,
+            });
+            let mut own = late.carriers().iter().filter(|of| is_dynamic(of.body));
+            touch.arrival < late.arrival && less < more && own.any(|of| body(touch, of.body))
+        };
+        let mut thrown = self.thrown_back();
+        thrown.any(|late| self.touches.iter().any(|touch| stops(touch, late)))
+    }
+
+    /// After a solve without rebounds: what carries nothing has been stopped before it arrives. True if there is such a contact.
+    pub(crate) fn note_stopped(&mut self) -> bool {
+        let most = self.touches.iter().map(|t| t.impulse[0]);
+        let least = NOTHING * most.fold(0.0, f64::max);
+        for touch in &mut self.touches {
+            touch.stopped = touch.impulse[0] <= least;
+        }
+        self.touches.iter().any(|touch| touch.stopped)
     }
 
     /// True if no impulses make the rebounds: friction wedges shapes between joints. They are then beyond [`WEDGED`] times all of

@@ -340,11 +340,14 @@ impl Stepper {
         let Some((own, length)) = scene.constraints[constraint].winch_mut(time) else {
             return Ok(());
         };
+        let speed = winch.speed;
         let mut winch = Winch {
             since: own.since,
+            stalled: own.stalled,
+            speed: before,
             ..winch
         };
-        winch.set_speed(winch.speed, length);
+        winch.set_speed(speed, length);
         let changes = *own != winch;
         *own = winch;
         self.changed(changes);
@@ -360,6 +363,12 @@ impl Stepper {
     /// while bodies touch or hang on massless ropes.
     pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         self.channel(control, value)?;
+        self.course.leave(control);
+        self.drive(control, value)
+    }
+
+    /// [`set_control`](Self::set_control) of a control that is there.
+    pub(super) fn drive(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         for k in 0..self.step.scene.controls[control].drives.len() {
             self.before_jump(self.step.scene.controls[control].drives[k], value)?;
         }
@@ -385,7 +394,7 @@ impl Stepper {
     }
 
     /// A control that takes this value.
-    fn channel(&self, control: usize, value: f64) -> Result<&Control, StepError> {
+    pub(super) fn channel(&self, control: usize, value: f64) -> Result<&Control, StepError> {
         let Some(channel) = self.step.scene.controls.get(control) else {
             return Err(missing("control", control, self.step.scene.controls.len()));
         };
@@ -445,7 +454,7 @@ fn missing(kind: &str, i: usize, count: usize) -> StepError {
     refused(format!("{kind} number {i}, of {count},"), "is not there")
 }
 
-fn refused(what: String, reason: &'static str) -> StepError {
+pub(super) fn refused(what: String, reason: &'static str) -> StepError {
     StepError::NotControllable { what, reason }
 }
 

@@ -88,10 +88,27 @@ impl Stepper {
         let motion = given.or_else(|| self.motion_at_start())?;
         let account = &mut self.step.record.account;
         (account.work, account.pending, account.recovery) = (0.0, 0.0, [0.0; 2]);
+        account.opens = true;
+        let closing = if self.step.time == 0.0 {
+            self.closing_energy()
+        } else {
+            0.0
+        };
         Some(Energy {
-            elastic: self.gap_energy(),
+            elastic: self.gap_energy() + closing,
             ..motion
         })
+    }
+
+    /// Most work of rigid rows that close the gaps φ a run begins with \[J], by their force λ before the first step: with the weight
+    /// p of the scheme they leave bodies the energy −λ φ/(2 p) of r⁺ = −φ/(p Δt).
+    fn closing_energy(&self) -> f64 {
+        let (rows, multipliers) = (&self.step.system_data.rows, &self.step.multipliers);
+        let ahead = self.step.options.scheme.weights().next;
+        let part = (0.5 / ahead).max(1.0);
+        let rigid = (0..rows.rows()).filter(|r| rows.compliance[*r] == 0.0);
+        let work = rigid.map(|r| -rows.phi[r] * multipliers.mu[r] / multipliers.mu_dt);
+        part * work.map(|work| work.max(0.0)).sum::<f64>()
     }
 
     /// Elastic energy ½ ε λ² of the forces λ = −φ/ε, within their bounds, at the present positions.
@@ -120,6 +137,10 @@ impl Stepper {
 
     /// A balance begins with the sub-step just taken, which began with `opening` ([`opening`](Self::opening)).
     pub(crate) fn open_account(&mut self, opening: Energy) {
+        // A winch that has fed its cable of segments, at the end of the sub-step, leaves another scene.
+        if !std::mem::take(&mut self.step.record.account.opens) {
+            return;
+        }
         let start = self
             .start_of(opening, self.in_account(self.energy()))
             .total();

@@ -13,7 +13,7 @@
 //! the coarse run, and d is as large as the error. Such oscillations dominate the second difference
 //! of d. Half of it, at most d/2, is a second estimate; the larger one counts.
 //!
-//! The coarse run gets the mean of each control over its step. Whatever else is set starts it anew in the state of the run; what
+//! The coarse run gets the mean of each control over each of its sub-steps. Whatever else is set starts it anew in the state of the run; what
 //! was estimated until then is added, and steps that were not compared are counted as [`ErrorEstimate::unseen`].
 //!
 //! **Linear algebra.** A sample of every [`SAMPLED`]th step ([`crate::step::reference`]).
@@ -95,7 +95,7 @@ pub(crate) struct CoarseRun {
     /// Steps so far, and those since both runs were at the same time.
     steps: usize,
     since: usize,
-    /// Sums of the controls' values over these.
+    /// Sums of the controls' values over these, of one after the other: one sum for each sub-step of the coarse run.
     controls: Vec<f64>,
     /// The order p, and the distance and the estimate from which on it holds \[m].
     order: i32,
@@ -115,7 +115,7 @@ impl CoarseRun {
         Self {
             order: order(&run.step.options),
             from: [0.0, estimate.time],
-            controls: vec![0.0; run.step.scene.controls.len()],
+            controls: vec![0.0; run.step.scene.controls.len() * run.step.options.substeps],
             steps: before.map_or(0, |c| c.steps),
             estimate: ErrorEstimate {
                 lost: coarse.is_none(),
@@ -129,8 +129,12 @@ impl CoarseRun {
     /// A step of the run is done.
     fn follow(&mut self, of: &Stepper, report: &StepReport, every: usize) {
         self.steps += 1;
-        for (i, sum) in self.controls.iter_mut().enumerate() {
-            *sum += of.step.scene.control_value(i).unwrap_or(0.0);
+        let substeps = of.step.options.substeps;
+        for (i, sums) in self.controls.chunks_mut(substeps).enumerate() {
+            let last = of.step.scene.control_value(i).unwrap_or(0.0);
+            for k in 0..substeps {
+                sums[(self.since * substeps + k) / every] += of.course.value(i, k).unwrap_or(last);
+            }
         }
         let is_bounded = !of.step.active_set.is_empty();
         self.sink(report, is_bounded);
@@ -227,19 +231,17 @@ fn coarse_run(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     Ok(run)
 }
 
-/// A step of the coarse run with the means of the controls over `count` steps, whose sums are taken. A mean that differs from the
-/// value by rounding sets nothing: what follows a control may have been set alone.
+/// A step of the coarse run with the means of the controls over `count` sub-steps each, whose sums are taken. Means that differ
+/// from the value by rounding set nothing: what follows a control may have been set alone.
 fn step_driven(run: &mut Stepper, sums: &mut [f64], count: usize) -> Result<StepReport, StepError> {
-    for (i, sum) in sums.iter_mut().enumerate() {
-        let mean = std::mem::take(sum) / count as f64;
-        if run
-            .step
-            .scene
-            .control_value(i)
-            .is_some_and(|value| (value - mean).abs() > 1e-12 * mean.abs())
-        {
-            run.set_control(i, mean)?;
+    for (i, values) in sums.chunks_mut(run.step.options.substeps).enumerate() {
+        values.iter_mut().for_each(|sum| *sum /= count as f64);
+        let value = run.step.scene.control_value(i);
+        let differs = |mean: &f64| value.is_some_and(|v| (v - mean).abs() > 1e-12 * mean.abs());
+        if values.iter().any(differs) {
+            run.set_course(i, values)?;
         }
+        values.fill(0.0);
     }
     run.step()
 }

@@ -3,13 +3,57 @@
 
 use super::Step;
 use crate::StepError;
-use crate::active_set::Outcome;
+use crate::active_set::{Outcome, RowState, jacobian};
 use crate::response::factor_of;
+use taut_model::linearized::dot;
 use taut_solver::SolveError;
 
 impl Step {
-    /// The system of the system's data, solved until all rows with bounds keep them.
+    /// The system of the system's data, solved until all rows with bounds keep them and what is thrown back has arrived.
     pub(super) fn solve_within_bounds(&mut self, dt: f64) -> Result<(), StepError> {
+        let undecided = self.tally.undecided;
+        self.keep_bounds(dt)?;
+        if !self.may_be_stopped(dt) {
+            return Ok(());
+        }
+        self.take_solve_back();
+        self.contacts.rebounds = false;
+        let solved = self.keep_bounds(dt);
+        self.contacts.rebounds = true;
+        solved?;
+        self.contacts.note_stopped();
+        self.take_solve_back();
+        self.tally.undecided = undecided;
+        self.keep_bounds(dt)
+    }
+
+    /// True if something may stop what is thrown back before it arrives: other shapes, or a row that was slack and is passed.
+    fn may_be_stopped(&self, dt: f64) -> bool {
+        if !self.contacts.rebound_is_due() {
+            return false;
+        }
+        let (system_data, fall) = (&self.system_data, self.scene.gravity.norm() * dt);
+        let is_passed = |(k, place): (usize, RowState)| {
+            let bound = &system_data.rows.bounds[k];
+            let rates = jacobian(system_data, k).map(|(i, j)| dot(&j, &system_data.v.get(i)));
+            let rate = rates.sum::<f64>() + system_data.rows.phi_t[bound.row];
+            let side = bound.side();
+            let begun = side * system_data.rows.phi[bound.row];
+            place != RowState::Inside && begun < 0.0 && begun + dt * (side * rate + fall) > 0.0
+        };
+        let bodies = &self.scene.bodies;
+        self.contacts.may_be_stopped(|i| bodies.is_dynamic(i))
+            || self.active_set.places().enumerate().any(is_passed)
+    }
+
+    /// Takes the slip and the impulses of a solve out of the prepared system, before another one.
+    pub(super) fn take_solve_back(&mut self) {
+        self.slip.take_out(&mut self.system_data);
+        self.contacts.take_out(&mut self.system_data.inertia, false);
+    }
+
+    /// The system of the system's data, solved until all rows with bounds keep them.
+    fn keep_bounds(&mut self, dt: f64) -> Result<(), StepError> {
         self.active_set.begin(&self.system_data.rows);
         self.contacts.keep(&self.system_data.inertia, false);
         let undecided = self.tally.undecided;
@@ -25,8 +69,7 @@ impl Step {
                 if !is_singular(&error) || !self.active_set.give_way(bounds) {
                     return Err(error);
                 }
-                self.slip.take_out(&mut self.system_data);
-                self.contacts.take_out(&mut self.system_data.inertia, false);
+                self.take_solve_back();
                 continue;
             }
             // The rows that were held are back: their c and Δt f hold slip and impulses as well.
@@ -40,8 +83,7 @@ impl Step {
             if verdict != Outcome::Changed {
                 break;
             }
-            self.slip.take_out(&mut self.system_data);
-            self.contacts.take_out(&mut self.system_data.inertia, false);
+            self.take_solve_back();
         }
         if self.uses.slip {
             self.end_slip();

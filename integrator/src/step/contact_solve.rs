@@ -21,6 +21,10 @@ impl Step {
     /// Finds the contacts of a step of `dt` from the present state.
     pub(crate) fn find_contacts(&mut self, dt: f64, of_scheme: bool) -> Result<(), StepError> {
         self.contacts.of_scheme = of_scheme;
+        self.contacts.late = match of_scheme || self.options.scheme.is_staggered() {
+            true => 0.5 * self.substep(),
+            false => 0.0,
+        };
         self.contacts.find(&self.scene, dt, self.time == 0.0)?;
         Ok(())
     }
@@ -41,11 +45,13 @@ impl Step {
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
-        self.contacts.rebounds = true;
+        let rebounds = self.contacts.rebounds;
         let mut found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
         if self.jams() {
             self.contacts.rebounds = false;
-            found = self.pass_through(dt, TOLERANCE, Self::solve_rows_again)?;
+            let passed = self.pass_through(dt, TOLERANCE, Self::solve_rows_again);
+            self.contacts.rebounds = rebounds;
+            found = passed?;
         }
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);

@@ -41,7 +41,7 @@
 //! The multipliers of a divided step of a scene with bounded rows are the sums of those of its parts, from which the next step
 //! starts: a catch in the last one is no force that lasts.
 
-use super::{Stage, Step};
+use super::{Stage, Step, WHOLE};
 use crate::activation::{Activation, SOFT};
 use crate::active_set::{RowState, jacobian, response_of};
 use crate::contact::ContactPoint;
@@ -268,7 +268,11 @@ impl Step {
         let dt = self.substep();
         let least = LEAST * slowest(&self.scene, dt);
         let struck_on_springs = self.struck_on_springs(least);
-        let driven = [&*self.guarded.division.phi_t, &*self.history.phi_t];
+        let driven = |k: usize| {
+            let row = self.system_data.rows.bounds[k].row;
+            let change = self.history.phi_t[row] - self.guarded.division.phi_t[k];
+            change.abs().max(self.stops(k))
+        };
         let lands = self.contacts.lands();
         let landing = |k| if lands { self.landing(k, false) } else { 0.0 };
         let loaded = |k| match self.slip.holds(k) || self.is_beside_made(k) {
@@ -293,6 +297,21 @@ impl Step {
         );
         let both = [struck, struck_on_springs].into_iter().flatten();
         both.reduce(f64::max)
+    }
+
+    /// Speed that the winch of bounded row `k` loses at the end of its rope within the step just taken, or begins with in it \[m/s].
+    fn stops(&self, k: usize) -> f64 {
+        let constraint = self.system_data.rows.bounds[k].constraint;
+        let Constraint::MasslessCable(cable) = &self.scene.constraints[constraint] else {
+            return 0.0;
+        };
+        let Some(winch) = cable.winch.filter(|winch| !winch.brake) else {
+            return 0.0;
+        };
+        let (dt, speed) = (self.substep(), winch.speed.abs());
+        let way = (cable.length_at(self.time) - cable.length_at(self.time - dt)).abs();
+        let stops = way > 0.0 && way < WHOLE * speed * dt;
+        if stops { speed } else { 0.0 }
     }
 
     /// The largest Ω of shapes that are struck in the step just taken, faster than `least` (m/s), on elastic rows that pull them: none

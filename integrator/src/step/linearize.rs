@@ -66,7 +66,7 @@ impl Step {
                 &mut self.active_set,
                 &self.scene,
                 system_data,
-                self.time + dt,
+                [self.time, self.time + dt],
             );
         }
         if self.uses.bounds {

@@ -49,6 +49,8 @@ impl Step {
             self.solve_scheme(self.options.stiffness)?;
             if self.can_strike() {
                 self.take_solve_back();
+                // What a jump of a drive leaves behind touches no more.
+                self.contacts.touches.retain(|touch| touch.impulse[0] > 0.0);
                 self.leave_blows();
                 self.solve_linearized(self.substep())?;
             }
@@ -76,15 +78,6 @@ impl Step {
         self.progress.stage = super::Stage::Unsolved;
         self.progress.started = true;
         Ok(())
-    }
-
-    /// Takes the slip and the impulses of a solve out of the prepared system, before a second one without blows, and the contacts that
-    /// it left open: what a jump of a drive leaves behind touches no more.
-    fn take_solve_back(&mut self) {
-        self.slip.take_out(&mut self.system_data);
-        let inertia = &mut self.system_data.inertia;
-        self.contacts.take_out(inertia, false);
-        self.contacts.touches.retain(|touch| touch.impulse[0] > 0.0);
     }
 
     /// True if rows may strike bodies: those with bounds, and motors.

@@ -142,20 +142,23 @@ impl Step {
     }
 }
 
-/// Takes the rope left on the drums of massless cables at the end of a step, at time `end` (s).
+/// Takes the rope left on the drums of massless cables at the end of a step from `begin` to `end` (s). A drum that another solve of
+/// the present state has emptied has its bound back.
 pub(super) fn leave_room(
     bounded: &mut ActiveSet,
     scene: &Scene,
-    system_data: &SystemData,
-    end: f64,
+    system_data: &mut SystemData,
+    [begin, end]: [f64; 2],
 ) {
     bounded.forget_room();
-    for (k, bound) in system_data.rows.bounds.iter().enumerate() {
+    for (k, bound) in system_data.rows.bounds.iter_mut().enumerate() {
         let Constraint::MasslessCable(cable) = &scene.constraints[bound.constraint] else {
             continue;
         };
         if let Some(winch) = cable.winch.filter(|w| w.longest < f64::INFINITY) {
             bounded.leave_room(k, (winch.longest - cable.length_at(end)).max(0.0));
+            let bounds = scene.constraints[bound.constraint].bounds(begin);
+            bound.lower = bounds.map_or(bound.lower, |(_, lower, _)| lower);
         }
     }
 }

@@ -19,6 +19,9 @@ const OWED: usize = 3;
 pub(crate) struct Account {
     /// Energy before the first step, once there was one.
     pub(crate) start: Option<f64>,
+    /// True of a balance that begins with the present sub-step, unless that closes it.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) opens: bool,
     /// Work up to the beginning of the last sub-step, and the work in it without that of the next
     /// forces.
     pub(crate) work: f64,

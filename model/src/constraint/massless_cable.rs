@@ -132,8 +132,8 @@ impl Winch {
         match t - self.since {
             time if time >= 0.0 => after(time),
             _ if self.since > 0.0 => length,
-            // As it goes on: a drum at its stop stood there before.
-            time => (2.0 * length - after(-time)).max(shortest),
+            // As it goes on: a drum at its stop or end stood there before.
+            time => (2.0 * length - after(-time)).clamp(shortest, longest),
         }
     }
 
@@ -149,10 +149,12 @@ impl Winch {
     }
 
     /// Sets the speed \[m/s], positive pays out, of a cable that is `length` (m) long now. The motor of an empty drum with a
-    /// finite `force_limit` stalls until the next step tells the tension.
+    /// finite `force_limit` that begins to haul in stalls until the next step tells the tension.
     pub fn set_speed(&mut self, speed: f64, length: f64) {
+        let begins = self.stalled || self.speed >= 0.0 || self.brake;
         self.speed = speed;
-        self.stalled = self.force_limit < f64::INFINITY && self.stalls(length, f64::INFINITY);
+        self.stalled =
+            begins && self.force_limit < f64::INFINITY && self.stalls(length, f64::INFINITY);
     }
 
     /// True where the drum stalls at this length (m) under this tension (N).

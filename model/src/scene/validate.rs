@@ -274,7 +274,8 @@ impl Scene {
         if is_part && !passes && rests {
             return Err(SceneError::Conflict {
                 what: of("tension"),
-                reason: "between two sheaves of one body is undetermined in a rigid cable: give the cable a stiffness `ea`",
+                reason: "is undetermined in a rigid part between points that no forces move apart, as two sheaves of one body: give \
+                         the cable a stiffness `ea`",
             });
         }
         if !passes && !c.bodies().any(dynamic) {
