@@ -1,16 +1,9 @@
 //! Steps allocate nothing.
 
 use std::hint::black_box;
-use taut_integrator::{StepOptions, Stepper};
-use taut_measure::Choice;
 use taut_measure::allocations::{self, Counting};
-use taut_model::{
-    ChainModel, ContactScene, ContactSceneParams, GantryParams, HoistParams, Network,
-    NetworkParams, ParticleChainParams, SceneSource,
-};
-use taut_solver::Backend;
-use taut_tests::compiled;
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 use taut_tests::scenes::{KINDS, free_cable, random_scene};
 
 const DT: f64 = 1.0 / 240.0;
@@ -35,10 +28,8 @@ fn the_counter_counts() {
 
 /// The backends whose documentation promises that steps allocate nothing.
 fn promises(backend: &Backend) -> bool {
-    let (text, names) = (
-        backend.to_string(),
-        "banded gauss-seidel cg minres dense faer:llt faer:ldlt",
-    );
+    let text = backend.to_string();
+    let names = "banded gauss-seidel cg minres dense faer:llt faer:ldlt";
     names.split(' ').any(|name| text.starts_with(name))
 }
 
@@ -47,28 +38,19 @@ fn promises(backend: &Backend) -> bool {
 #[test]
 fn steps_after_the_first_allocate_nothing() {
     const STEPS: usize = 10;
-    let mut scenes: Vec<_> = KINDS
-        .map(|kind| (kind, free_cable(kind, 6, 1e-6, 1)))
-        .into();
+    let scenes = KINDS.map(|kind| (kind, free_cable(kind, 6, 1e-6, 1)));
+    let mut scenes: Vec<_> = scenes.into();
     scenes.push(("all joints", random_scene(3)));
     scenes.push(("all kinds", random_machine(3)));
     for network in Network::ALL {
-        let params = NetworkParams {
-            segments: 8,
-            cables: 2,
-            rows: 3,
-            columns: 4,
-            ..NetworkParams::new(network)
-        };
+        let params = NetworkParams::new(network)
+            .with(|p| (p.segments, p.cables, p.rows) = (8, 2, 3))
+            .with(|p| p.columns = 4);
         scenes.push((network.name(), params.build().expect("builds")));
     }
     for model in ChainModel::ALL {
-        let chain = ParticleChainParams {
-            model,
-            horizontal: false,
-            seed: 1,
-            ..ParticleChainParams::default()
-        };
+        let chain = ParticleChainParams::default()
+            .with(|p| (p.model, p.horizontal, p.seed) = (model, false, 1));
         scenes.push((model.name(), chain.build().expect("builds")));
     }
     let mut faults = Vec::new();
@@ -76,14 +58,11 @@ fn steps_after_the_first_allocate_nothing() {
         let mut most = 0;
         for (kind, scene) in &scenes {
             for refinements in [0, 2] {
-                let options =
-                    taut_tests::changed(choice.options(DT), |o| o.refinements = refinements);
+                let options = choice.options(DT).with(|o| o.refinements = refinements);
                 let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
                 stepper.step().expect("stable");
-                let (state, mu) = (
-                    stepper.scene().bodies.clone(),
-                    stepper.multipliers().to_vec(),
-                );
+                let state = stepper.scene().bodies.clone();
+                let mu = stepper.multipliers().to_vec();
                 let steps = calls(|| {
                     taut_tests::steps(&mut stepper, STEPS);
                     stepper.set_state(&state, 0.5).expect("same scene");
@@ -103,21 +82,14 @@ fn steps_after_the_first_allocate_nothing() {
         let each = most as f64 / (STEPS + 1) as f64;
         println!("{choice}: at most {each:.1} calls of the allocator a step");
     }
-    assert!(
-        faults.is_empty(),
-        "calls in {} steps\n{}",
-        STEPS + 1,
-        faults.join("\n")
-    );
+    let holds = faults.is_empty();
+    assert!(holds, "calls in {} steps\n{}", STEPS + 1, faults.join("\n"));
 }
 
 /// A cable that lies on the ground, most of whose contacts stick.
 #[test]
 fn steps_with_contacts_at_rest_allocate_nothing() {
-    let params = ContactSceneParams {
-        count: Some(1),
-        ..ContactSceneParams::new(ContactScene::Pile)
-    };
+    let params = ContactSceneParams::new(ContactScene::Pile).with(|p| p.count = Some(1));
     let scene = params.build().expect("builds");
     for choice in compiled().into_iter().filter(|c| promises(&c.backend)) {
         let options = choice.options(DT);
@@ -148,12 +120,8 @@ fn at_bounds(stepper: &Stepper) -> [bool; 3] {
 /// winches, and times without.
 #[test]
 fn a_driven_gantry_allocates_nothing() {
-    let params = GantryParams {
-        segments: 4,
-        trolley_force: Some(200.0),
-        winch_force: Some(3200.0),
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default()
+        .with(|p| (p.segments, p.trolley_force, p.winch_force) = (4, Some(200.0), Some(3200.0)));
     let scene = params.build().expect("builds");
     for choice in compiled().iter().filter(|c| promises(&c.backend)) {
         let mut stepper = Stepper::new(scene.clone(), choice.options(DT)).expect("sound");

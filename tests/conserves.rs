@@ -2,9 +2,9 @@
 
 /// What arrives second in a step, drums at their end, blows that joints pass on.
 mod arrivals;
-/// Elastic ropes that catch and swing their load, motors and winches against stops.
-mod caught;
-/// Dampers of what swings, drums that slip beside contacts.
+/// Scenes that say themselves what holds of them.
+mod cases;
+/// Dampers of what swings.
 mod damped;
 /// Forces of an instant: catches, jumps of drives, blows.
 mod instants;

@@ -133,10 +133,8 @@ mod tests {
     #[test]
     fn a_commit_is_one_word() {
         let commit = commit();
-        assert!(
-            !commit.is_empty() && !commit.contains(char::is_whitespace),
-            "{commit}"
-        );
+        let holds = !commit.is_empty() && !commit.contains(char::is_whitespace);
+        assert!(holds, "{commit}");
     }
 
     #[test]

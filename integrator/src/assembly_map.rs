@@ -381,15 +381,12 @@ fn add_product(w: &[f64], j: &[f64], a: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{StepOptions, Stepper};
-    use taut_model::{HoistParams, JointKind, named};
+    use crate::testing::*;
 
     /// J M̃⁻¹ Jᵀ of two constraints, or with `absolute` the same of the absolute values of all numbers in it, row by row.
     fn product(stepper: &Stepper, pair: [usize; 2], absolute: bool) -> Vec<f64> {
-        let (rows, inertia) = (
-            &stepper.step.system_data.rows,
-            &stepper.step.system_data.inertia,
-        );
+        let rows = &stepper.step.system_data.rows;
+        let inertia = &stepper.step.system_data.inertia;
         let number = |x: f64| if absolute { x.abs() } else { x };
         let [left, right] = pair.map(|c| rows.slot_range(c));
         let [m, n] = pair.map(|c| rows.row_range(c).len());
@@ -399,10 +396,8 @@ mod tests {
             if body != rows.slots[t].body {
                 continue;
             }
-            let (w, a) = (
-                inertia.inverse_mass[body],
-                unpacked(inertia.inverse_angular.get(body)),
-            );
+            let w = inertia.inverse_mass[body];
+            let a = unpacked(inertia.inverse_angular.get(body));
             for (r, left) in rows.block(s).rows().iter().enumerate() {
                 for (c, right) in rows.block(t).rows().iter().enumerate() {
                     let to = &mut sum[n * r + c];
@@ -435,11 +430,7 @@ mod tests {
         .map(|name| named(name).unwrap())
         .into();
         for joint in [JointKind::Spherical, JointKind::Paper] {
-            let cable = HoistParams {
-                segments: 6,
-                joint,
-                ..HoistParams::default()
-            };
+            let cable = HoistParams::default().with(|p| (p.segments, p.joint) = (6, joint));
             scenes.push(cable.build().unwrap());
         }
         let mut doubled = named("hoist").unwrap();
@@ -457,10 +448,8 @@ mod tests {
                 .linearize(stepper.step.options.stiffness)
                 .unwrap();
             stepper.step.assemble(stepper.step.options.dt);
-            let (assembly_map, sigma) = (
-                &stepper.step.system.assembly_map,
-                &stepper.step.system_data.regularization.sigma,
-            );
+            let assembly_map = &stepper.step.system.assembly_map;
+            let sigma = &stepper.step.system_data.regularization.sigma;
             let constraints: Vec<usize> = (assembly_map.block.iter())
                 .map(|b| match b {
                     BlockOf::Constraint(c) => *c,

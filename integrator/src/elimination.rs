@@ -205,6 +205,7 @@ pub(crate) fn factorized(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::With;
     use crate::testing::centre;
 
     fn auto(scene: &Scene, backend: &Backend) -> EliminationOrder {
@@ -240,10 +241,7 @@ mod tests {
         let pattern = factorized(&scene, &rows, &Backend::Banded).unwrap();
         let own = order_of(Elimination::Scene, &scene, &rows, &Backend::Banded).unwrap();
         let refused = |backend: &str, cost| {
-            let order = EliminationOrder {
-                cost,
-                ..own.clone()
-            };
+            let order = own.clone().with(|p| p.cost = cost);
             let backend = backend.parse().unwrap();
             check_fill(Form::Schur, &backend, &order, &pattern).is_err()
         };
@@ -293,12 +291,8 @@ mod tests {
                 (100, 2),
                 (1000, 1),
             ] {
-                let params = NetworkParams {
-                    segments,
-                    points,
-                    joint,
-                    ..NetworkParams::new(Network::Ring)
-                };
+                let params = NetworkParams::new(Network::Ring)
+                    .with(|p| (p.segments, p.points, p.joint) = (segments, points, joint));
                 let ring = params.build().unwrap();
                 let name = format!("{joint:?} {segments} {points}");
                 assert_eq!(border_rows(&ring), Some(rows), "{name}");
@@ -318,10 +312,7 @@ mod tests {
     fn many_leaves_at_the_end_are_not_carried_along() {
         use taut_model::{Body, Constraint, HoistParams, Spherical};
         let with_hooks = |segments| {
-            let params = HoistParams {
-                segments,
-                ..HoistParams::default()
-            };
+            let params = HoistParams::default().with(|p| p.segments = segments);
             let mut scene = params.build().unwrap();
             let joint = scene.constraints.iter().find_map(|c| match c {
                 Constraint::Spherical(joint) => Some(*joint),
@@ -355,11 +346,8 @@ mod tests {
         assert!(banded.constraints.iter().map(|&k| listed[k]).eq(0..n));
         let named = |name: &str| name.parse::<Backend>().unwrap();
         for name in ["cg:none", "cg:jacobi", "gauss-seidel:joints"] {
-            assert_eq!(
-                auto(&scene, &named(name)).taken,
-                Elimination::Scene,
-                "{name}"
-            );
+            let found = auto(&scene, &named(name)).taken;
+            assert_eq!(found, Elimination::Scene, "{name}");
         }
         for (groups, taken) in [
             (vec![0; n], Elimination::MinimumDegree),

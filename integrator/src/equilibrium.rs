@@ -343,8 +343,7 @@ impl Step {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taut_model::collide::{Collider, Shape};
-    use taut_model::{Body, Frame, MasslessCable};
+    use crate::testing::*;
 
     /// A box stands on the ground, on a rope that is this much too long to hold it up.
     fn hung(slack: f64) -> Result<Scene, StepError> {

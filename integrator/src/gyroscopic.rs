@@ -303,15 +303,11 @@ mod tests {
                 turn(&inertia, &mut rotation, &mut w, dt);
                 let axis = rotation * Vector3::z();
                 let turned = UnitQuaternion::from_scaled_axis(across * (dt * f64::from(n)));
-                assert!(
-                    (axis - turned * Vector3::z()).norm() < 1e-11,
-                    "{angle}: {axis}"
-                );
+                let off = (axis - turned * Vector3::z()).norm();
+                assert!(off < 1e-11, "{angle}: {axis}");
                 let momentum = rotation * (inertia * (rotation.inverse() * w));
-                assert!(
-                    (momentum - start).norm() < 1e-11 * start.norm(),
-                    "{angle}: {w}"
-                );
+                let off = (momentum - start).norm();
+                assert!(off < 1e-11 * start.norm(), "{angle}: {w}");
             }
         }
     }
@@ -357,19 +353,7 @@ mod tests {
             (rotation.inverse() * w - exact).norm()
         };
         let (coarse, fine) = (error(100), error(200));
-        assert!(
-            fine < 1e-3 && (coarse / fine / 4.0 - 1.0).abs() < 0.05,
-            "{coarse} {fine}"
-        );
-    }
-
-    #[test]
-    fn a_principal_axis_stays() {
-        let top = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0));
-        let (mut rotation, about) = (UnitQuaternion::identity(), Vector3::new(0.0, 4.0, 0.0));
-        let mut w = about;
-        turn(&top, &mut rotation, &mut w, 0.1);
-        assert!((w - about).norm() < 1e-15, "{w}");
-        assert!((rotation.scaled_axis() - about * 0.1).norm() < 1e-15);
+        let holds = fine < 1e-3 && (coarse / fine / 4.0 - 1.0).abs() < 0.05;
+        assert!(holds, "{coarse} {fine}");
     }
 }

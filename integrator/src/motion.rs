@@ -213,8 +213,7 @@ impl WideKernel for Move<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Matrix3;
-    use taut_model::Body;
+    use crate::testing::*;
 
     /// Lanes turn bodies as single ones turn, at every speed, about every axis of symmetry, whatever their number.
     #[test]
@@ -255,10 +254,8 @@ mod tests {
                     }
                     let (found, exact) = (&bodies.orientation[i], &single.orientation[i]);
                     for k in 0..4 {
-                        assert!(
-                            (found.coords[k] - exact.coords[k]).abs() < 2e-15,
-                            "{speed} {i}"
-                        );
+                        let off = (found.coords[k] - exact.coords[k]).abs();
+                        assert!(off < 2e-15, "{speed} {i}");
                     }
                 }
             }
@@ -304,10 +301,8 @@ mod tests {
                     bodies.push(body);
                 }
                 let (rods, others) = Rods::new(&bodies);
-                let neighbours = rods
-                    .bodies
-                    .iter()
-                    .all(|pack| pack.lanes::<8>(0).first().is_some());
+                let mut neighbours = rods.bodies.iter();
+                let neighbours = neighbours.all(|pack| pack.lanes::<8>(0).first().is_some());
                 assert_eq!((rods.shapes.len(), neighbours), (1, stride == 1));
                 let lost = move_bodies(&mut bodies, &rods, &others, &v, &dv, 1.0 / 60.0);
                 let state = |i: usize| {

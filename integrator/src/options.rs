@@ -564,6 +564,7 @@ pub(crate) fn check(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::With;
 
     #[test]
     fn texts_round_trip() {
@@ -615,10 +616,7 @@ mod tests {
             let stiffness = GeometricStiffness::Inertia { alpha };
             assert_eq!(field(&StepOptions { stiffness, ..d() }), "alpha");
         }
-        let third = |a, gamma| StepOptions {
-            scheme: Scheme::ThirdDifference { a, gamma },
-            ..d()
-        };
+        let third = |a, gamma| d().with(|o| o.scheme = Scheme::ThirdDifference { a, gamma });
         assert_eq!(field(&third(0.25, 0.0)), "a");
         assert_eq!(field(&third(f64::NAN, 0.0)), "a");
         assert_eq!(field(&third(0.5, 0.1)), "gamma");
@@ -632,13 +630,8 @@ mod tests {
         assert_eq!(field(&StepOptions { contacts, ..d() }), "contacts.sweeps");
         let guard = |guard| d().with(|o| o.guard = Some(guard));
         let g = Guard::default;
-        assert_eq!(
-            field(&guard(Guard {
-                tolerance: f64::NAN,
-                ..g()
-            })),
-            "guard.tolerance"
-        );
+        let found = field(&guard(g().with(|g| g.tolerance = f64::NAN)));
+        assert_eq!(found, "guard.tolerance");
         assert_eq!(field(&guard(Guard { passes: 0, ..g() })), "guard.passes");
         assert!(d().validate().is_ok() && StepOptions::paper().validate().is_ok());
     }
@@ -666,10 +659,8 @@ mod tests {
                     1.0,
                     0.0,
                 );
-                let radius = companion
-                    .complex_eigenvalues()
-                    .map(nalgebra::Complex::norm)
-                    .max();
+                let radius = companion.complex_eigenvalues();
+                let radius = radius.map(nalgebra::Complex::norm).max();
                 worst = worst.max(radius);
             }
             worst

@@ -225,17 +225,13 @@ impl Update<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Scheme;
-    use taut_model::HoistParams;
+    use crate::testing::*;
 
     /// For any four values of φ, each row satisfies ε λ + φ̄ + τ r⁺ = 0, with φ̄ written out as
     /// [`Scheme`] states it rather than by its weights.
     #[test]
     fn rows_are_those_of_the_scheme() {
-        let params = HoistParams {
-            segments: 3,
-            ..HoistParams::default()
-        };
+        let params = HoistParams::default().with(|p| p.segments = 3);
         let mut rows = Linearized::new(&params.build().unwrap());
         let (count, dt) = (rows.rows(), 0.1);
         assert!(count % 4 != 0, "whole vectors and a rest");

@@ -569,19 +569,14 @@ fn turning_length(constraint: &Constraint) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::centre;
-    use nalgebra::Vector3;
-    use taut_model::{Distance, Frame, HoistParams, RowLaw};
+    use crate::testing::*;
 
     /// Joints in lanes, and a link beside them: the guard finds every gap that is off its
     /// prediction, relative to the gap's own length, and every gap that is no number.
     #[test]
     fn every_gap_off_its_prediction_is_a_disagreement() {
         for segments in [1, 9, 16] {
-            let params = HoistParams {
-                segments,
-                ..HoistParams::default()
-            };
+            let params = HoistParams::default().with(|p| p.segments = segments);
             let mut scene = params.build().unwrap();
             let link = Distance {
                 frames: [Frame::world(Vector3::x()), centre(0)],

@@ -1,19 +1,21 @@
-//! Steps and parts of scenes for the tests of all modules.
+//! Names, steps and parts of scenes for the tests of all modules.
 
-use crate::{StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::{
-    Action, Constraint, Distance, Event, Frame, MasslessCable, RowLaw, Scene, Sheave, When, Winch,
-};
-use taut_solver::{Backend, DenseOptions};
+// What most tests name: they import all of this module.
+pub(crate) use crate::*;
+pub(crate) use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+pub(crate) use taut_model::collide::{Collider, Shape, Surface};
+pub(crate) use taut_model::*;
+pub(crate) use taut_solver::{Backend, DenseOptions};
 
-impl StepOptions {
-    /// These options with a change.
-    pub(crate) fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+/// A value with a change.
+pub(crate) trait With: Sized {
+    fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
         change(&mut self);
         self
     }
 }
+
+impl<T> With for T {}
 
 impl Stepper {
     /// So many steps.
@@ -67,19 +69,12 @@ pub(crate) fn centre(body: usize) -> Frame {
 
 /// A winch of this speed (m/s) that nothing limits.
 pub(crate) fn winch(speed: f64) -> Winch {
-    Winch {
-        speed,
-        ..Winch::new()
-    }
+    Winch::new().with(|w| w.speed = speed)
 }
 
 /// A drum whose brake holds so much \[N].
 pub(crate) fn brake(brake_limit: f64) -> Winch {
-    Winch {
-        brake: true,
-        brake_limit,
-        ..Winch::new()
-    }
+    Winch::new().with(|w| (w.brake, w.brake_limit) = (true, brake_limit))
 }
 
 /// A rod or spring between two frames.
@@ -94,18 +89,12 @@ pub(crate) fn link(frames: [Frame; 2], length: f64, law: RowLaw) -> Constraint {
 
 /// A sheave with friction.
 pub(crate) fn sheave(friction: f64, radius: f64) -> Sheave {
-    Sheave {
-        friction,
-        ..Sheave::new(radius)
-    }
+    Sheave::new(radius).with(|p| p.friction = friction)
 }
 
 /// A cable over a sheave in the second of three frames.
 pub(crate) fn over(sheave: Sheave, frames: Vec<Frame>, length: f64, law: RowLaw) -> MasslessCable {
-    MasslessCable {
-        sheaves: vec![None, Some(sheave), None],
-        ..MasslessCable::new(frames, length, law)
-    }
+    MasslessCable::new(frames, length, law).with(|p| p.sheaves = vec![None, Some(sheave), None])
 }
 
 /// A cable that comes from a winch, if from any.
@@ -115,10 +104,7 @@ pub(crate) fn reeled(
     length: f64,
     law: RowLaw,
 ) -> MasslessCable {
-    MasslessCable {
-        winch: winch.into(),
-        ..MasslessCable::new(frames, length, law)
-    }
+    MasslessCable::new(frames, length, law).with(|p| p.winch = winch.into())
 }
 
 /// An event.

@@ -303,9 +303,8 @@ mod tests {
         let mut bodies = Bodies::new();
         assert!(bodies.is_empty());
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.2, 0.9));
-        let body = Body::rod(1.0, 0.01, 2.0)
-            .at(Vector3::new(1.0, 2.0, 3.0))
-            .turned(turn);
+        let body = Body::rod(1.0, 0.01, 2.0).at(Vector3::new(1.0, 2.0, 3.0));
+        let body = body.turned(turn);
         let i = bodies.push(body);
         assert_eq!((i, bodies.len()), (0, 1));
         assert_eq!(bodies.get(0), body);

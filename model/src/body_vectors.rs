@@ -403,6 +403,7 @@ fn add_to<V: Lanes>(added: V, to: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::With;
     use crate::{Body, Constraint, Frame, HoistParams, Linearized, RowLaw, Scene, Spherical};
     use taut_lanes::vector::save;
 
@@ -496,10 +497,7 @@ mod tests {
 
     #[test]
     fn both_sides_together_are_one_after_the_other() {
-        let hoist = |segments| HoistParams {
-            segments,
-            ..HoistParams::default()
-        };
+        let hoist = |segments| HoistParams::default().with(|p| p.segments = segments);
         for (segments, packs) in [
             (2, [1, 1]),
             (3, [1, 1]),

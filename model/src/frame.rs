@@ -196,8 +196,7 @@ pub(crate) fn smallest_rotation(a: &Vector3<f64>, b: &Vector3<f64>) -> UnitQuate
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Body;
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
 
     #[test]
     fn axes_are_right_handed_and_orthonormal() {
@@ -228,7 +227,7 @@ mod tests {
         let at = Frame::body(0, Vector3::x()).resolve(&bodies, 0.0);
         assert!((at.point() - Vector3::new(5.0, 1.0, 0.0)).norm() < 1e-15);
         assert!((at.v() - Vector3::y()).norm() < 1e-15);
-        let crane = Frame::world(Vector3::zeros()).moving(Motion::Smooth {
+        let crane = origin().moving(Motion::Smooth {
             displacement: Vector3::x(),
             start: 0.0,
             duration: 1.0,

@@ -208,15 +208,13 @@ impl GantryParams {
 mod tests {
     use super::*;
     use crate::constraint::Constraint;
+    use crate::testing::With;
     use crate::{Linearized, Mobility, check_jacobian};
 
     #[test]
     fn the_default_is_a_closed_geometry() {
         for parts in [2, 3, 4, 12] {
-            let params = GantryParams {
-                parts,
-                ..GantryParams::default()
-            };
+            let params = GantryParams::default().with(|p| p.parts = parts);
             let scene = params.build().expect("builds");
             let lin = Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-12), "{:?}", lin.phi);
@@ -237,12 +235,8 @@ mod tests {
     #[test]
     fn falls_over_sheaves_hang_as_those_over_points() {
         for (parts, friction) in [(2, 0.0), (3, 0.0), (12, 0.0), (2, 0.1), (4, 0.2), (12, 0.2)] {
-            let params = GantryParams {
-                parts,
-                sheaves: true,
-                sheave_friction: friction,
-                ..GantryParams::default()
-            };
+            let params = GantryParams::default()
+                .with(|p| (p.parts, p.sheaves, p.sheave_friction) = (parts, true, friction));
             let scene = params.build().expect("builds");
             let lin = Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-12), "{:?}", lin.phi);
@@ -277,10 +271,7 @@ mod tests {
 
     #[test]
     fn each_rope_may_have_its_own_control() {
-        let params = GantryParams {
-            separate_ropes: true,
-            ..GantryParams::default()
-        };
+        let params = GantryParams::default().with(|p| p.separate_ropes = true);
         let mut scene = params.build().expect("builds");
         scene.set_control(scene.control("rope_2_speed").expect("there"), 0.25, 0.0);
         let mut lin = Linearized::at(&scene, 0.0);
@@ -289,9 +280,7 @@ mod tests {
             let rope = scene.constraint(name).expect("there");
             lin.phi_t[lin.row_range(rope).start]
         });
-        assert!(
-            (ropes[0], (ropes[1] - 0.5).abs() < 1e-12) == (0.0, true),
-            "{ropes:?}"
-        );
+        let found = (ropes[0], (ropes[1] - 0.5).abs() < 1e-12);
+        assert!(found == (0.0, true), "{ropes:?}");
     }
 }

@@ -226,6 +226,7 @@ impl Hoist {
 mod tests {
     use super::*;
     use crate::material::CrossSection;
+    use crate::testing::With;
     use std::f64::consts::PI;
 
     #[test]
@@ -254,10 +255,7 @@ mod tests {
         assert!((hoist.segment_mass - mass).abs() < 1e-12);
         assert!((hoist.load_mass - 7.0 * mass).abs() < 1e-11);
         assert!((hoist.stiffness.ea - 3e9 * PI * 4e-4).abs() < 1e-6);
-        let load = HoistParams {
-            load_mass: Some(3.0),
-            ..params
-        };
+        let load = params.with(|p| p.load_mass = Some(3.0));
         assert_eq!(load.resolve().expect("sound").load_mass, 3.0);
     }
 }

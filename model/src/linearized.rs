@@ -500,10 +500,7 @@ pub fn update_windings(scene: &mut Scene, t: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::MAX_ROWS;
-    use crate::{End, HoistParams, JointKind};
-
-    use nalgebra::Vector3;
+    use crate::testing::*;
 
     impl Linearized {
         /// Rows of a scene in its state at the time `t` (s).
@@ -515,15 +512,9 @@ mod tests {
     }
 
     fn hoist() -> Scene {
-        let params = HoistParams {
-            segments: 3,
-            seed: 4,
-            initial_angle: 0.4,
-            anchor: End::Clamped,
-            damping: 0.02,
-            move_x: 0.5,
-            ..HoistParams::default()
-        };
+        let params = HoistParams::default()
+            .with(|p| (p.segments, p.seed, p.initial_angle) = (3, 4, 0.4))
+            .with(|p| (p.anchor, p.damping, p.move_x) = (End::Clamped, 0.02, 0.5));
         params.build().expect("builds")
     }
 
@@ -576,10 +567,8 @@ mod tests {
             for (row, k) in lin.row_range(c).enumerate() {
                 let change = (after.phi[k] - lin.phi[k]) / dt;
                 let predicted = rate(&lin, &scene, c, row) + lin.phi_t[k];
-                assert!(
-                    (change - predicted).abs() < 1e-6,
-                    "{c} {row}: {change} {predicted}"
-                );
+                let off = (change - predicted).abs();
+                assert!(off < 1e-6, "{c} {row}: {change} {predicted}");
             }
         }
         assert!(lin.phi_t[0] > 0.9, "the anchor moves at 15/8 of 0.5 m/s");
@@ -602,10 +591,7 @@ mod tests {
     #[test]
     fn vertical_cable_has_exact_zeros_across() {
         for joint in [JointKind::Cosserat, JointKind::Paper, JointKind::Spherical] {
-            let scene = HoistParams {
-                joint,
-                ..HoistParams::default()
-            };
+            let scene = HoistParams::default().with(|p| p.joint = joint);
             let scene = scene.hanging_equilibrium().expect("builds");
             let lin = Linearized::at(&scene, 0.0);
             for i in 0..lin.constraints() {

@@ -466,9 +466,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::{Distance, RowLaw, Spherical};
-    use crate::{Body, HoistParams, ParticleChainParams, Reeved, ReevedParams, named};
-    use nalgebra::Vector3;
+    use crate::testing::*;
 
     #[test]
     fn no_named_scene_is_in_doubt() {
@@ -496,10 +494,8 @@ mod tests {
         let mut far = hoist();
         far.constraints[3].frames_mut()[1].point *= 1000.0;
         let text = far.notes()[0].to_string();
-        assert!(
-            text.starts_with("`joint-3` holds body `segment-4` at 2.083e2 m"),
-            "{text}"
-        );
+        let says = text.starts_with("`joint-3` holds body `segment-4` at 2.083e2 m");
+        assert!(says, "{text}");
 
         let mut light = hoist();
         light.gravity = Vector3::zeros();
@@ -511,20 +507,15 @@ mod tests {
     #[test]
     fn cables_askew_or_slack_over_their_sheaves_are_noted() {
         let params = ReevedParams::new(Reeved::Capstan);
-        let (mut askew, mut slack) = (
-            params.build().expect("builds"),
-            params.build().expect("builds"),
-        );
+        let mut askew = params.build().expect("builds");
+        let mut slack = params.build().expect("builds");
         let load = askew.body("load").expect("a load");
         // 10 m below the sheave.
         askew.bodies.position[load].y += 1.0;
         let text = askew.notes()[0].to_string();
-        assert!(
-            text.starts_with(
-                "`rope-2` has a fleet angle of 5.7° at the sheave that is its point 1"
-            ),
-            "{text}"
-        );
+        let says = text
+            .starts_with("`rope-2` has a fleet angle of 5.7° at the sheave that is its point 1");
+        assert!(says, "{text}");
         askew.bodies.position[load].y -= 0.4;
         let only_slack = |note: &Note| matches!(note, Note::FleetAngle { .. });
         assert!(!askew.notes().iter().any(only_slack));
@@ -578,10 +569,8 @@ mod tests {
         assert_eq!(lone(&scene), None, "crate and rope meet");
         scene.colliders[0].meets = 0b10;
         let text = lone(&scene).expect("a note");
-        assert!(
-            text.starts_with("shape `crate` and 1 more meet nothing: "),
-            "{text}"
-        );
+        let says = text.starts_with("shape `crate` and 1 more meet nothing: ");
+        assert!(says, "{text}");
         scene.add_collider(Collider::new("drum", Some(drum), ball));
         scene.colliders[0].groups = 0b10;
         let text = lone(&scene).expect("a note");
@@ -594,13 +583,11 @@ mod tests {
     fn strains_beyond_five_per_cent_are_noted() {
         let scene = HoistParams::default().build().expect("builds");
         let mut gaps = vec![0.02; 25];
-        assert_eq!(
-            scene.strain_note(&gaps),
-            Some(Note::Strained {
-                constraint: "load".to_owned(),
-                strain: 0.02 / (5.0 / 24.0),
-            })
-        );
+        let expected = Some(Note::Strained {
+            constraint: "load".to_owned(),
+            strain: 0.02 / (5.0 / 24.0),
+        });
+        assert_eq!(scene.strain_note(&gaps), expected);
         gaps[0] = 0.0;
         gaps[24] = 0.0;
         assert_eq!(scene.strain_note(&gaps), None);
@@ -620,10 +607,7 @@ mod tests {
         let mut scene = Scene::new("held");
         scene.gravity = Vector3::z() * -10.0;
         let body = scene.add_body("ball", Body::sphere(0.5, 2.0));
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(body, Vector3::zeros()),
-        ];
+        let frames = [origin(), centre(body)];
         let stretch = RowLaw::new(0.05, 0.0);
         scene.add_constraint(
             "joint",
@@ -631,9 +615,7 @@ mod tests {
             0,
         );
         let limit = scene.gap_limits()[0];
-        assert!(
-            (limit - 2.0 * (0.5 * 0.6_f64.sqrt() + 1.0)).abs() < 1e-12,
-            "{limit}"
-        );
+        let off = (limit - 2.0 * (0.5 * 0.6_f64.sqrt() + 1.0)).abs();
+        assert!(off < 1e-12, "{limit}");
     }
 }

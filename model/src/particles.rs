@@ -181,16 +181,14 @@ impl ParticleChainParams {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::With;
     use crate::{Linearized, check_jacobian};
 
     #[test]
     fn models_have_the_rows_of_the_paper() {
         let names = |model, particles| -> Vec<String> {
-            let params = ParticleChainParams {
-                model,
-                particles,
-                ..ParticleChainParams::default()
-            };
+            let params = ParticleChainParams::default()
+                .with(|p| (p.model, p.particles) = (model, particles));
             let mut scene = params.build().expect("builds");
             let lin = Linearized::at(&scene, 0.0);
             assert!(lin.phi.iter().all(|phi| *phi == 0.0));
@@ -223,11 +221,8 @@ mod tests {
     #[test]
     fn added_rows_have_their_own_compliance() {
         let build = |model, added_compliance| {
-            let params = ParticleChainParams {
-                model,
-                added_compliance,
-                ..ParticleChainParams::default()
-            };
+            let params = ParticleChainParams::default()
+                .with(|p| (p.model, p.added_compliance) = (model, added_compliance));
             let scene = params.build().expect("builds");
             let last = scene.constraints.last().expect("there are rows");
             (last.row(0).1.compliance, scene.groups)
@@ -235,21 +230,15 @@ mod tests {
         let groups = vec![0, 0, 0, 0, 0, 0, 0, 1, 1];
         assert_eq!(build(ChainModel::BendAngle, None), (1e-4, groups));
         let groups = vec![0, 0, 0, 0, 1, 1];
-        assert_eq!(
-            build(ChainModel::LoadEnforcement, Some(1e-12)),
-            (1e-12, groups)
-        );
+        let found = build(ChainModel::LoadEnforcement, Some(1e-12));
+        assert_eq!(found, (1e-12, groups));
     }
 
     #[test]
     fn hanging_chains_with_transverse_rows_keep_exact_zeros() {
-        let params = ParticleChainParams {
-            particles: 7,
-            spacing: 0.1,
-            horizontal: false,
-            transverse: true,
-            ..ParticleChainParams::default()
-        };
+        let params = ParticleChainParams::default()
+            .with(|p| (p.particles, p.spacing, p.horizontal) = (7, 0.1, false))
+            .with(|p| p.transverse = true);
         let scene = params.build().expect("builds");
         let lin = Linearized::at(&scene, 0.0);
         assert_eq!((lin.rows(), lin.transverse.len()), (21, 7));

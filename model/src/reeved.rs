@@ -309,6 +309,7 @@ impl ReevedParams {
 mod tests {
     use super::*;
     use crate::Linearized;
+    use crate::testing::With;
 
     #[test]
     fn the_geometry_is_closed() {
@@ -316,21 +317,13 @@ mod tests {
             for (falls, counter_mass, wheel_inertia) in
                 [(1, None, 1.0), (4, Some(10.0), 2.0), (7, None, 5.0)]
             {
-                let params = ReevedParams {
-                    falls,
-                    counter_mass,
-                    wheel_inertia: Some(wheel_inertia),
-                    turns: 2.0,
-                    ..ReevedParams::new(reeved)
-                };
+                let params = ReevedParams::new(reeved)
+                    .with(|p| (p.falls, p.counter_mass) = (falls, counter_mass))
+                    .with(|p| (p.wheel_inertia, p.turns) = (Some(wheel_inertia), 2.0));
                 let scene = params.build().expect("builds");
                 let lin = Linearized::at(&scene, 0.0);
-                assert!(
-                    lin.phi.iter().all(|phi| phi.abs() < 1e-12),
-                    "{}: {:?}",
-                    scene.name,
-                    lin.phi
-                );
+                let all_hold = lin.phi.iter().all(|phi| phi.abs() < 1e-12);
+                assert!(all_hold, "{}: {:?}", scene.name, lin.phi);
             }
         }
     }

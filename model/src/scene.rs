@@ -375,10 +375,8 @@ mod tests {
             "the program names the body `c`, which is not there: choose one of a, b",
         );
         let no_top = gantry.constraint("Top").expect_err("no Top").to_string();
-        assert!(
-            no_top.contains("`Top`") && no_top.contains("top"),
-            "{no_top}"
-        );
+        let holds = no_top.contains("`Top`") && no_top.contains("top");
+        assert!(holds, "{no_top}");
         says(
             gantry.control("slew").expect_err("no slew"),
             "no control is called `slew`: choose one of trolley_speed, hoist_speed",

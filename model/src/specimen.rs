@@ -274,15 +274,13 @@ impl SpecimenParams {
 mod tests {
     use super::*;
     use crate::linearized::Linearized;
+    use crate::testing::With;
     use std::f64::consts::PI;
 
     #[test]
     fn a_bearing_draws_the_cable() {
-        let params = SpecimenParams {
-            bearing: true,
-            force: Some(2e5),
-            ..SpecimenParams::new(Specimen::Twist)
-        };
+        let params =
+            SpecimenParams::new(Specimen::Twist).with(|p| (p.bearing, p.force) = (true, Some(2e5)));
         let scene = params.build().expect("builds");
         assert_eq!(scene.bodies.force[24], Vector3::zeros());
         let bearing = &scene.constraints[25];
@@ -293,12 +291,8 @@ mod tests {
 
     #[test]
     fn moments_point_where_they_are_told_and_seeds_stay_small() {
-        let params = SpecimenParams {
-            moment: Some(2.0),
-            moment_direction: PI / 2.0,
-            seed: 3,
-            ..SpecimenParams::new(Specimen::Bend)
-        };
+        let params = SpecimenParams::new(Specimen::Bend)
+            .with(|p| (p.moment, p.moment_direction, p.seed) = (Some(2.0), PI / 2.0, 3));
         let scene = params.build().expect("builds");
         let torque = scene.bodies.torque[24];
         assert!((torque - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-15);

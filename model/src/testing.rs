@@ -1,15 +1,36 @@
-//! Shared by the tests of constraints: a Jacobian against finite differences on the manifold.
+//! Names for all tests, and for those of constraints a Jacobian against finite differences on the manifold.
 //!
 //! Each body is moved to x + δ and exp(δ)⊗e, one component of δ at a time. The derivative of φ is a central difference
 //! extrapolated to step zero (Ridders: a Richardson tableau that keeps the entry with the smallest estimated error),
 //! started from steps of 10⁻¹ down to 10⁻⁸, because near straight and near the fold φ varies over lengths of the size
 //! of the distance to the singularity. The estimate includes the rounding noise of φ divided by the step.
 
-use nalgebra::{Matrix, UnitQuaternion, Vector3};
+use crate::constraint::Rows;
+use nalgebra::Matrix;
 
-use crate::body::Bodies;
-use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
-use crate::scene::Scene;
+// What most tests name: they import all of this module.
+pub(crate) use crate::*;
+pub(crate) use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// A value with a change.
+pub(crate) trait With: Sized {
+    fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
+}
+
+impl<T> With for T {}
+
+/// The world's origin.
+pub(crate) fn origin() -> Frame {
+    Frame::world(Vector3::zeros())
+}
+
+/// The centre of a body.
+pub(crate) fn centre(body: usize) -> Frame {
+    Frame::body(body, Vector3::zeros())
+}
 
 /// Result of [`check_jacobian`].
 #[derive(Debug, Clone, PartialEq)]
@@ -47,16 +68,11 @@ pub(crate) fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck 
     let mut noise = [0.0; MAX_ROWS];
     for (row, noise) in noise[..rows].iter_mut().enumerate() {
         // Directions are rounded to ε: φ to ε times its largest derivative.
-        let entries = blocks
-            .chunks_exact(6 * rows)
-            .flat_map(|b| &b[6 * row..6 * row + 6]);
+        let entries = blocks.chunks_exact(6 * rows);
+        let entries = entries.flat_map(|b| &b[6 * row..6 * row + 6]);
         let gradient = entries.fold(0.0_f64, |m, e| m.max(e.abs()));
-        let offset = scene
-            .bodies
-            .position
-            .iter()
-            .map(Matrix::amax)
-            .fold(0.0, f64::max);
+        let offset = scene.bodies.position.iter();
+        let offset = offset.map(Matrix::amax).fold(0.0, f64::max);
         *noise = f64::EPSILON * (phi[row].abs() + gradient * (1.0 + offset));
     }
     let mut error = vec![[0.0_f64; 2]; rows];
@@ -217,11 +233,8 @@ mod tests {
     #[test]
     fn a_fold_within_reach_is_noticed() {
         // The paper's bend row at θ = 1e-4 with a safeguard so large that its gradient is wrong by a half.
-        let params = crate::HoistParams {
-            segments: 2,
-            joint: crate::JointKind::Paper,
-            ..crate::HoistParams::default()
-        };
+        let params = crate::HoistParams::default()
+            .with(|p| (p.segments, p.joint) = (2, crate::JointKind::Paper));
         let mut scene = params.build().expect("builds");
         let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(1e-4, 0.0, 0.0));
         scene.bodies.orientation[1] = tilt;

@@ -199,14 +199,10 @@ impl DisjointSets {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Body, Mobility};
-    use crate::constraint::{RowLaw, Spherical};
-    use crate::frame::Frame;
-    use crate::{MasslessCable, named};
-    use nalgebra::Vector3;
+    use crate::testing::*;
 
     fn frame(body: Option<usize>) -> Frame {
-        let world = Frame::world(Vector3::zeros());
+        let world = origin();
         body.map_or(world, |i| Frame::body(i, Vector3::x()))
     }
 

@@ -360,10 +360,8 @@ mod tests {
             ("claims falsely", "backward error is"),
         ] {
             let e = solved(&mut faulty(fault)).unwrap_err().to_string();
-            assert!(
-                e.starts_with("solver `faulty` ") && e.contains(words),
-                "{e}"
-            );
+            let holds = e.starts_with("solver `faulty` ") && e.contains(words);
+            assert!(holds, "{e}");
         }
         assert!(solved(&mut faulty("none")).is_ok());
     }

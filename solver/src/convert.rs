@@ -318,10 +318,8 @@ mod tests {
         let (start, row, mut values) = plain();
         (values[1], values[2], values[6]) = (0.0, -0.0, 0.0);
         let mut a = GeneralMatrix::from_csc(3, 3, start, row, values).expect("sound");
-        assert_eq!(
-            (a.rows(), a.column_start()),
-            (&[0, 1, 2, 1][..], &[0, 1, 3, 4][..])
-        );
+        let found = (a.rows(), a.column_start());
+        assert_eq!(found, (&[0, 1, 2, 1][..], &[0, 1, 3, 4][..]));
         assert_eq!((a.drop_zeros(), a.get(1, 2), a.get(2, 2)), (0, 2.0, 0.0));
         let blocks = SymBlockMatrix::from_symmetric(&a, &[1, 1, 1]).expect("symmetric");
         assert_eq!(blocks.pattern().stored_blocks(), 4);
@@ -339,10 +337,8 @@ mod tests {
         let refused = blocks.set_lower(&beyond);
         assert_eq!(refused, Err(ConvertError::OutsidePattern { row, column }));
         let larger = GeneralMatrix::from_entries(4, vec![]).expect("sound");
-        assert_eq!(
-            blocks.set_lower(&larger),
-            Err(ConvertError::Sizes { dim: 4 })
-        );
+        let found = blocks.set_lower(&larger);
+        assert_eq!(found, Err(ConvertError::Sizes { dim: 4 }));
     }
 
     #[test]

@@ -244,10 +244,8 @@ mod tests {
         assert_eq!(option("a:iterations=3:b", "iterations"), Some(3));
         assert_eq!(option::<f64>("a", "tolerance"), None);
         assert_eq!(with_option("", "iterations", &3), "iterations=3");
-        assert_eq!(
-            with_option("a:iterations=9:b", "iterations", &3),
-            "a:b:iterations=3"
-        );
+        let found = with_option("a:iterations=9:b", "iterations", &3);
+        assert_eq!(found, "a:b:iterations=3");
     }
 
     #[test]

@@ -297,20 +297,16 @@ mod tests {
         let mut a = small();
         assert!(a.check_finite().is_ok());
         a.block_mut(2)[0] = f64::NAN;
-        assert_eq!(
-            a.check_finite(),
-            Err(SolveError::NonFinite {
-                what: "matrix",
-                block: 1
-            })
-        );
+        let expected = Err(SolveError::NonFinite {
+            what: "matrix",
+            block: 1,
+        });
+        assert_eq!(a.check_finite(), expected);
         let e = check_finite(a.pattern(), "guess", &[0.0, f64::INFINITY, 0.0]);
-        assert_eq!(
-            e,
-            Err(SolveError::NonFinite {
-                what: "guess",
-                block: 0
-            })
-        );
+        let expected = Err(SolveError::NonFinite {
+            what: "guess",
+            block: 0,
+        });
+        assert_eq!(e, expected);
     }
 }

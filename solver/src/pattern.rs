@@ -215,23 +215,19 @@ mod tests {
         assert_eq!(p.find(1, 0).map(|k| p.values(k).len()), Some(6));
         assert_eq!(p.find(2, 0), None);
         assert_eq!(p.row(p.column(1).start), 1);
-        assert_eq!(
-            (p.block_of_row(0), p.block_of_row(4), p.block_of_row(5)),
-            (0, 1, 2)
-        );
+        let found = (p.block_of_row(0), p.block_of_row(4), p.block_of_row(5));
+        assert_eq!(found, (0, 1, 2));
     }
 
     #[test]
     fn refuses_what_is_not_there() {
         let e = BlockPattern::new(&[2], &[(0, 1)]).unwrap_err();
-        assert_eq!(
-            e,
-            SolveError::Dimension {
-                what: "block index",
-                expected: 1,
-                found: 1
-            }
-        );
+        let right = SolveError::Dimension {
+            what: "block index",
+            expected: 1,
+            found: 1,
+        };
+        assert_eq!(e, right);
         assert!(BlockPattern::new(&[usize::MAX, 2], &[]).is_err());
         assert!(BlockPattern::new(&[usize::MAX / 2], &[]).is_err());
         assert!(

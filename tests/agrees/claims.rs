@@ -1,14 +1,12 @@
 use rayon::prelude::*;
-use taut_integrator::{Form, Stepper};
-use taut_measure::Choice;
 use taut_measure::matrix::dump::body_rows;
 use taut_measure::matrix::solve::backends;
 use taut_measure::poses::{Pose, hoist};
-use taut_model::{HoistParams, Scene};
 use taut_solver::agreement::{FALSE, claims_study};
-use taut_solver::{Backend, DenseOptions, SolveReport, Status, reference_solution};
+use taut_solver::reference_solution;
 use taut_studies::hard::{self, Measured};
 use taut_tests::claims::{Finding, Solve, Verified, audit, verify, whole};
+use taut_tests::prelude::*;
 use taut_tests::scenes::{ball_jointed, copies, overstretched};
 
 /// Scenes without compliance and with dependent rows, which have no solution or several: all may refuse them.
@@ -93,10 +91,8 @@ fn an_unfinished_solve_is_an_honest_failure() {
     let found = audit(&ball_jointed(1e-9), &[2]).expect("sound");
     let is_short = |backend: &str, variant: &str| backend == "cg:none" && variant == "1 iterations";
     let short = found.iter().filter(|s| is_short(&s.backend, &s.variant));
-    assert!(
-        short.clone().all(|s| s.finding == Finding::TrueNegative),
-        "{found:#?}"
-    );
+    let all_hold = short.clone().all(|s| s.finding == Finding::TrueNegative);
+    assert!(all_hold, "{found:#?}");
     let compiled = "cg:none".parse::<Backend>().is_ok_and(|b| b.is_compiled());
     assert_eq!(short.count() > 0, compiled);
 }
@@ -126,11 +122,7 @@ fn false_claims_and_hidden_residuals_are_found() {
 /// The exact multipliers have no residual but their own rounding; others have one of the size of their error.
 #[test]
 fn exact_multipliers_have_no_residual() {
-    let params = HoistParams {
-        segments: 6,
-        mass_ratio: 10.0,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.mass_ratio) = (6, 10.0));
     let scene = hoist(&params, Pose::Bent).expect("a scene");
     let options = Choice::schur(Backend::Dense(DenseOptions::default()));
     let mut stepper = Stepper::new(scene, options.plain_options(1.0 / 60.0)).expect("sound");

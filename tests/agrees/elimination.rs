@@ -1,9 +1,5 @@
-use taut_integrator::{Elimination, EliminationOrder, Form, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::Scene;
-use taut_solver::{Backend, Status, backward_error, forward_error};
 use taut_tests::graphs::{ladder, net, parts, rings, star, tree};
-use taut_tests::{Worst, compiled, compiled_direct};
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 const KINDS: [&str; 2] = ["spherical", "cosserat"];
@@ -20,11 +16,11 @@ fn scenes(kind: &str) -> [(&'static str, Scene); 6] {
 }
 
 fn options(choice: &Choice, elimination: Elimination) -> StepOptions {
-    taut_tests::changed(choice.options(DT), |o| o.elimination = elimination)
+    choice.options(DT).with(|o| o.elimination = elimination)
 }
 
 fn order(scene: &Scene, elimination: Elimination) -> EliminationOrder {
-    let options = taut_tests::changed(StepOptions::default(), |o| o.elimination = elimination);
+    let options = StepOptions::default().with(|o| o.elimination = elimination);
     let stepper = Stepper::new(scene.clone(), options).expect("sound");
     stepper.elimination().clone()
 }
@@ -35,7 +31,7 @@ fn flops(scene: &Scene, elimination: Elimination) -> u64 {
 
 /// Rows of the border of `banded` in an order; more than any where it has none.
 fn border_rows(scene: &Scene, elimination: Elimination) -> usize {
-    let options = taut_tests::changed(StepOptions::default(), |o| o.elimination = elimination);
+    let options = StepOptions::default().with(|o| o.elimination = elimination);
     let stepper = Stepper::new(scene.clone(), options).expect("sound");
     let pattern = stepper.system().0.pattern().clone();
     let as_it_is: Vec<usize> = (0..pattern.blocks()).collect();

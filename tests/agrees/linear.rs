@@ -1,8 +1,7 @@
-use taut_integrator::{Form, StepOptions};
 use taut_measure::poses::Pose;
 use taut_studies::cases::Cases;
 use taut_studies::linear::{BAR, Config, Record, run};
-use taut_tests::{allowed, compiled_direct};
+use taut_tests::prelude::*;
 
 /// Largest errors with one refinement over the direct solvers as measured, 24 segments: pose, form, ratios 1, 10⁶, 10⁹.
 const MEASURED: [(Pose, Form, [f64; 3]); 4] = [
@@ -13,14 +12,10 @@ const MEASURED: [(Pose, Form, [f64; 3]); 4] = [
 ];
 
 fn sweep(step: StepOptions, ratios: &[f64], refinements: &[usize]) -> Vec<Record> {
-    let config = Config {
-        segments: vec![24],
-        ratios: ratios.to_vec(),
-        choices: compiled_direct(),
-        refinements: refinements.to_vec(),
-        step,
-        ..Config::new(false)
-    };
+    let config = Config::new(false)
+        .with(|p| (p.segments, p.ratios) = (vec![24], ratios.to_vec()))
+        .with(|p| (p.choices, p.refinements) = (compiled_direct(), refinements.to_vec()))
+        .with(|p| p.step = step);
     run(&config, &Cases::default()).expect("sound scenes")
 }
 

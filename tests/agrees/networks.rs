@@ -1,11 +1,7 @@
-use nalgebra::Vector3;
-use taut_integrator::{StepOptions, Stepper};
-use taut_measure::Choice;
 use taut_measure::reference::{Snapshot, reference_choice};
 use taut_measure::trajectory::load_position;
-use taut_model::{Network, NetworkParams, Scene};
 use taut_output::check::UNCONVERGED;
-use taut_solver::forward_error;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -18,11 +14,7 @@ const WARM_UP: usize = 20;
 
 /// The network in its equilibrium, swinging as a whole about the line of its anchors.
 fn swinging(network: Network) -> Scene {
-    let mut params = NetworkParams {
-        mass_ratio: 100.0,
-        seed: 1,
-        ..NetworkParams::new(network)
-    };
+    let mut params = NetworkParams::new(network).with(|p| (p.mass_ratio, p.seed) = (100.0, 1));
     match network {
         Network::Ladder => (params.segments, params.cables) = (12, 2),
         Network::Net => (params.rows, params.columns) = (4, 4),
@@ -76,10 +68,8 @@ fn every_solver_agrees_on_networks() {
             let mut stepper = Stepper::new(start.clone(), options.clone()).expect("sound");
             moment.put(&mut stepper).expect("a moment of the scene");
             stepper.set_multipliers(&guess).expect("as many rows");
-            let said = stepper
-                .solve()
-                .unwrap_or_else(|e| panic!("{place}: {e}"))
-                .solve;
+            let said = stepper.solve();
+            let said = said.unwrap_or_else(|e| panic!("{place}: {e}")).solve;
             let error = forward_error(stepper.multipliers(), &exact);
             let unfinished = iterates && !said.is_claim() && error <= UNCONVERGED;
             assert!(error <= BAR || unfinished, "{place}: {error:e}, {said:?}");

@@ -1,10 +1,6 @@
-use taut_integrator::{Elimination, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{JointKind, Scene};
-use taut_solver::forward_error;
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 use taut_tests::scenes::{Pose, hoist, random_scene, rigid_chain};
-use taut_tests::{Worst, compiled, oracle};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -14,7 +10,8 @@ const DT: f64 = 1.0 / 60.0;
 fn the_reference_multipliers_are_those_of_the_dense_oracle() {
     let mut worst = Worst::default();
     let mut compare = |scene: Scene, place: String| {
-        let options = taut_tests::changed(Choice::kkt(oracle()).options(DT), |o| o.refinements = 0);
+        let options = Choice::kkt(oracle()).options(DT);
+        let options = options.with(|o| o.refinements = 0);
         let mut stepper = Stepper::new(scene, options).expect("sound");
         let reference = stepper.reference_multipliers().expect("solvable");
         stepper.solve().expect("solvable");
@@ -53,11 +50,8 @@ fn a_rigid_chain_at_rest_carries_the_weight_below_each_joint() {
     for load in [1.0, 1e3, 1e5, 1e8] {
         let scene = rigid_chain(12, load);
         let exact = hanging_impulses(&scene);
-        let mut stepper = Stepper::new(
-            scene,
-            taut_tests::changed(StepOptions::default(), |o| o.dt = DT),
-        )
-        .expect("sound");
+        let mut stepper =
+            Stepper::new(scene, StepOptions::default().with(|o| o.dt = DT)).expect("sound");
         let reference = stepper.reference_multipliers().expect("solvable");
         worst.see(
             forward_error(&reference, &exact),
@@ -88,9 +82,8 @@ fn every_solver_agrees_on_machines() {
         };
         for seed in 1..=10 {
             let orders = Elimination::ALL;
-            let options = taut_tests::changed(patient.options(DT), |o| {
-                o.elimination = orders[seed as usize % orders.len()]
-            });
+            let options = patient.options(DT);
+            let options = options.with(|o| o.elimination = orders[seed as usize % orders.len()]);
             let mut stepper = Stepper::new(random_machine(seed), options).expect("sound");
             for step in 0..6 {
                 let exact = stepper.reference_multipliers().expect("solvable");

@@ -1,14 +1,8 @@
-use taut_integrator::{Form, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{JointKind, Scene};
-use taut_solver::{
-    Backend, DenseOptions, RefineScratch, Status, forward_error, reference_solution, refine,
-    residual,
-};
+use taut_solver::{RefineScratch, reference_solution, refine};
 use taut_tests::machines::{random_machine, unbounded};
+use taut_tests::prelude::*;
 use taut_tests::scenes::{Pose, hoist, random_scene, rigid_chain};
 use taut_tests::systems::{Shape, positive_definite};
-use taut_tests::{Worst, compiled_direct, compiled_iterative, paper};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -25,9 +19,8 @@ fn a_guess_that_is_the_answer_costs_at_most_one_iteration() {
                 solver.analyze(system.a.pattern()).expect("sound");
                 solver.factorize(&system.a).expect("definite");
                 let mut x = exact.clone();
-                let report = solver
-                    .solve(&system.a, &system.b, &mut x)
-                    .expect("solvable");
+                let report = solver.solve(&system.a, &system.b, &mut x);
+                let report = report.expect("solvable");
                 let most = usize::from(choice.backend.name() == "gauss-seidel");
                 assert_eq!(report.status, Status::Converged, "{choice}: {system}");
                 assert!(report.iterations <= most, "{choice}, {report:?}: {system}");
@@ -75,7 +68,7 @@ fn solving_the_same_state_again_costs_few_iterations() {
 /// Forward errors of the multipliers with 0 and 1 refinements.
 fn errors(choice: &Choice, scene: &Scene) -> [f64; 2] {
     [0, 1].map(|refinements| {
-        let options = taut_tests::changed(choice.options(DT), |o| o.refinements = refinements);
+        let options = choice.options(DT).with(|o| o.refinements = refinements);
         let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
         let exact = stepper.reference_multipliers().expect("solvable");
         stepper.solve().expect("solvable");
@@ -109,9 +102,8 @@ fn refinement_from_the_pieces_repairs_what_forming_s_lost() {
 #[test]
 fn refinement_with_the_formed_matrix_does_not() {
     let backend = Backend::Dense(DenseOptions::default());
-    let options = taut_tests::changed(Choice::schur(backend.clone()).options(DT), |o| {
-        o.refinements = 0
-    });
+    let options = Choice::schur(backend.clone()).options(DT);
+    let options = options.with(|o| o.refinements = 0);
     let mut stepper = Stepper::new(rigid_chain(16, 3e7), options).expect("sound");
     let exact = stepper.reference_multipliers().expect("solvable");
     stepper.solve().expect("solvable");
@@ -127,10 +119,8 @@ fn refinement_with_the_formed_matrix_does_not() {
     .expect("solvable");
     let (before, after) = (forward_error(x, &exact), forward_error(&refined, &exact));
     // Measured: 2.8e-9 before and after; on S itself the refined solution is exact.
-    assert!(
-        after > 0.5 * before && after > 1e-10,
-        "{before:e} {after:e}"
-    );
+    let holds = after > 0.5 * before && after > 1e-10;
+    assert!(holds, "{before:e} {after:e}");
     let mut on_s = Worst::default();
     let exact_on_s = reference_solution(a, b).expect("definite");
     on_s.see(forward_error(&refined, &exact_on_s), "S itself");

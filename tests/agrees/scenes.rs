@@ -1,9 +1,5 @@
-use taut_integrator::Stepper;
-use taut_measure::Choice;
-use taut_model::{JointKind, Linearized, Scene};
-use taut_solver::{Status, forward_error, norm_inf, residual};
+use taut_tests::prelude::*;
 use taut_tests::scenes::{Pose, hoist};
-use taut_tests::{allowed, compiled};
 
 const DT: f64 = 1.0 / 60.0;
 const RATIOS: [f64; 6] = [1.0, 10.0, 1e2, 1e3, 1e4, 1e5];
@@ -46,7 +42,7 @@ fn measure(
         return None;
     }
     let errors = SEGMENTS.map(|segments| {
-        let options = taut_tests::changed(choice.options(DT), |o| o.refinements = refinements);
+        let options = choice.options(DT).with(|o| o.refinements = refinements);
         let scene = hoist(joint, pose, segments, ratio);
         let tension = tension(&scene);
         let mut stepper = Stepper::new(scene, options).expect("sound");
@@ -57,11 +53,8 @@ fn measure(
         let place = format!("{joint:?}, {pose:?}, {segments} segments, {choice}, ratio {ratio:e}");
         if choice.backend.is_iterative() {
             // The claimed residual is that of the system the solver was given.
-            assert_eq!(
-                report.solve.status,
-                Status::Converged,
-                "{place}: {report:?}"
-            );
+            let what = format!("{place}: {report:?}");
+            assert_eq!(report.solve.status, Status::Converged, "{what}");
             let (a, b, x) = stepper.system();
             let r = norm(&residual(a, b, x).expect("lengths fit")) / norm(b);
             assert!(r <= 1e-10 * (1.0 + 1e-6), "{place}: {r:e}");
@@ -136,18 +129,14 @@ fn the_table_allows_refined_solvers_little_more_than_roundoff() {
     for line in MEASURED.lines().filter(|l| !l.starts_with('#')) {
         let words: Vec<&str> = line.split_whitespace().collect();
         if words[2] == "1" {
-            let errors = words[3..]
-                .iter()
-                .map(|w| w.parse::<f64>().expect("a number"));
+            let errors = words[3..].iter();
+            let errors = errors.map(|w| w.parse::<f64>().expect("a number"));
             assert!(errors.fold(0.0, f64::max) <= 1.2e-15, "{line}");
             rows += 1;
         }
     }
-    assert_eq!(
-        rows,
-        12 * SCENES.len(),
-        "every direct solver has a row in every scene"
-    );
+    let what = "every direct solver has a row in every scene";
+    assert_eq!(rows, 12 * SCENES.len(), "{what}");
 }
 
 /// Writes the table anew: `cargo test -p taut-tests --features umfpack --test all -- --ignored --nocapture table`.
@@ -159,9 +148,8 @@ fn print_the_table() {
         "scene", "solver"
     );
     rows(|key, errors| {
-        let columns = errors
-            .iter()
-            .map(|e| e.map_or("      -".to_owned(), |e| format!("{e:.1e}")));
+        let columns = errors.iter();
+        let columns = columns.map(|e| e.map_or("      -".to_owned(), |e| format!("{e:.1e}")));
         println!("{key} {}", columns.collect::<Vec<_>>().join(" "));
     });
 }

@@ -1,8 +1,7 @@
-use nalgebra::{DMatrix, DVector};
-use taut_integrator::{Form, StepOptions, Stepper};
 use taut_measure::poses::{Pose, hoist};
-use taut_solver::{SymBlockMatrix, forward_error, reference_solution};
+use taut_solver::reference_solution;
 use taut_studies::linear;
+use taut_tests::prelude::*;
 
 /// Scales s with the largest entry of each row of s_r A_rc s_c near 1, masses and levers of single precision's range;
 /// powers of two, which round nothing (Ruiz 2001).

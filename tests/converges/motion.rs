@@ -1,18 +1,11 @@
-use nalgebra::Vector3;
-use taut_integrator::{GeometricStiffness, Scheme, StepOptions, Stepper};
-use taut_model::{Body, Constraint, Frame, HoistParams, RowLaw, Scene, Spherical};
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
 fn swing(mass_ratio: f64, seed: u64) -> HoistParams {
-    HoistParams {
-        segments: 6,
-        mass_ratio,
-        seed,
-        move_x: 0.5,
-        move_duration: 2.0,
-        ..HoistParams::default()
-    }
+    HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.seed) = (6, mass_ratio, seed))
+        .with(|p| (p.move_x, p.move_duration) = (0.5, 2.0))
 }
 
 /// Load positions every 1/60 s for `time` seconds.
@@ -34,7 +27,7 @@ fn the_default_scheme_is_of_second_order() {
     for mass_ratio in [1e3, 1e5] {
         let params = swing(mass_ratio, 0);
         let with = |dt| {
-            let options = taut_tests::changed(StepOptions::default(), |o| o.dt = dt);
+            let options = StepOptions::default().with(|o| o.dt = dt);
             path(&params, options, 5.0)
         };
         let fine = with(1.0 / 1920.0);
@@ -65,11 +58,8 @@ fn assert_same_bits(a: &Scene, b: &Scene, what: &str) {
 fn sub_steps_are_steps() {
     for scheme in Scheme::KINDS {
         for substeps in [2, 3, 7] {
-            let whole = StepOptions {
-                scheme,
-                substeps,
-                ..StepOptions::default()
-            };
+            let whole =
+                StepOptions::default().with(|o| (o.scheme, o.substeps) = (scheme, substeps));
             let parts = StepOptions {
                 dt: whole.dt / substeps as f64,
                 substeps: 1,
@@ -95,11 +85,8 @@ fn sub_steps_are_steps() {
 fn the_guard_leaves_smooth_motion_alone() {
     for scheme in [Scheme::LinearlyImplicit, Scheme::default()] {
         for mass_ratio in [1e2, 1e4] {
-            let with = |guard| StepOptions {
-                scheme,
-                guard,
-                ..StepOptions::default()
-            };
+            let with =
+                |guard| StepOptions::default().with(|o| (o.scheme, o.guard) = (scheme, guard));
             let scene = swing(mass_ratio, 4).hanging_equilibrium().expect("sound");
             let guard = StepOptions::default().guard;
             assert!(guard.is_some());
@@ -125,7 +112,7 @@ fn spinning(spin: f64, swing: f64) -> Scene {
     rod.angular_velocity = Vector3::new(swing, 0.0, spin);
     rod.velocity = rod.angular_velocity.cross(&-top);
     scene.add_body("rod", rod);
-    let frames = [Frame::world(Vector3::zeros()), Frame::body(0, top)];
+    let frames = [origin(), Frame::body(0, top)];
     let stretch = RowLaw::new(1e-8, 0.0);
     let joint = Constraint::Spherical(Spherical { frames, stretch });
     scene.add_constraint("joint", joint, 0);

@@ -4,6 +4,7 @@ use indicatif::ProgressBar;
 use serde_json::Value;
 use taut_output::check::{Check, Verdict};
 use taut_studies::paper::{swing, table2, timing};
+use taut_tests::With;
 
 fn assert_no_failure(checks: &[Check]) {
     for check in checks {
@@ -27,10 +28,9 @@ fn the_limits_of_table_2_are_those_of_theory() {
     assert_no_failure(&table2::checks(&records, true));
     let cells = |ends: &str, setting: &str, solver: &str| {
         let is_it = |r: &&Value| {
-            let solver = r["solver"]
-                .as_str()
-                .is_some_and(|own| own.starts_with(solver));
-            solver && r["ends"] == ends && r["setting"] == setting
+            let own = r["solver"].as_str();
+            let own = own.is_some_and(|own| own.starts_with(solver));
+            own && r["ends"] == ends && r["setting"] == setting
         };
         let cells: Vec<_> = records.iter().filter(is_it).collect();
         assert_eq!(cells.len(), 2);
@@ -46,10 +46,8 @@ fn the_limits_of_table_2_are_those_of_theory() {
             // motion rounding alone excites what is unstable: with AVX2 a ratio of 10⁴ outlives a limit of 10^3.5.
             let decades = (theory / limit).log10();
             assert!((-0.5..1.0).contains(&decades), "{planar:?}");
-            assert!(
-                seeded["stable"].as_f64().unwrap_or(0.1) < limit,
-                "{seeded:?}"
-            );
+            let found = seeded["stable"].as_f64().unwrap_or(0.1);
+            assert!(found < limit, "{seeded:?}");
         }
     }
     // With heavy ends a few sweeps hold what the direct solver holds; with a light top they do not.
@@ -92,10 +90,7 @@ fn the_swing_loses_what_its_modes_say() {
 #[test]
 fn the_energy_of_a_free_swing_is_kept_to_second_order() {
     let left = |dt: f64| {
-        let config = swing::Config {
-            dt,
-            ..swing::Config::new(true)
-        };
+        let config = swing::Config::new(true).with(|p| p.dt = dt);
         let results = swing::run(&config, &ProgressBar::hidden()).expect("sound");
         let is_free = |row: &&Value| row["run"] == "ball joints at the ends";
         let free = results.runs.iter().find(is_free).expect("ball joints");

@@ -1,12 +1,9 @@
-use taut_integrator::{StepOptions, Stepper};
-use taut_measure::Choice;
 use taut_measure::trajectory::load_position;
 use taut_model::scene_file::SceneText;
-use taut_model::{Constraint, HoistParams, Network, NetworkParams, Scene, SceneSource};
 use taut_studies::scenes::reference_choice;
 use taut_tests::machines::{random_machine, unbounded};
+use taut_tests::prelude::*;
 use taut_tests::scenes::random_scene;
-use taut_tests::{bits, compiled, compiled_direct, compiled_iterative, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -17,13 +14,9 @@ fn run(scene: Scene, options: StepOptions, steps: usize) -> Vec<u64> {
 }
 
 fn swinging() -> Scene {
-    let params = HoistParams {
-        segments: 10,
-        mass_ratio: 5.0,
-        move_x: 0.5,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.move_x) = (10, 5.0, 0.5))
+        .with(|p| p.seed = 3);
     params.build().expect("sound parameters")
 }
 
@@ -54,12 +47,7 @@ fn a_scene_written_in_motion_goes_on_with_the_same_bits() {
 }
 
 fn net() -> Scene {
-    let params = NetworkParams {
-        rows: 4,
-        columns: 5,
-        seed: 2,
-        ..NetworkParams::new(Network::Net)
-    };
+    let params = NetworkParams::new(Network::Net).with(|p| (p.rows, p.columns, p.seed) = (4, 5, 2));
     params.build().expect("sound parameters")
 }
 
@@ -92,13 +80,9 @@ fn the_same_run_gives_the_same_bits() {
 /// the scene's extent of the reference's.
 #[test]
 fn every_solver_ends_where_the_reference_does() {
-    let hoist = HoistParams {
-        mass_ratio: 50.0,
-        segments: 10,
-        move_x: 0.5,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let hoist = HoistParams::default()
+        .with(|p| (p.mass_ratio, p.segments, p.move_x) = (50.0, 10, 0.5))
+        .with(|p| p.seed = 3);
     for scene in [
         hoist.hanging_equilibrium().expect("sound parameters"),
         net(),

@@ -1,14 +1,8 @@
-use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use taut_integrator::{StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{Bodies, Scene};
-use taut_solver::{Backend, DenseOptions, forward_error};
 use taut_tests::machines::random_machine;
-use taut_tests::random::Random;
+use taut_tests::prelude::*;
 use taut_tests::scenes::{moved, random_scene, relabelled};
-use taut_tests::{Worst, allowed, compiled_direct, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -99,10 +93,8 @@ fn relabelling_bodies_and_constraints_permutes_the_multipliers() {
         for choice in compiled_direct() {
             let steppers = [&scene, &other].map(|s| stepped(s, paper(&choice, DT), 0));
             let rows = steppers[0].linearized();
-            let rows: Vec<usize> = constraints
-                .iter()
-                .flat_map(|&c| rows.row_range(c))
-                .collect();
+            let order = constraints.iter();
+            let rows: Vec<usize> = order.flat_map(|&c| rows.row_range(c)).collect();
             let moved = |v: &[f64]| -> Vec<f64> { rows.iter().map(|&r| v[r]).collect() };
             let tension: Vec<f64> = (0..rows.len()).map(|_| random.vector(500.0).x).collect();
             for (options, (multipliers, motion)) in [

@@ -1,10 +1,5 @@
-use nalgebra::Vector3;
-use taut_integrator::{
-    Form, GeometricStiffness, Guard, SavedRun, Scheme, Sleep, StepOptions, StepReport, Stepper,
-};
-use taut_model::{GantryParams, HoistParams, Motor, Scene, SceneSource};
-use taut_tests::compiled;
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -82,25 +77,16 @@ fn goes_on(scene: &Scene, options: &StepOptions, first: usize, then: usize, plac
 }
 
 fn swinging() -> Scene {
-    let params = HoistParams {
-        segments: 7,
-        mass_ratio: 20.0,
-        initial_angle: 0.5,
-        move_x: 0.5,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.initial_angle) = (7, 20.0, 0.5))
+        .with(|p| (p.move_x, p.seed) = (0.5, 3));
     params.build().expect("sound parameters")
 }
 
 /// A gantry whose trolley and winches slip.
 fn gantry() -> Scene {
-    let params = GantryParams {
-        segments: 3,
-        winch_force: Some(3300.0),
-        trolley_force: Some(500.0),
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default()
+        .with(|p| (p.segments, p.winch_force, p.trolley_force) = (3, Some(3300.0), Some(500.0)));
     params.build().expect("sound parameters")
 }
 
@@ -132,28 +118,17 @@ fn every_scheme_goes_on_with_the_same_bits() {
                     GeometricStiffness::Inertia { alpha: 0.4 },
                 ),
                 (
-                    Some(Guard {
-                        tolerance: 1e-5,
-                        hold: 3,
-                        ..Guard::default()
-                    }),
+                    Some(Guard::default().with(|g| (g.tolerance, g.hold) = (1e-5, 3))),
                     GeometricStiffness::Inertia { alpha: 0.5 },
                 ),
                 (
-                    Some(Guard {
-                        tolerance: f64::INFINITY,
-                        ..Guard::default()
-                    }),
+                    Some(Guard::default().with(|g| g.tolerance = f64::INFINITY)),
                     GeometricStiffness::Inertia { alpha: 0.9 },
                 ),
             ] {
-                let options = StepOptions {
-                    scheme,
-                    guard,
-                    stiffness,
-                    substeps: 2,
-                    ..StepOptions::default()
-                };
+                let options = StepOptions::default()
+                    .with(|o| (o.scheme, o.guard, o.stiffness) = (scheme, guard, stiffness))
+                    .with(|o| o.substeps = 2);
                 let place = format!("{}, {scheme}, {guard:?}", scene.name);
                 for first in [0, 1, 9] {
                     redone += goes_on(&scene, &options, first, 6, &place);
@@ -161,10 +136,8 @@ fn every_scheme_goes_on_with_the_same_bits() {
             }
         }
     }
-    assert!(
-        redone > 100,
-        "{redone} steps redone: the guard was hardly at work"
-    );
+    let holds = redone > 100;
+    assert!(holds, "{redone} steps redone: the guard was hardly at work");
 }
 
 /// Iterations start from the last step's multipliers: they too are part of the state.
@@ -173,13 +146,8 @@ fn every_solver_goes_on_with_the_same_bits() {
     for scene in [swinging(), gantry(), random_machine(5)] {
         for choice in compiled() {
             let options = choice.options(DT);
-            goes_on(
-                &scene,
-                &options,
-                11,
-                8,
-                &format!("{}, {choice}", scene.name),
-            );
+            let text = &format!("{}, {choice}", scene.name);
+            goes_on(&scene, &options, 11, 8, text);
         }
         let words = "cg:jacobi:iterations=7 gauss-seidel:groups:trial:iterations=3 \
             cg:group:tolerance=1e-4";
@@ -188,12 +156,8 @@ fn every_solver_goes_on_with_the_same_bits() {
             if !backend.is_compiled() {
                 continue;
             }
-            let options = StepOptions {
-                backend,
-                refinements: 1,
-                guard: None,
-                ..StepOptions::default()
-            };
+            let options = StepOptions::default()
+                .with(|o| (o.backend, o.refinements, o.guard) = (backend, 1, None));
             goes_on(&scene, &options, 2, 4, &format!("{}, {few}", scene.name));
         }
     }
@@ -203,9 +167,8 @@ fn every_solver_goes_on_with_the_same_bits() {
 fn what_was_set_by_hand_is_saved() {
     let mut stepper = Stepper::new(gantry(), StepOptions::default()).expect("sound");
     taut_tests::steps(&mut stepper, 5);
-    let rail = (stepper.scene().constraints.iter())
-        .position(|c| c.motor().is_some())
-        .expect("a motor");
+    let rail = (stepper.scene().constraints.iter()).position(|c| c.motor().is_some());
+    let rail = rail.expect("a motor");
     stepper.set_motor(rail, Motor::speed(0.2)).expect("a motor");
     let rows = stepper.multipliers().len();
     stepper
@@ -215,10 +178,8 @@ fn what_was_set_by_hand_is_saved() {
         .set_multipliers(&vec![-1.5; rows])
         .expect("as many rows");
     let saved = stepper.save().expect("a sound state");
-    assert_eq!(
-        (saved.version(), saved.time()),
-        (SavedRun::VERSION, stepper.time())
-    );
+    let found = (saved.version(), saved.time());
+    assert_eq!(found, (SavedRun::VERSION, stepper.time()));
     assert_eq!(saved.scene().name, "gantry");
     assert_eq!(saved.options(), stepper.options());
     let mut again = Stepper::restore(by_way_of_texts(&saved)).expect("a sound run");
@@ -233,11 +194,7 @@ fn what_was_set_by_hand_is_saved() {
 #[test]
 fn half_a_step_is_not_saved() {
     for form in [Form::Schur, Form::Kkt] {
-        let options = StepOptions {
-            form,
-            guard: None,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| (o.form, o.guard) = (form, None));
         let mut stepper = Stepper::new(swinging(), options).expect("sound");
         stepper.solve().expect("solvable");
         let error = stepper.save().expect_err("half a step").to_string();
@@ -250,11 +207,8 @@ fn half_a_step_is_not_saved() {
 /// The impulses of a step that the guard has redone are spent.
 #[test]
 fn a_redone_step_is_not_advanced_again() {
-    let guard = Guard {
-        tolerance: f64::MIN_POSITIVE,
-        ..Guard::default()
-    };
-    let options = taut_tests::changed(StepOptions::default(), |o| o.guard = Some(guard));
+    let guard = Guard::default().with(|g| g.tolerance = f64::MIN_POSITIVE);
+    let options = StepOptions::default().with(|o| o.guard = Some(guard));
     let mut stepper = Stepper::new(swinging(), options).expect("sound");
     assert!(stepper.step().expect("a stable run").redone);
     assert!(stepper.save().is_ok());
@@ -266,21 +220,15 @@ fn a_redone_step_is_not_advanced_again() {
 #[test]
 fn reports_round_trip() {
     for choice in compiled() {
-        let scene = HoistParams {
-            segments: 4,
-            ..HoistParams::default()
-        };
+        let scene = HoistParams::default().with(|p| p.segments = 4);
         let scene = scene.build().expect("sound");
         let mut stepper = Stepper::new(scene, choice.options(DT)).expect("sound");
         let report = stepper.step().expect("a step");
         let json = serde_json::to_string(&report).expect("writes");
         let read: StepReport = serde_json::from_str(&json).expect("reads");
         // NaN of a direct solver's residual differs from itself.
-        assert_eq!(
-            format!("{read:?}"),
-            format!("{report:?}"),
-            "{choice}: {json}"
-        );
+        let found = format!("{read:?}");
+        assert_eq!(found, format!("{report:?}"), "{choice}: {json}");
         let backend = serde_json::to_string(&choice.backend).expect("writes");
         assert_eq!(backend, format!("\"{}\"", choice.backend), "{choice}");
         let read: taut_solver::Backend = serde_json::from_str(&backend).expect("reads");
@@ -320,11 +268,7 @@ fn a_drum_that_runs_empty_goes_on_with_the_same_bits() {
     "#;
     let source = SceneSource::parse(text, &[]).expect("a scene");
     for (substeps, guard) in [(1, None), (16, None), (16, Some(Guard::default()))] {
-        let options = StepOptions {
-            substeps,
-            guard,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default().with(|o| (o.substeps, o.guard) = (substeps, guard));
         let scene = source.build().expect("sound");
         let mut stepper = Stepper::new(scene, options).expect("sound");
         let mut stood = 0;
@@ -351,10 +295,7 @@ fn a_run_saved_asleep_tells_its_contacts() {
                 [[massless_cable]]\nname = 'rope'\nthrough = [{ body = 'world', point = [3, 0, 5] }, { body = 'hangs' }]\n\
                 tension = 98.1\nstretch = 1e-6\n";
     let scene = SceneSource::parse(text, &[]).and_then(|source| source.build());
-    let options = StepOptions {
-        sleep: Some(Sleep::default()),
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| o.sleep = Some(Sleep::default()));
     let mut stepper = Stepper::new(scene.expect("a scene"), options).expect("sound");
     while !stepper.step().expect("a stable run").asleep {
         assert!(stepper.time() < 10.0);
@@ -388,10 +329,7 @@ fn a_divided_step_in_which_a_winch_is_set_leaves_nothing_unsaved() {
         );
     }
     let scene = SceneSource::parse(&text, &[]).and_then(|source| source.build());
-    let options = StepOptions {
-        guard: Some(Guard::default()),
-        ..StepOptions::default()
-    };
+    let options = StepOptions::default().with(|o| o.guard = Some(Guard::default()));
     let mut stepper = Stepper::new(scene.expect("a scene"), options).expect("sound");
     let mut divided = 0;
     for step in 0..60 {

@@ -1,13 +1,7 @@
 use super::equations::{Equations, take_back_rotation, velocities};
-use nalgebra::{DMatrix, DVector};
-use taut_integrator::{Elimination, Form, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::Scene;
-use taut_solver::{Backend, DenseOptions, SymBlockMatrix, forward_error, norm_inf};
 use taut_tests::machines::{held_group, random_machine, unbounded};
-use taut_tests::random::Random;
+use taut_tests::prelude::*;
 use taut_tests::scenes::random_scene;
-use taut_tests::{Worst, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -85,7 +79,7 @@ fn the_schur_matrix_is_its_definition_and_positive_definite() {
         for (seed, scene) in scenes(20) {
             let expected = equations(&scene, seed, &options).schur();
             for elimination in Elimination::ALL {
-                let options = taut_tests::changed(options.clone(), |o| o.elimination = elimination);
+                let options = options.clone().with(|o| o.elimination = elimination);
                 let assembled = schur(&solved(&scene, seed, options));
                 let error = (&assembled - &expected).amax() / expected.amax();
                 let place = place(seed, &scene);

@@ -1,13 +1,8 @@
 use super::equations::Equations;
-use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use taut_integrator::{StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::Scene;
-use taut_solver::forward_error;
 use taut_tests::machines::{held_group, random_machine};
-use taut_tests::{allowed, compiled, compiled_direct, paper, unguarded};
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -212,10 +207,8 @@ fn every_solver_decides_every_bound() {
                 }
             }
         }
-        assert!(
-            held > 1000 && changes > 50,
-            "{choice}: {held} held, {changes} changes"
-        );
+        let holds = held > 1000 && changes > 50;
+        assert!(holds, "{choice}: {held} held, {changes} changes");
     }
 }
 

@@ -1,6 +1,4 @@
-use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
-use taut_integrator::{Scheme, StepOptions};
-use taut_model::{Bodies, Constraint, Linearized, RowBounds, RowKind, Scene};
+use taut_tests::prelude::*;
 
 /// The equations of a step as dense matrices, made from the scene without the integrator's maps: velocities
 /// v⁺ = v + M̃⁻¹ (Δt f + Jᵀ μ) with J v⁺ + Σ μ = c. The past is like the present state.
@@ -249,9 +247,8 @@ fn geometric_stiffness(
         let (r, lambda) = (rows.lever(s), &lambda[rows.row_range(slot.constraint)]);
         let block = rows.block(s);
         let pulls = block.chunks_exact(6).zip(lambda);
-        let force: Vector3<f64> = pulls
-            .map(|(j, l)| Vector3::new(j[0], j[1], j[2]) * *l)
-            .sum();
+        let force = pulls.map(|(j, l)| Vector3::new(j[0], j[1], j[2]) * *l);
+        let force: Vector3<f64> = force.sum();
         let tension = force.dot(&r).max(0.0);
         if r.norm() > 0.0 {
             k += across(r) * tension;

@@ -1,32 +1,24 @@
 //! The experiments on the hanging cable: the same functions that the tables of `taut static` come from.
 
-use taut_measure::Choice;
-use taut_model::HoistParams;
 use taut_studies::statics::iterations_needed;
-use taut_tests::compiled_iterative;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 const SEGMENTS: usize = 6;
 const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-9];
 
 fn params(segments: usize, mass_ratio: f64) -> HoistParams {
-    HoistParams {
-        segments,
-        mass_ratio,
-        ..HoistParams::default()
-    }
+    HoistParams::default().with(|p| (p.segments, p.mass_ratio) = (segments, mass_ratio))
 }
 
 /// Iterations needed for each level; `None` beyond `limit`.
 fn needed(choice: &Choice, ratio: f64, warm_start: bool, limit: usize) -> Vec<Option<usize>> {
-    let options = taut_tests::changed(choice.options(DT), |o| o.warm_start = warm_start);
+    let options = choice.options(DT).with(|o| o.warm_start = warm_start);
     let (params, family) = (params(SEGMENTS, ratio), choice.family());
     let rows = iterations_needed(&params, &options, &family, &LEVELS, limit).expect("stable");
     for (row, level) in rows.iter().zip(LEVELS) {
-        assert_eq!(
-            (row.level, row.warm_start, row.limit),
-            (level, warm_start, limit)
-        );
+        let ours = (row.level, row.warm_start, row.limit);
+        assert_eq!(ours, (level, warm_start, limit));
     }
     let found: Vec<_> = rows.iter().map(|row| row.iterations).collect();
     println!("{family}, ratio {ratio:e}, warm {warm_start}: {found:?}");

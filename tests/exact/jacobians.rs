@@ -46,10 +46,8 @@ fn jacobians_are_derivatives_at_singular_angles() {
             let rounding = poses().map(|pose| sensitivity(kind, theta, &pose));
             let rounding = rounding.into_iter().fold(0.0, f64::max);
             let error = largest(kind, theta);
-            assert!(
-                error <= BAR.max(10.0 * rounding),
-                "{kind:?} at {theta:e}: {error:e}, of rounding {rounding:e}"
-            );
+            let what = format!("{kind:?} at {theta:e}: {error:e}, of rounding {rounding:e}");
+            assert!(error <= BAR.max(10.0 * rounding), "{what}");
         }
     }
 }

@@ -8,14 +8,10 @@ use super::extended::{
     Q, V, about, angle, atan2, conjugate, cross, dd, dot, minus, norm, normalized, plus, rotated,
     scaled, sqrt, tau, times, unit,
 };
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use taut_measure::errors::worse;
-use taut_model::{
-    BendDefinition, Body, Constraint, Cosserat, Frame, Hinge, JointLaw, Linearized, LinkBend, Lock,
-    Motor, Paper, RowLaw, Scene, Slider, Target, TwistDefinition,
-};
 use taut_solver::DoubleDouble as Dd;
+use taut_tests::prelude::*;
 
 /// A law that is not looked at.
 const LAW: RowLaw = RowLaw::new(1e-6, 0.0);
@@ -92,10 +88,7 @@ impl Kind {
         match self {
             Self::Cosserat => Constraint::Cosserat(Cosserat::new(frames, all)),
             Self::Hinge => Constraint::Hinge(Hinge {
-                motor: Some(Motor {
-                    target: Target::Position(0.0),
-                    ..Motor::speed(0.0)
-                }),
+                motor: Some(Motor::speed(0.0).with(|p| p.target = Target::Position(0.0))),
                 ..Hinge::new(frames)
             }),
             Self::Lock => Constraint::Lock(Lock {
@@ -220,7 +213,7 @@ fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
     for (name, turn) in [("a", pose.turn), ("b", pose.turn * relative)] {
         scene.add_body(name, Body::sphere(1.0, 1.0).turned(turn));
     }
-    let frames = [0, 1].map(|i| Frame::body(i, Vector3::zeros()).with_axes(Matrix3::identity()));
+    let frames = [0, 1].map(|i| centre(i).with_axes(Matrix3::identity()));
     scene.add_constraint("joint", kind.constraint(frames), 0);
     scene
 }

@@ -1,20 +1,15 @@
 //! The networks at rest.
 
-use taut_integrator::{StepOptions, Stepper};
 use taut_measure::trajectory::load_position;
-use taut_model::{Held, JointKind, Network, NetworkParams};
+use taut_tests::prelude::*;
 
 #[test]
 fn networks_hang_in_equilibrium_and_carry_their_weight() {
     for network in Network::ALL {
         for joint in [JointKind::Cosserat, JointKind::Spherical] {
             for (points, held) in [(2, Held::Edge), (1, Held::Corners)] {
-                let params = NetworkParams {
-                    joint,
-                    points,
-                    held,
-                    ..NetworkParams::new(network)
-                };
+                let params = NetworkParams::new(network)
+                    .with(|p| (p.joint, p.points, p.held) = (joint, points, held));
                 let place = format!("{network:?}, {joint:?}, {held:?}");
                 let scene = params.build().expect("builds");
                 let weight = scene.mass() * params.gravity;
@@ -32,10 +27,8 @@ fn networks_hang_in_equilibrium_and_carry_their_weight() {
                         carried -= stepper.multipliers()[row] / dt;
                     }
                 }
-                assert!(
-                    (carried / weight - 1.0).abs() < 1e-7,
-                    "{place}: {carried} {weight}"
-                );
+                let off = (carried / weight - 1.0).abs();
+                assert!(off < 1e-7, "{place}: {carried} {weight}");
                 taut_tests::steps(&mut stepper, 30);
                 let way = (load_position(stepper.scene()) - before).norm();
                 assert!(way < 1e-7, "{place}: {way:e}");

@@ -1,10 +1,5 @@
-use nalgebra::{UnitQuaternion, Vector3};
-use taut_integrator::{StepError, StepOptions, Stepper, static_equilibrium};
-use taut_measure::Choice;
-use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
-use taut_solver::Backend;
+use taut_tests::prelude::*;
 use taut_tests::scenes::slings;
-use taut_tests::{Worst, compiled_direct};
 const LENGTH: f64 = 10.0;
 
 fn backend() -> Backend {
@@ -14,16 +9,10 @@ fn backend() -> Backend {
 /// Six segments of a stiff cable (EI = 2·10⁴ N m²) clamped to the world at an angle of 0.5 rad, a load of their own mass
 /// pushed sideways with 180 N: bending, not weight, brings it to rest, and soon.
 fn bent(damping: f64) -> Scene {
-    let params = HoistParams {
-        segments: 6,
-        mass_ratio: 1.0,
-        anchor: End::Clamped,
-        initial_angle: 0.5,
-        ei: Some(2e4),
-        gj: Some(1.5e4),
-        damping,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.anchor) = (6, 1.0, End::Clamped))
+        .with(|p| (p.initial_angle, p.ei, p.gj) = (0.5, Some(2e4), Some(1.5e4)))
+        .with(|p| p.damping = damping);
     let mut scene = params.build().expect("sound");
     let clamp = &mut scene.constraints[0].frames_mut()[0];
     let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.5);
@@ -101,10 +90,7 @@ fn rigid_slings_too_short_for_the_start_are_drawn_in() {
     scene.add_body("load", Body::sphere(0.3, 900.0).at(start));
     let (across, up, length) = (Vector3::new(0.33_f64, 0.24, 0.0), 0.34, 0.8_f64);
     for (name, side) in [("left", -1.0), ("right", 1.0)] {
-        let ends = vec![
-            Frame::world(Vector3::zeros()),
-            Frame::body(0, side * across + up * Vector3::z()),
-        ];
+        let ends = vec![origin(), Frame::body(0, side * across + up * Vector3::z())];
         let sling = MasslessCable::new(ends, length, RowLaw::RIGID);
         scene.add_constraint(name, Constraint::MasslessCable(sling), 0);
     }
@@ -119,11 +105,7 @@ fn rigid_slings_too_short_for_the_start_are_drawn_in() {
 /// EA in MN: a cable as soft as that is no cable, and what hangs on it is named.
 #[test]
 fn what_a_cable_too_soft_does_not_hold_is_named() {
-    let params = HoistParams {
-        ea: Some(20.0),
-        segment_mass: Some(1.0),
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.ea, p.segment_mass) = (Some(20.0), Some(1.0)));
     let found = static_equilibrium(params.build().expect("sound"), &backend());
     let error = found.expect_err("490-fold strain").to_string();
     assert!(error.contains("moved `load` the most"), "{error}");

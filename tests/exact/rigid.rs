@@ -1,7 +1,4 @@
-use nalgebra::Vector3;
-use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
-use taut_model::{Constraint, HoistParams, JointKind, RowLaw, Scene, Spherical};
-use taut_tests::Worst;
+use taut_tests::prelude::*;
 use taut_tests::scenes::rigid_chain;
 
 const DT: f64 = 1.0 / 60.0;
@@ -12,15 +9,9 @@ const TAU: f64 = 2.5 * DT;
 /// The chain of rigid ball joints with other laws, its anchor moved aside, its segments turning out of the plane.
 fn chain(load: f64, law: RowLaw) -> Scene {
     let mut scene = rigid_chain(8, load);
-    let moving = HoistParams {
-        segments: 8,
-        length: 8.0 * SEGMENT,
-        mass_ratio: load,
-        joint: JointKind::Spherical,
-        move_x: 0.3,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let moving = HoistParams::default()
+        .with(|p| (p.segments, p.length, p.mass_ratio) = (8, 8.0 * SEGMENT, load))
+        .with(|p| (p.joint, p.move_x, p.seed) = (JointKind::Spherical, 0.3, 3));
     let moving = moving.build().expect("sound parameters");
     scene.constraints = moving.constraints;
     scene.bodies.angular_velocity = moving.bodies.angular_velocity;

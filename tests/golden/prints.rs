@@ -57,11 +57,8 @@ fn check(name: &str, now: &Rows) {
     }
     let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let differences = Rows::parse(&text).differences(now);
-    assert!(
-        differences.is_empty(),
-        "{name}:\n{}",
-        differences.join("\n")
-    );
+    let holds = differences.is_empty();
+    assert!(holds, "{name}:\n{}", differences.join("\n"));
 }
 
 /// Columns of the main job that tell no time.
@@ -95,55 +92,43 @@ const TIMED: &[&str] = &[
     "table2",
 ];
 
+/// The rows of a study have these columns, named by `key`; of some only the names count.
+fn has_rows(name: &str, arguments: &str, [columns, key]: [&str; 2], named: &[&str]) {
+    let found = json(name, &format!("{arguments} --json - --quiet"));
+    check(name, &Rows::of(&found, columns, key, named));
+}
+
 #[test]
 fn the_main_job_has_its_rows() {
-    let found = json("bench", "bench --quick --json - --quiet");
-    check(
-        "bench",
-        &Rows::of(&found, OF_BENCH, "segments mass_ratio options", ITERATIVE),
-    );
+    let columns = [OF_BENCH, "segments mass_ratio options"];
+    has_rows("bench", "bench --quick", columns, ITERATIVE);
 }
 
 #[test]
 #[ignore = "takes minutes: `--ignored` runs it"]
 fn hard_cases_have_their_rows() {
-    let found = json("hard", "hard --quick --json - --quiet");
-    check(
-        "hard",
-        &Rows::of(&found, OF_CHECKS, "experiment case", UNSTEADY),
-    );
+    let columns = [OF_CHECKS, "experiment case"];
+    has_rows("hard", "hard --quick", columns, UNSTEADY);
 }
 
 #[test]
 #[ignore = "takes minutes: `--ignored` runs it"]
 fn the_papers_figures_have_their_rows() {
-    let found = json("paper", "paper --quick --json - --quiet");
-    check(
-        "paper",
-        &Rows::of(&found, OF_CHECKS, "experiment case", TIMED),
-    );
+    let columns = [OF_CHECKS, "experiment case"];
+    has_rows("paper", "paper --quick", columns, TIMED);
 }
 
 #[test]
 #[ignore = "takes minutes: `--ignored` runs it"]
 fn cables_at_rest_have_their_rows() {
-    let found = json("static", "static --json - --quiet");
-    check(
-        "static",
-        &Rows::of(&found, OF_STATIC, "backend segments mass_ratio", ITERATIVE),
-    );
-}
-
-/// Names of the scenes that the model builds.
-fn scenes() -> Vec<String> {
-    let names = taut_model::named::NAMES;
-    names.map(str::to_owned).to_vec()
+    let columns = [OF_STATIC, "backend segments mass_ratio"];
+    has_rows("static", "static", columns, ITERATIVE);
 }
 
 #[test]
 fn named_scenes_have_their_states_and_texts() {
     let mut lines = Vec::new();
-    for name in scenes() {
+    for name in taut_model::named::NAMES.map(str::to_owned) {
         let (text, code) = taut("scene", &format!("scene {name} --quiet"));
         assert_eq!(code, 0, "{name}");
         let path = golden().join(format!("scenes/{name}.toml"));

@@ -105,10 +105,8 @@ impl Rows {
                 Some(_) => {}
             }
         }
-        let new = now
-            .rows
-            .keys()
-            .filter(|name| !self.rows.contains_key(*name));
+        let new = now.rows.keys();
+        let new = new.filter(|name| !self.rows.contains_key(*name));
         found.extend(new.map(|name| format!("new: {name}")));
         found
     }

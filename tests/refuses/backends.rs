@@ -68,17 +68,13 @@ fn what_is_not_compiled_in_says_how_to_get_it() {
         }
         if let Err(e) = made {
             let feature = backend.feature().expect("dense is always there");
-            assert_eq!(
-                e,
-                SolveError::NotCompiled {
-                    backend: backend.name(),
-                    feature
-                }
-            );
-            assert!(
-                e.to_string().contains(&format!("--features {feature}")),
-                "{e}"
-            );
+            let expected = SolveError::NotCompiled {
+                backend: backend.name(),
+                feature,
+            };
+            assert_eq!(e, expected);
+            let says = e.to_string().contains(&format!("--features {feature}"));
+            assert!(says, "{e}");
         }
     }
 }
@@ -87,10 +83,8 @@ fn what_is_not_compiled_in_says_how_to_get_it() {
 fn unknown_backends_and_options_list_the_known_ones() {
     for text in ["superlu", "Banded", "", "banded ", ":group"] {
         let e = text.parse::<Backend>().expect_err(text).to_string();
-        assert!(
-            e.contains("gauss-seidel") && e.contains("umfpack"),
-            "{text}: {e}"
-        );
+        let holds = e.contains("gauss-seidel") && e.contains("umfpack");
+        assert!(holds, "{text}: {e}");
         assert!(!e.contains('\n'), "{e}");
     }
     let words = "cg:superlu gauss-seidel:iterations=-1 cg:tolerance= umfpack:refinement=x \
@@ -155,9 +149,8 @@ fn indefinite_matrices_are_refused_or_solved() {
     for backend in compiled() {
         let mut solver = analyzed(&backend, &a);
         let mut x = vec![0.0; b.len()];
-        let solved = solver
-            .factorize(&a)
-            .and_then(|_| solver.solve(&a, &b, &mut x));
+        let solved = solver.factorize(&a);
+        let solved = solved.and_then(|_| solver.solve(&a, &b, &mut x));
         if backend.accepts_indefinite() {
             solved.unwrap_or_else(|e| panic!("{backend}: {e}"));
             let error = taut_solver::backward_error(&a, &b, &x).expect("lengths fit");
@@ -165,10 +158,8 @@ fn indefinite_matrices_are_refused_or_solved() {
             assert!(error.componentwise <= bar, "{backend}: {error:?}");
         } else if backend.to_string().starts_with("cg:none") {
             // It meets the negative curvature in a direction that no single block owns.
-            assert!(
-                matches!(solved, Err(SolveError::NotPositiveDefinite { .. })),
-                "{backend}: {solved:?}"
-            );
+            let refused = matches!(solved, Err(SolveError::NotPositiveDefinite { .. }));
+            assert!(refused, "{backend}: {solved:?}");
         } else {
             assert_eq!(
                 solved,
@@ -200,16 +191,13 @@ fn singular_matrices_are_named_as_such() {
         let b = [1.0, 2.0, 3.0, 4.0];
         let mut solver = analyzed(&backend, &zero);
         let mut x = [0.0; 4];
-        let found = solver
-            .factorize(&zero)
-            .and_then(|_| solver.solve(&zero, &b, &mut x));
-        assert!(
-            matches!(
-                found,
-                Err(SolveError::Singular { .. } | SolveError::NotPositiveDefinite { .. })
-            ),
-            "{backend}: {found:?}"
+        let found = solver.factorize(&zero);
+        let found = found.and_then(|_| solver.solve(&zero, &b, &mut x));
+        let refused = matches!(
+            found,
+            Err(SolveError::Singular { .. } | SolveError::NotPositiveDefinite { .. })
         );
+        assert!(refused, "{backend}: {found:?}");
     }
 }
 
@@ -235,9 +223,8 @@ fn another_pattern_is_refused() {
         let equal = Arc::new((**a.pattern()).clone());
         let mut same = SymBlockMatrix::zeros(equal);
         same.values_mut().copy_from_slice(a.values());
-        let again = solver
-            .factorize(&same)
-            .and_then(|_| solve(&mut *solver, &a, &b));
+        let again = solver.factorize(&same);
+        let again = again.and_then(|_| solve(&mut *solver, &a, &b));
         assert_eq!(again, Ok(()), "{backend}");
     }
 }

@@ -1,7 +1,5 @@
-use nalgebra::Vector3;
-use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::collide::{Collider, Shape, Surface};
-use taut_model::{Body, ContactScene, ContactSceneParams, Scene};
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -34,7 +32,7 @@ fn refusal(scene: Scene) -> String {
 
 /// A second of steps: the highest speed, in m/s, or the error that ended it. All numbers stay finite.
 fn live(scene: Scene, dt: f64) -> Result<f64, StepError> {
-    let options = taut_tests::changed(StepOptions::default(), |o| o.dt = dt);
+    let options = StepOptions::default().with(|o| o.dt = dt);
     let mut stepper = Stepper::new(scene, options)?;
     let mut fastest = 0.0_f64;
     for _ in 0..60 {
@@ -62,13 +60,8 @@ fn what_overlaps_at_the_start_comes_apart_slowly() {
     for pair in pairs {
         let mut scene = ground(Surface::default());
         for (k, (size, height)) in pair.into_iter().enumerate() {
-            add_box(
-                &mut scene,
-                &format!("box-{k}"),
-                size,
-                1.0,
-                Vector3::z() * height,
-            );
+            let text = &format!("box-{k}");
+            add_box(&mut scene, text, size, 1.0, Vector3::z() * height);
         }
         let fastest = live(scene, DT).expect("contacts that come apart");
         // They recover with at most 0.5 m/s a contact, and may fall for a second.
@@ -95,10 +88,7 @@ fn needles_and_plates_lie_on_the_ground() {
 #[test]
 fn any_friction_holds_or_lets_go() {
     for friction in [0.0, 1e-12, 1e6] {
-        let mut scene = ground(Surface {
-            friction,
-            ..Surface::default()
-        });
+        let mut scene = ground(Surface::default().with(|s| s.friction = friction));
         let at = Vector3::z() * 0.5;
         let number = add_box(&mut scene, "load", Vector3::repeat(1.0), 1.0, at);
         scene.colliders[number].surface.friction = friction;
@@ -150,12 +140,8 @@ fn speeds_and_steps_at_the_ends_of_their_range_end_or_stay_finite() {
 #[test]
 fn named_scenes_at_a_ratio_of_a_trillion_end_or_stay_finite() {
     for grounded in ContactScene::ALL {
-        let params = ContactSceneParams {
-            count: Some(3),
-            segments: 4,
-            mass_ratio: 1e12,
-            ..ContactSceneParams::new(grounded)
-        };
+        let params = ContactSceneParams::new(grounded)
+            .with(|p| (p.count, p.segments, p.mass_ratio) = (Some(3), 4, 1e12));
         let scene = params.build().expect("a scene");
         match live(scene, DT) {
             Ok(fastest) => assert!(fastest < 100.0, "{grounded:?}: {fastest}"),

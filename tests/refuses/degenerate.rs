@@ -1,13 +1,7 @@
-use nalgebra::{Matrix3, Vector3};
-use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_measure::Choice;
-use taut_model::{
-    Body, Constraint, Distance, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError, Spherical,
-};
 use taut_output::check;
-use taut_solver::{Backend, DenseOptions, SolveError};
 use taut_studies::hard;
 use taut_tests::claims::audit;
+use taut_tests::prelude::*;
 
 const DT: f64 = 1.0 / 60.0;
 const STEPS: usize = 60;
@@ -22,12 +16,7 @@ fn choices() -> Vec<Choice> {
 }
 
 fn small() -> Scene {
-    let params = HoistParams {
-        segments: 4,
-        mass_ratio: 10.0,
-        seed: 3,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.mass_ratio, p.seed) = (4, 10.0, 3));
     params.build().expect("sound parameters")
 }
 
@@ -60,7 +49,7 @@ fn hung(mass: f64) -> Scene {
     scene.bodies.position[0].x = -0.3;
     let lever = Vector3::new(0.3, 0.0, 0.0);
     let joint = Constraint::Spherical(Spherical {
-        frames: [Frame::world(Vector3::zeros()), Frame::body(0, lever)],
+        frames: [origin(), Frame::body(0, lever)],
         stretch: RowLaw::RIGID,
     });
     scene.add_constraint("joint", joint, 0);
@@ -71,10 +60,7 @@ fn hung(mass: f64) -> Scene {
 fn linked(length: f64) -> Scene {
     let mut scene = stone();
     scene.bodies.position[0].x = length;
-    let ends = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(0, Vector3::zeros()),
-    ];
+    let ends = [origin(), centre(0)];
     let link = Constraint::Distance(Distance {
         frames: ends,
         length,
@@ -93,11 +79,7 @@ fn under(gravity: f64) -> Scene {
 
 /// A hoist of one segment that has no mass to speak of.
 fn light() -> Result<Scene, SceneError> {
-    let params = HoistParams {
-        segments: 1,
-        mass_ratio: 1e-6,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.mass_ratio) = (1, 1e-6));
     params.build()
 }
 
@@ -129,7 +111,7 @@ fn in_parts() -> Scene {
     let stone = scene.add_body("stone", hung(2.0).bodies.get(0));
     let lever = Vector3::new(0.3, 0.0, 0.0);
     let joint = Spherical {
-        frames: [Frame::world(Vector3::zeros()), Frame::body(stone, lever)],
+        frames: [origin(), Frame::body(stone, lever)],
         stretch: RowLaw::RIGID,
     };
     scene.add_constraint("beside", Constraint::Spherical(joint), 7);
@@ -191,14 +173,10 @@ fn numbers_at_the_ends_of_their_range_leave_no_nan() {
 #[test]
 fn a_cable_of_ten_thousand_segments_is_carried_by_every_solver() {
     let segments = 10_000;
-    let params = HoistParams {
-        segments,
-        length: 0.01 * segments as f64,
-        segment_mass: Some(0.01),
-        load_mass: Some(1000.0),
-        joint: JointKind::Cosserat,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.length) = (segments, 0.01 * segments as f64))
+        .with(|p| (p.segment_mass, p.load_mass) = (Some(0.01), Some(1000.0)))
+        .with(|p| p.joint = JointKind::Cosserat);
     let scene = params.hanging_equilibrium().expect("an equilibrium");
     let weight = scene.mass() * params.gravity;
     let dense = Choice::schur(Backend::Dense(DenseOptions::default()));

@@ -1,11 +1,5 @@
-use nalgebra::Vector3;
-use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{
-    Body, Constraint, Frame, GantryParams, Hinge, MasslessCable, Mobility, Motor, RowLaw, Scene,
-    Slider, Spherical, Target, Topology,
-};
-use taut_tests::compiled;
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 
 /// The stepper's error for a scene, which takes one line.
 fn refusal(scene: &Scene) -> String {
@@ -21,10 +15,7 @@ fn a_control_of_any_size_ends_in_a_typed_error_or_not_at_all() {
     for value in [1e3, 1e9, 1e100, 1e200, f64::MAX] {
         for control in [0, 1] {
             for sign in [1.0, -1.0] {
-                let params = GantryParams {
-                    segments: 2,
-                    ..GantryParams::default()
-                };
+                let params = GantryParams::default().with(|p| p.segments = 2);
                 let scene = params.build().expect("builds");
                 let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
                 stepper.set_control(control, sign * value).expect("finite");
@@ -101,20 +92,11 @@ fn a_motor_without_force_lets_its_joint_run_free() {
         let mut scene = Scene::new("free runner");
         scene.gravity = Vector3::new(3.0, 0.0, -10.0);
         let body = scene.add_body("body", Body::sphere(0.1, 2.0));
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(body, Vector3::x() * 0.1),
-        ];
+        let frames = [origin(), Frame::body(body, Vector3::x() * 0.1)];
         let constraint = if slides {
-            Constraint::Slider(Slider {
-                motor,
-                ..Slider::new(frames)
-            })
+            Constraint::Slider(Slider::new(frames).with(|p| p.motor = motor))
         } else {
-            Constraint::Hinge(Hinge {
-                motor,
-                ..Hinge::new(frames)
-            })
+            Constraint::Hinge(Hinge::new(frames).with(|p| p.motor = motor))
         };
         scene.add_constraint("joint", constraint, 0);
         scene
@@ -166,9 +148,8 @@ fn a_winch_that_is_too_weak_slips_to_its_end() {
         }
     }
     for choice in compiled() {
-        let options = taut_tests::changed(choice.options(1.0 / 60.0), |o| {
-            o.backend = choice.backend.with_iterations(2000)
-        });
+        let options = choice.options(1.0 / 60.0);
+        let options = options.with(|o| o.backend = choice.backend.with_iterations(2000));
         let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
         for n in 0..300 {
             stepper
@@ -190,18 +171,9 @@ fn a_winch_that_is_too_weak_slips_to_its_end() {
 /// No weight, and as few segments as there can be: nothing to hold is no fault, and what is driven moves.
 #[test]
 fn the_least_gantries_run() {
-    let weightless = GantryParams {
-        gravity: 0.0,
-        ..GantryParams::default()
-    };
-    let short = GantryParams {
-        segments: 1,
-        ..GantryParams::default()
-    };
-    let both = GantryParams {
-        gravity: 0.0,
-        ..short.clone()
-    };
+    let weightless = GantryParams::default().with(|p| p.gravity = 0.0);
+    let short = GantryParams::default().with(|p| p.segments = 1);
+    let both = short.clone().with(|p| p.gravity = 0.0);
     for params in [weightless, short, both] {
         let place = format!("g = {}, {} segments", params.gravity, params.segments);
         let scene = params.build().expect("builds");
@@ -229,14 +201,9 @@ fn many_bodies_are_put_in_order_or_refused() {
     let mut star = Scene::new("star");
     star.add_body("hub", Body::sphere(1.0, 1.0));
     for i in 1..=MANY {
-        star.add_body(
-            format!("{i}"),
-            Body::sphere(0.1, 1.0).at(Vector3::x() * 2.0),
-        );
-        let frames = [
-            Frame::body(0, Vector3::zeros()),
-            Frame::body(i, -Vector3::x() * 2.0),
-        ];
+        let line = format!("{i}");
+        star.add_body(line, Body::sphere(0.1, 1.0).at(Vector3::x() * 2.0));
+        let frames = [centre(0), Frame::body(i, -Vector3::x() * 2.0)];
         let stretch = RowLaw::RIGID;
         let joint = Constraint::Spherical(Spherical { frames, stretch });
         star.add_constraint(format!("{i}"), joint, 0);
@@ -246,10 +213,8 @@ fn many_bodies_are_put_in_order_or_refused() {
     assert_eq!(topology.components, 1);
     star.group_by_topology();
     let text = refusal(&star);
-    assert!(
-        text.contains("`hub`") && text.contains("split it"),
-        "{text}"
-    );
+    let holds = text.contains("`hub`") && text.contains("split it");
+    assert!(holds, "{text}");
 
     // Around a hub that stays where it is nothing is coupled.
     let mut wheel = star;
@@ -260,11 +225,11 @@ fn many_bodies_are_put_in_order_or_refused() {
     stepper.step().expect("solvable");
 
     let mut reeved = Scene::new("reeved");
-    let mut frames = vec![Frame::world(Vector3::zeros())];
+    let mut frames = vec![origin()];
     for i in 1..=MANY {
         let at = Vector3::new(i as f64, (i % 2) as f64, 0.0);
         let body = reeved.add_body(format!("{i}"), Body::sphere(0.1, 1.0).at(at));
-        frames.push(Frame::body(body, Vector3::zeros()));
+        frames.push(centre(body));
     }
     let cable = MasslessCable::new(frames, 1e5, RowLaw::new(1e-6, 0.0));
     reeved.add_constraint("cable", Constraint::MasslessCable(cable), 0);

@@ -6,14 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
-use taut_integrator::{StepOptions, Stepper};
 use taut_measure::trajectory::{Limits, Simulation};
-use taut_model::SceneSource;
 use taut_model::named::NAMES;
 use taut_model::scene_file::SceneText;
 use taut_recording::Recorder;
 use taut_tests::fuzzing::{self, TARGETS};
 use taut_tests::machines::random_machine;
+use taut_tests::prelude::*;
 use taut_tests::products::{Choices, scene::toml};
 use taut_tests::scenes::random_scene;
 
@@ -51,9 +50,8 @@ fn config(cases: u32) -> ProptestConfig {
 
 /// Inputs of a target: good ones to start from, and those that once did harm.
 fn seeds(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("fuzz/seeds")
-        .join(target);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
+    let folder = folder.join(target);
     let entries = fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
@@ -74,10 +72,8 @@ fn the_fuzzers_seeds_do_no_harm() {
             println!("{}", path.display());
             far += usize::from(in_time(path, || target(data)));
         }
-        assert!(
-            !seeds.is_empty() && far > 0,
-            "{name}: no seed gets anywhere"
-        );
+        let holds = !seeds.is_empty() && far > 0;
+        assert!(holds, "{name}: no seed gets anywhere");
     }
 }
 
@@ -117,10 +113,8 @@ fn mutated(text: &str, changes: &[Change]) -> String {
                 let Some(start) = (from..digits.len()).find(|&i| digits[i].is_ascii_digit()) else {
                     continue;
                 };
-                let start = (0..=start)
-                    .rev()
-                    .take_while(|&i| is_number(&digits[i]))
-                    .last();
+                let start = (0..=start).rev();
+                let start = start.take_while(|&i| is_number(&digits[i])).last();
                 let start = start.unwrap_or(from);
                 let rest = digits[start..].iter().take_while(|b| is_number(b)).count();
                 let numbers: Vec<&str> = NUMBERS.split(' ').collect();
@@ -258,9 +252,8 @@ fn saved_runs_that_are_mutated_are_refused_or_go_on() {
         ("hoist", ("segments", "2")),
         ("particles-f", ("particles", "3")),
     ] {
-        let scene = SceneSource::load(name, &[set])
-            .and_then(|s| s.build())
-            .expect("sound");
+        let scene = SceneSource::load(name, &[set]).and_then(|s| s.build());
+        let scene = scene.expect("sound");
         let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
         stepper.step().expect("a stable run");
         let run = stepper.save().expect("a sound state");

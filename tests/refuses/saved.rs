@@ -1,14 +1,10 @@
 use serde_json::{Value, json};
 use taut_bench::run_file::RunFile;
-use taut_integrator::{SavedRun, StepError, StepOptions, Stepper};
-use taut_model::GantryParams;
+use taut_tests::prelude::*;
 
 /// A saved run of a gantry as JSON.
 fn good() -> Value {
-    let params = GantryParams {
-        segments: 2,
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default().with(|p| p.segments = 2);
     let scene = params.build().expect("sound parameters");
     let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
     taut_tests::steps(&mut stepper, 3);
@@ -39,10 +35,8 @@ fn a_scheme_of_angular_rows_is_refused_unless_it_was_none() {
         read.map(|run| run.options().clone())
             .map_err(|e| e.to_string())
     };
-    assert_eq!(
-        with("angular_scheme", Value::Null),
-        Ok(StepOptions::default())
-    );
+    let found = with("angular_scheme", Value::Null);
+    assert_eq!(found, Ok(StepOptions::default()));
     let text = with("angular_scheme", json!("spook")).expect_err("a scheme");
     assert!(text.contains("`angular_scheme` is `spook`, where all rows take `scheme`"));
     let text = with("lateral_scheme", Value::Null).expect_err("no key");
@@ -59,11 +53,8 @@ fn a_damaged_run_says_what_does_not_fit() {
             .is_ok()
     );
     let short = |at: &str| {
-        let mut list = run
-            .pointer(at)
-            .and_then(Value::as_array)
-            .expect("a list")
-            .clone();
+        let list = run.pointer(at);
+        let mut list = list.and_then(Value::as_array).expect("a list").clone();
         list.pop();
         Value::Array(list)
     };
@@ -75,48 +66,34 @@ fn a_damaged_run_says_what_does_not_fit() {
         let text = refusal(&format!("/past/{at}"), short(&format!("/past/{at}")));
         assert!(text.contains(&format!("`past.{at}` has")), "{text}");
     }
-    for (at, value, words) in [
-        ("/version", json!(1), "version 1"),
-        ("/version", json!("1"), "u32"),
-        ("/time", json!(null), "f64"),
-        ("/impulse_time", json!(0.0), "`impulse_time`"),
-        ("/impulse_time", json!(-1.0), "`impulse_time`"),
-        ("/advanced", json!(-1.0), "`advanced`"),
-        ("/holding", json!(-1), "usize"),
-        ("/places/0", json!("nowhere"), "nowhere"),
-        ("/options/dt", json!(0.0), "`dt`"),
-        ("/options/substeps", json!(0), "`substeps`"),
-        ("/options/backend", json!("superlu"), "superlu"),
-        (
-            "/options/scheme",
-            json!("third-difference:a=0.1:gamma=0"),
-            "`a`",
-        ),
-        ("/options/stiffness", json!("NaN"), "`alpha`"),
-        ("/options/guard/passes", json!(0), "`guard.passes`"),
-        ("/scene/load", json!(99), "number 99"),
-        ("/scene/bodies/mass/2", json!(0.0), "mass is 0"),
-        (
-            "/scene/bodies/position/1",
-            json!([0.0, 1.0]),
-            "invalid length",
-        ),
-        (
-            "/scene/bodies/orientation/1",
-            json!([2.0, 0.0, 0.0, 0.0]),
-            "unit quaternion",
-        ),
-        (
-            "/scene/bodies/inertia/2",
-            json!([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
-            "inertia",
-        ),
-        ("/scene/bodies/mobility/0", json!("sleepy"), "sleepy"),
-        ("/scene/body_names/1", json!("crane"), "crane"),
-        ("/scene/constraints", json!([]), "length"),
-        ("/scene/groups", json!([]), "groups"),
-    ] {
-        let text = refusal(at, value);
+    let rows = r#"
+        /version → 1 → version 1
+        /version → "1" → u32
+        /time → null → f64
+        /impulse_time → 0.0 → `impulse_time`
+        /impulse_time → -1.0 → `impulse_time`
+        /advanced → -1.0 → `advanced`
+        /holding → -1 → usize
+        /places/0 → "nowhere" → nowhere
+        /options/dt → 0.0 → `dt`
+        /options/substeps → 0 → `substeps`
+        /options/backend → "superlu" → superlu
+        /options/scheme → "third-difference:a=0.1:gamma=0" → `a`
+        /options/stiffness → "NaN" → `alpha`
+        /options/guard/passes → 0 → `guard.passes`
+        /scene/load → 99 → number 99
+        /scene/bodies/mass/2 → 0.0 → mass is 0
+        /scene/bodies/position/1 → [0.0, 1.0] → invalid length
+        /scene/bodies/orientation/1 → [2.0, 0.0, 0.0, 0.0] → unit quaternion
+        /scene/bodies/inertia/2 → [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0] → inertia
+        /scene/bodies/mobility/0 → "sleepy" → sleepy
+        /scene/body_names/1 → "crane" → crane
+        /scene/constraints → [] → length
+        /scene/groups → [] → groups
+    "#;
+    for row in rows.trim().lines() {
+        let [at, value, words] = [0, 1, 2].map(|k| row.trim().split(" → ").nth(k).expect("a cell"));
+        let text = refusal(at, serde_json::from_str(value).expect("JSON"));
         assert!(text.contains(words), "{at}: {text}");
     }
 }
@@ -138,9 +115,8 @@ fn numbers_that_are_not_finite_are_refused() {
                 ciborium::Value::Array(list) => list.first_mut().expect("an entry"),
                 // The account is a map: its `work` is one of the sums.
                 ciborium::Value::Map(entries) => {
-                    let work = entries
-                        .iter_mut()
-                        .find(|(k, _)| k.as_text() == Some("work"));
+                    let mut work = entries.iter_mut();
+                    let work = work.find(|(k, _)| k.as_text() == Some("work"));
                     &mut work.expect("a sum").1
                 }
                 _ => break,

@@ -1,11 +1,9 @@
 use super::compiled;
-use nalgebra::Vector3;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use taut_integrator::{StepOptions, Stepper};
 use taut_measure::matrix::{market, matrix_of};
-use taut_model::{Body, Constraint, Frame, HoistParams, RowLaw, Scene, Spherical};
-use taut_solver::{GeneralMatrix, SolveError};
+use taut_solver::GeneralMatrix;
+use taut_tests::prelude::*;
 
 /// Nothing here takes longer, on a machine that does other things too: each takes a second at most, and what goes through
 /// the memory or the numbers that a header announces takes hours.
@@ -14,13 +12,9 @@ const LONGEST: Duration = Duration::from_secs(60);
 /// 10⁵ segments in motion: some steps of the default backend, within seconds.
 #[test]
 fn a_cable_of_a_hundred_thousand_segments_steps() {
-    let params = HoistParams {
-        segments: 100_000,
-        length: 1e4,
-        move_x: 0.5,
-        seed: 1,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.length, p.move_x) = (100_000, 1e4, 0.5))
+        .with(|p| p.seed = 1);
     let scene = params.build().expect("sound parameters");
     let options = StepOptions::default();
     if options.backend.name() == "dense" {
@@ -38,16 +32,13 @@ fn a_cable_of_a_hundred_thousand_segments_steps() {
 #[test]
 fn a_topology_that_changes_in_every_step_is_stepped() {
     for backend in compiled() {
-        let options = StepOptions {
-            refinements: usize::from(!backend.is_iterative()),
-            backend,
-            ..StepOptions::default()
-        };
+        let options = StepOptions::default()
+            .with(|o| (o.refinements, o.backend) = (usize::from(!backend.is_iterative()), backend));
         let mut scene = Scene::new("growing");
         scene.gravity = Vector3::new(0.0, 0.0, -10.0);
         for n in 0..24 {
             let upper = match scene.bodies.len() {
-                0 => Frame::world(Vector3::zeros()),
+                0 => origin(),
                 last => Frame::body(last - 1, Vector3::new(0.0, 0.0, -0.5)),
             };
             let top = match scene.bodies.len() {
@@ -74,12 +65,8 @@ fn a_topology_that_changes_in_every_step_is_stepped() {
                 .step()
                 .unwrap_or_else(|e| panic!("{}: {e}", options.backend));
             scene = stepper.into_scene();
-            let numbers = scene
-                .bodies
-                .position
-                .iter()
-                .chain(&scene.bodies.velocity)
-                .flatten();
+            let numbers = scene.bodies.position.iter();
+            let numbers = numbers.chain(&scene.bodies.velocity).flatten();
             assert!(numbers.copied().all(f64::is_finite), "{}", options.backend);
         }
         assert_eq!((scene.bodies.len(), scene.constraints.len()), (24, 20));
@@ -113,10 +100,8 @@ fn announced_sizes_cost_nothing() {
     }
     for dim in [1 << 60, usize::MAX - 1, usize::MAX] {
         let error = GeneralMatrix::from_entries(dim, vec![(0, 0, 1.0)]).expect_err("absurd");
-        assert!(
-            matches!(error, SolveError::TooLarge { size, .. } if size == dim),
-            "{error}"
-        );
+        let refused = matches!(error, SolveError::TooLarge { size, .. } if size == dim);
+        assert!(refused, "{error}");
     }
     assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
 }

@@ -20,6 +20,7 @@ pub mod draw;
 pub mod exact;
 pub mod truth;
 
+use crate::prelude::*;
 use draw::{Drawn, Kind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -28,9 +29,7 @@ use taut_measure::matrix::exact::condition;
 use taut_measure::matrix::prepared::Problem;
 use taut_measure::matrix::solve::{CONVERGED, Config, run};
 use taut_measure::matrix::{Matrix, RightHandSide, System, matrix_of};
-use taut_solver::{
-    Backend, GeneralMatrix, RefineScratch, SolveError, SolveReport, Status, norm_inf, refine,
-};
+use taut_solver::{GeneralMatrix, RefineScratch, refine};
 use truth::{Truth, largest_error, scaled_error};
 
 /// Condition with rows and columns scaled below which whoever exchanges rows has to solve a system.
@@ -102,7 +101,6 @@ fn compiled(names: &[&str]) -> Vec<Backend> {
 }
 
 /// Judges what is told of the system of a seed.
-#[must_use]
 pub fn judge(seed: u64) -> Verdict {
     let drawn = Drawn::of_seed(seed);
     let mut verdict = Verdict::default();
@@ -286,10 +284,7 @@ fn told(
             let is_right = |error: &Option<f64>| error.is_some_and(|e| e <= CLAIMED);
             let in_full = || {
                 let x_in_full = exact::solution(&drawn.full(), &truth.b);
-                let truth = Truth {
-                    x: x_in_full,
-                    ..truth.clone()
-                };
+                let truth = truth.clone().with(|p| p.x = x_in_full);
                 error_of(x, &truth)
             };
             if !is_right(&error_of(x, truth))
@@ -326,11 +321,8 @@ fn words((drawn, truth): (&Drawn, &Truth), system: &System, verdict: &mut Verdic
     } else {
         ORDERED.to_vec()
     };
-    let config = Config {
-        backends: compiled(&names),
-        budget: Duration::ZERO,
-        ..Config::default()
-    };
+    let config =
+        Config::default().with(|p| (p.backends, p.budget) = (compiled(&names), Duration::ZERO));
     let results = run(system, &config);
     if !singular {
         let called = |o: &&Omission| o.reason.contains("is singular");

@@ -14,14 +14,11 @@
 //! inverse of the masses; the products, row by row over the entries of M, J and Σ; the norms. **Shared** are these
 //! pieces, read from the KKT matrix: that the Jacobian is right is shown elsewhere (`tests/exact/jacobians.rs`).
 
-use taut_integrator::{Form, StepError, Stepper};
-use taut_measure::choice::Choice;
+use crate::prelude::*;
 use taut_measure::claim::{ROUNDING, over};
 use taut_measure::matrix::Matrix;
 use taut_measure::matrix::dump::body_rows;
 use taut_measure::reference::{Snapshot, reference_choice};
-use taut_model::Scene;
-use taut_solver::{Backend, DoubleDouble, SolveReport, SymBlockMatrix, norm_inf, residual};
 
 /// Rows beyond which a scene has no part in an audit, and the dense solver none in that of a scene.
 const MOST_ROWS: usize = 3000;
@@ -61,7 +58,6 @@ pub struct Solve {
 
 impl Solve {
     /// Judges what a solver told of a solution with these errors.
-    #[must_use]
     pub fn of(
         step: usize,
         (choice, variant): &(Choice, String),
@@ -87,13 +83,11 @@ impl Solve {
         }
     }
 
-    #[must_use]
     pub fn is_claim(&self) -> bool {
         matches!(self.finding, Finding::TruePositive | Finding::FalsePositive)
     }
 
     /// True where a claim is false, or reports a residual that is below the true one by more than rounding.
-    #[must_use]
     pub fn is_wrong(&self) -> bool {
         let told = self.told.as_ref().map_or(f64::NAN, |r| r.residual);
         let part = (1.0 - told / self.seen.residual).max(0.0);
@@ -120,7 +114,6 @@ pub fn variants(all: impl Iterator<Item = Choice>) -> Vec<(Choice, String)> {
 }
 
 /// Residual of a solution over the limit that a claim of `backend` sets: at most 1 if the claim is true.
-#[must_use]
 pub fn over_claim(seen: &Verified, backend: &Backend) -> f64 {
     over(seen.residual, seen.backward_error, backend.tolerance())
 }
@@ -207,13 +200,11 @@ impl Verified {
 }
 
 /// Errors of `x` as a solution of the KKT system, which holds the pieces as they are.
-#[must_use]
 pub fn whole(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Verified {
     residual(a, b, x).map_or(Verified::NONE, |r| Verified::of(a.norm_inf(), b, x, &r))
 }
 
 /// Errors of `x` as a solution of A x = b, of any matrix.
-#[must_use]
 pub fn alone(a: &Matrix, b: &[f64], x: &[f64]) -> Verified {
     if [b.len(), x.len()] != [a.dim(); 2] {
         return Verified::NONE;
@@ -231,7 +222,6 @@ pub fn alone(a: &Matrix, b: &[f64], x: &[f64]) -> Verified {
 /// Errors of the multipliers `mu` as a solution of S μ = b, scaled by this, with the residual of the KKT system
 /// `pieces` of the same step, whose constraints stand in the same order: c − J v − J Δv − Σ μ with
 /// Δv = M̃⁻¹ (Δt f + Jᵀ μ).
-#[must_use]
 pub fn verify(
     s: &SymBlockMatrix,
     b: &[f64],

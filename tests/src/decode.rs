@@ -1,14 +1,8 @@
 //! Arbitrary bytes as numbers, options and scenes: what the fuzzer's bytes stand for.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use taut_integrator::{Elimination, Form, GeometricStiffness, Guard, Scheme, Sleep, StepOptions};
+use crate::prelude::*;
+use nalgebra::Quaternion;
 use taut_model::named::NAMES;
-use taut_model::{
-    Body, Constraint, Control, Cosserat, Distance, Drive, Frame, Hinge, JointLaw, LinkBend, Lock,
-    MasslessCable, Mobility, Motion, Motor, Paper, RowLaw, Scene, SceneError, SceneSource, Slider,
-    Spherical, Target, Winch,
-};
-use taut_solver::Backend;
 
 /// Numbers that programs stumble over.
 const AWKWARD: [f64; 14] = [
@@ -41,7 +35,6 @@ pub struct Bytes<'a> {
 
 impl<'a> Bytes<'a> {
     /// The first byte says how often numbers are awkward.
-    #[must_use]
     pub fn new(data: &'a [u8]) -> Self {
         let mut bytes = Self { data, rarity: 1 };
         bytes.rarity = bytes.byte();
@@ -104,10 +97,8 @@ impl<'a> Bytes<'a> {
             };
             set.push((key, value));
         }
-        let set: Vec<_> = set
-            .iter()
-            .map(|(key, value)| (*key, value.as_str()))
-            .collect();
+        let set = set.iter();
+        let set: Vec<_> = set.map(|(key, value)| (*key, value.as_str())).collect();
         SceneSource::load(name, &set)
     }
 
@@ -149,10 +140,7 @@ impl<'a> Bytes<'a> {
             // No byte of its own: the seeds keep their meaning.
             energy_tolerance: guard.map(|g| g.tolerance),
             estimate: guard.map(|g| 2 + g.hold),
-            sleep: guard.map(|g| Sleep {
-                distance: g.tolerance,
-                ..Sleep::default()
-            }),
+            sleep: guard.map(|g| Sleep::default().with(|p| p.distance = g.tolerance)),
             scheme,
             stiffness,
             guard,
@@ -342,14 +330,8 @@ impl<'a> Bytes<'a> {
                 law: self.law(),
                 transverse: self.byte().is_multiple_of(2),
             }),
-            5 => Constraint::Hinge(Hinge {
-                motor: self.motor(),
-                ..Hinge::new(frames)
-            }),
-            6 => Constraint::Slider(Slider {
-                motor: self.motor(),
-                ..Slider::new(frames)
-            }),
+            5 => Constraint::Hinge(Hinge::new(frames).with(|p| p.motor = self.motor())),
+            6 => Constraint::Slider(Slider::new(frames).with(|p| p.motor = self.motor())),
             7 => {
                 let mut points = frames.to_vec();
                 for _ in 0..self.below(3) {

@@ -8,23 +8,19 @@
 
 use crate::claims::{alone, over_claim};
 use crate::decode::Bytes;
+use crate::prelude::*;
 use crate::products::invariants::{Outcome, judge};
 use crate::products::{Choices, scene::toml, shrink::smallest};
-use nalgebra::Vector3;
 use std::fmt::Display;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 use taut_bench::run_file::RunFile;
-use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_measure::matrix::prepared::Problem;
 use taut_measure::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_model::scene_file::SceneText;
-use taut_model::{BendDefinition, Constraint, RowLaw, Scene, SceneSource, TwistDefinition};
 use taut_recording::{Recording, animation, page, still, table};
-use taut_solver::{
-    Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SolveReport, SymBlockMatrix,
-};
+use taut_solver::{GeneralMatrix, GeneralSolver};
 
 /// Most bodies of a scene that is stepped.
 const BODIES: usize = 40;
@@ -46,14 +42,12 @@ pub const TARGETS: [Target; 6] = [
 ];
 
 /// Every backend that is compiled in, with every option that changes its algorithm.
-#[must_use]
 pub fn backends() -> Vec<Backend> {
     let names = "banded faer:llt faer:ldlt faer:lblt faer:lu nalgebra-sparse umfpack:refinement=0 umfpack \
         dense:double dense:extended cg:none cg:jacobi cg:group gauss-seidel:joints \
         gauss-seidel:groups gauss-seidel:groups:trial minres";
-    let all = names
-        .split(' ')
-        .map(|name| name.parse().expect("a known name"));
+    let all = names.split(' ');
+    let all = all.map(|name| name.parse().expect("a known name"));
     all.filter(Backend::is_compiled).collect()
 }
 
@@ -69,10 +63,8 @@ fn says(error: &impl Display) -> bool {
 
 fn finite<'a>(numbers: impl IntoIterator<Item = &'a f64>, what: &impl Display) {
     let bad = numbers.into_iter().find(|x| !x.is_finite());
-    assert!(
-        bad.is_none(),
-        "{what}: {bad:?} in a result that is said to be good"
-    );
+    let holds = bad.is_none();
+    assert!(holds, "{what}: {bad:?} in a result that is said to be good");
 }
 
 /// Some steps of a small scene, with loads, controls and a save in between.
@@ -166,7 +158,6 @@ fn small(source: &SceneSource) -> bool {
 }
 
 /// The text of a scene.
-#[must_use]
 pub fn scene_file(data: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(data) else {
         return false;
@@ -185,7 +176,6 @@ pub fn scene_file(data: &[u8]) -> bool {
 }
 
 /// Scenes that a program makes: named ones with overrides, or bodies and constraints with any numbers.
-#[must_use]
 pub fn scene_builder(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
     let scene = if bytes.byte().is_multiple_of(2) {
@@ -258,10 +248,8 @@ fn solved(result: Result<(), SolveError>, x: &[f64], backend: &Backend) -> bool 
 fn verified(report: &SolveReport, backend: &Backend, a: &Matrix, b: &[f64], x: &[f64]) {
     if report.is_claim() {
         let over = over_claim(&alone(a, b, x), backend);
-        assert!(
-            over.is_nan() || over <= 1.0,
-            "{backend}: {report:?}, {over:e} times its claim"
-        );
+        let holds = over.is_nan() || over <= 1.0;
+        assert!(holds, "{backend}: {report:?}, {over:e} times its claim");
     }
 }
 
@@ -286,16 +274,14 @@ fn solve(
 }
 
 /// Matrices and right-hand sides of any numbers, by every backend.
-#[must_use]
 pub fn matrix_and_rhs(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
     let kind = bytes.byte();
     let blocks = bytes.below(6);
     let sizes: Vec<usize> = (0..blocks).map(|_| bytes.below(7)).collect();
     let couplings = bytes.below(8);
-    let couplings: Vec<_> = (0..couplings)
-        .map(|_| (bytes.below(blocks + 1), bytes.below(blocks)))
-        .collect();
+    let couplings = (0..couplings).map(|_| (bytes.below(blocks + 1), bytes.below(blocks)));
+    let couplings: Vec<_> = couplings.collect();
     let groups: Vec<u32> = (0..blocks).map(|_| u32::from(bytes.byte() % 3)).collect();
     let pattern = BlockPattern::new(&sizes, &couplings).and_then(|p| p.with_groups(groups));
     let pattern = match pattern {
@@ -349,7 +335,6 @@ pub fn matrix_and_rhs(data: &[u8]) -> bool {
 }
 
 /// The text of a Matrix Market file, as a matrix and as a vector; small matrices are solved.
-#[must_use]
 pub fn matrix_market(data: &[u8]) -> bool {
     let path = Path::new("any.mtx");
     let read = match market::read_from(data, path) {
@@ -389,7 +374,6 @@ pub fn matrix_market(data: &[u8]) -> bool {
 }
 
 /// A saved run, as JSON or as CBOR.
-#[must_use]
 pub fn saved_run(data: &[u8]) -> bool {
     let read: Option<SavedRun> = match std::str::from_utf8(data).ok().map(RunFile::parse) {
         Some(Ok(file)) => Some(file.run),
@@ -440,7 +424,6 @@ fn iterations(backend: &str) -> usize {
 }
 
 /// Choices of features: whatever they are, their scene is refused or keeps all invariants of [`crate::products`].
-#[must_use]
 pub fn products(data: &[u8]) -> bool {
     let choices = Choices::of_bytes(data);
     match judge(&choices) {
@@ -455,7 +438,6 @@ pub fn products(data: &[u8]) -> bool {
 
 /// Lines of a recording that was just written, one for each chunk: its item as JSON, a tab, and the
 /// hexadecimal digits of the bytes behind the item.
-#[must_use]
 pub fn lines_of_recording(file: &[u8]) -> String {
     let mut text = String::new();
     let mut rest = &file[16..];
@@ -497,7 +479,6 @@ fn recording_of(text: &str) -> Option<Vec<u8>> {
 }
 
 /// Recordings, by their [lines](lines_of_recording) or as they are: read, and shown in every form.
-#[must_use]
 pub fn recording(data: &[u8]) -> bool {
     let lines = std::str::from_utf8(data).ok().and_then(recording_of);
     let file = lines.as_deref().unwrap_or(data);

@@ -1,16 +1,13 @@
 //! Scenes beyond one cable: branches, rings, nets and ladders of bodies with joints halfway between them.
 
-use crate::random::Random;
+use crate::prelude::*;
 use crate::scenes::joint;
-use nalgebra::Vector3;
-use taut_model::{Body, Frame, Scene};
 
 /// Distance between neighbours \[m].
 const STEP: f64 = 0.5;
 
 /// Bodies at points (m), each a rod or a sphere of some mass, with a joint of `kind` at the middle of each pair, and one
 /// to the world at each of the bodies `anchored`. Poses have gaps of millimetres, and all move.
-#[must_use]
 pub fn graph(
     kind: &str,
     points: &[Vector3<f64>],
@@ -26,9 +23,8 @@ pub fn graph(
             0 => Body::sphere(0.1, mass),
             _ => Body::rod(STEP, 0.05, mass),
         };
-        let mut body = body
-            .at(point + random.vector(1e-3))
-            .turned(random.rotation(1e-2));
+        let body = body.at(point + random.vector(1e-3));
+        let mut body = body.turned(random.rotation(1e-2));
         body.velocity = random.vector(0.1);
         body.angular_velocity = random.vector(0.1);
         scene.add_body(format!("body-{i}"), body);
@@ -37,7 +33,7 @@ pub fn graph(
         scene.add_constraint(name, joint(kind, frames, 1e-6, 1e-3, 0.01), 0);
     };
     for &i in anchored {
-        let frames = [Frame::world(points[i]), Frame::body(i, Vector3::zeros())];
+        let frames = [Frame::world(points[i]), centre(i)];
         add(&mut scene, format!("anchor-{i}"), frames);
     }
     for &(a, b) in pairs {
@@ -54,7 +50,6 @@ fn at(x: usize, y: usize, z: usize) -> Vector3<f64> {
 }
 
 /// Body 0 with so many arms of `length` bodies each; the ends of all arms but the last are anchored.
-#[must_use]
 pub fn star(kind: &str, arms: usize, length: usize) -> Scene {
     let mut points = vec![Vector3::zeros()];
     let (mut pairs, mut anchored) = (Vec::new(), Vec::new());
@@ -72,7 +67,6 @@ pub fn star(kind: &str, arms: usize, length: usize) -> Scene {
 }
 
 /// Rings of `length` bodies each, all through body 0, which is anchored.
-#[must_use]
 pub fn rings(kind: &str, count: usize, length: usize) -> Scene {
     let mut points = vec![Vector3::zeros()];
     let mut pairs = Vec::new();
@@ -87,16 +81,13 @@ pub fn rings(kind: &str, count: usize, length: usize) -> Scene {
             pairs.push((if k == 1 { 0 } else { points.len() - 2 }, points.len() - 1));
         }
         pairs.push((points.len() - 1, 0));
-        assert!(
-            points.len() - first >= 2,
-            "a ring has three bodies at least"
-        );
+        let found = points.len() - first;
+        assert!(found >= 2, "a ring has three bodies at least");
     }
     graph(kind, &points, &pairs, &[0])
 }
 
 /// A net of n × n bodies, row by row, held at two corners.
-#[must_use]
 pub fn net(kind: &str, n: usize) -> Scene {
     let mut pairs = Vec::new();
     for i in 0..n * n {
@@ -109,11 +100,9 @@ pub fn net(kind: &str, n: usize) -> Scene {
 
 /// Cables of `length` bodies side by side, hung from their upper ends, one after the other, then the rungs that join
 /// neighbours at each height.
-#[must_use]
 pub fn ladder(kind: &str, cables: usize, length: usize) -> Scene {
-    let points: Vec<_> = (0..cables * length)
-        .map(|i| at(i / length, 0, i % length))
-        .collect();
+    let points = (0..cables * length).map(|i| at(i / length, 0, i % length));
+    let points: Vec<_> = points.collect();
     let below = (0..points.len()).filter(|i| i % length > 0);
     let rungs = (length..points.len()).map(|i| (i - length, i));
     let pairs: Vec<_> = below.map(|i| (i - 1, i)).chain(rungs).collect();
@@ -122,7 +111,6 @@ pub fn ladder(kind: &str, cables: usize, length: usize) -> Scene {
 }
 
 /// A tree of so many bodies, each tied to a random one of those before it, listed in random order.
-#[must_use]
 pub fn tree(kind: &str, bodies: usize, seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut label: Vec<usize> = (0..bodies).collect();
@@ -144,7 +132,6 @@ pub fn tree(kind: &str, bodies: usize, seed: u64) -> Scene {
 }
 
 /// Two cables and a body that nothing holds, in one scene.
-#[must_use]
 pub fn parts(kind: &str) -> Scene {
     let points: Vec<_> = (0..9).map(|i| at(i % 3, i / 3, 0)).collect();
     // Body 4 is alone.

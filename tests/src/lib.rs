@@ -20,6 +20,7 @@
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
 //! | `fuzzing`, `decode` | functions for arbitrary bytes, and the decoding of these bytes |
+//! | `prelude` | names that most tests use |
 //! | `machines` | random scenes of machines: motors, winches, static and driven bodies |
 //! | `products` | small scenes that join two to five features, and their invariants |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
@@ -46,6 +47,7 @@ pub mod decode;
 pub mod fuzzing;
 pub mod graphs;
 pub mod machines;
+pub mod prelude;
 pub mod products;
 pub mod scenes;
 pub mod systems;
@@ -63,18 +65,14 @@ use taut_measure::Choice;
 use taut_solver::{Backend, DenseOptions, Precision};
 
 /// All solvers that are compiled in, in both forms where they take them.
-#[must_use]
 pub fn compiled() -> Vec<Choice> {
-    let mut choices: Vec<Choice> = Choice::all()
-        .into_iter()
-        .filter(|c| c.check().is_ok())
-        .collect();
+    let choices = Choice::all().into_iter();
+    let mut choices: Vec<Choice> = choices.filter(|c| c.check().is_ok()).collect();
     choices.push(Choice::kkt(Backend::Dense(DenseOptions::default())));
     choices
 }
 
 /// The direct ones among them.
-#[must_use]
 pub fn compiled_direct() -> Vec<Choice> {
     let mut choices = compiled();
     choices.retain(|c| !c.backend.is_iterative());
@@ -82,7 +80,6 @@ pub fn compiled_direct() -> Vec<Choice> {
 }
 
 /// The iterative ones among them.
-#[must_use]
 pub fn compiled_iterative() -> Vec<Choice> {
     let mut choices = compiled();
     choices.retain(|c| c.backend.is_iterative());
@@ -91,7 +88,6 @@ pub fn compiled_iterative() -> Vec<Choice> {
 
 /// The paper's step with the solver, form and refinements of a choice: for laws of that step, and for what depends on
 /// the present state alone.
-#[must_use]
 pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
     let StepOptions {
         form,
@@ -99,32 +95,27 @@ pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
         refinements,
         ..
     } = choice.options(dt);
-    StepOptions {
-        dt,
-        form,
-        backend,
-        refinements,
-        ..StepOptions::paper()
-    }
+    StepOptions::paper()
+        .with(|o| (o.dt, o.form, o.backend) = (dt, form, backend))
+        .with(|o| o.refinements = refinements)
 }
 
 /// The default step likewise, every step as it comes.
-#[must_use]
 pub fn unguarded(choice: &Choice, dt: f64) -> StepOptions {
-    changed(choice.options(dt), |o| o.guard = None)
+    choice.options(dt).with(|o| o.guard = None)
 }
 
-/// Options with a change.
-#[must_use]
-pub fn changed(mut options: StepOptions, change: impl FnOnce(&mut StepOptions)) -> StepOptions {
-    change(&mut options);
-    options
+/// A value with a change.
+pub trait With: Sized {
+    fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
 }
+
+impl<T> With for T {}
 
 /// So many steps.
-///
-/// # Panics
-/// Where one fails.
 #[track_caller]
 pub fn steps(stepper: &mut Stepper, count: usize) {
     for n in 0..count {
@@ -135,7 +126,6 @@ pub fn steps(stepper: &mut Stepper, count: usize) {
 }
 
 /// Everything that a run leaves, as bits.
-#[must_use]
 pub fn bits(stepper: &Stepper) -> Vec<u64> {
     let bodies = &stepper.scene().bodies;
     let vectors = bodies.position.iter().chain(&bodies.velocity);
@@ -146,7 +136,6 @@ pub fn bits(stepper: &Stepper) -> Vec<u64> {
 }
 
 /// The dense oracle.
-#[must_use]
 pub fn oracle() -> Backend {
     Backend::Dense(DenseOptions {
         precision: Precision::Extended,
@@ -154,25 +143,15 @@ pub fn oracle() -> Backend {
 }
 
 /// Ten times a measured error: what a test allows. Errors below an ulp count as one.
-#[must_use]
 pub fn allowed(measured: f64) -> f64 {
     10.0 * measured.max(f64::EPSILON)
 }
 
 /// The largest of many errors, and where it was met. `cargo test -- --nocapture` shows what is measured.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Worst {
     error: f64,
     place: String,
-}
-
-impl Default for Worst {
-    fn default() -> Self {
-        Self {
-            error: 0.0,
-            place: "nowhere".to_owned(),
-        }
-    }
 }
 
 impl Worst {
@@ -188,23 +167,17 @@ impl Worst {
     }
 
     /// The largest error.
-    #[must_use]
     pub fn error(&self) -> f64 {
         self.error
     }
 
     /// Fails where the largest error is beyond ten times the measured one.
-    ///
-    /// # Panics
-    /// Then, with the error and its place.
     #[track_caller]
     pub fn expect_measured(&self, what: &str, measured: f64) {
         let Self { error, place } = self;
         println!("{what}: {error:.1e} (measured before: {measured:.1e}) at {place}");
         let bound = allowed(measured);
-        assert!(
-            *error <= bound,
-            "{what}: {error:e} exceeds {bound:e} at {place}"
-        );
+        let holds = *error <= bound;
+        assert!(holds, "{what}: {error:e} exceeds {bound:e} at {place}");
     }
 }

@@ -1,12 +1,8 @@
 //! Random scenes of what moves and is moved: hinges and sliders with motors, massless cables with winches, static and
 //! driven bodies, rows at their bounds and within.
 
-use crate::random::Random;
+use crate::prelude::*;
 use crate::scenes::{JOINTS, KINDS, anchor_motion, joint};
-use nalgebra::Vector3;
-use taut_model::{
-    Body, Constraint, Control, Drive, Frame, MasslessCable, Mobility, Motor, RowLaw, Scene, Winch,
-};
 
 /// Length of a rod \[m].
 const ROD: f64 = 0.5;
@@ -20,7 +16,6 @@ const HOLDERS: [usize; 2] = [0, 1];
 /// A tree of rods on a static and a driven body, with joints and motors of all kinds, and massless cables across it,
 /// taut and slack, from the world and from the holders, over sheaves and with winches. The control `drive` has a
 /// drive for each motor of a speed and each winch.
-#[must_use]
 pub fn random_machine(seed: u64) -> Scene {
     let mut random = Random::new(500 + seed);
     let mut scene = Scene::new("random machine");
@@ -50,10 +45,8 @@ pub fn random_machine(seed: u64) -> Scene {
         };
         let upper = Frame::body(parent, offset);
         let lower = Frame::body(body, Vector3::new(0.0, 0.0, 0.5 * ROD));
-        let (stretch, angular) = (
-            random.log_uniform(1e-8, 1e-4),
-            random.log_uniform(1e-4, 1.0),
-        );
+        let stretch = random.log_uniform(1e-8, 1e-4);
+        let angular = random.log_uniform(1e-4, 1.0);
         let mut constraint = joint(kind, [upper, lower], stretch, angular, 0.01);
         if let Some(motor) = constraint.motor_mut() {
             motor.force_limit = random.log_uniform(0.1, 100.0);
@@ -101,10 +94,8 @@ fn random_cable(scene: &Scene, random: &mut Random) -> MasslessCable {
     for _ in 0..1 + random.below(3) {
         frames.push(rod(random));
     }
-    let points: Vec<_> = frames
-        .iter()
-        .map(|f| f.resolve(&scene.bodies, 0.0).point())
-        .collect();
+    let points = frames.iter().map(|f| f.resolve(&scene.bodies, 0.0).point());
+    let points: Vec<_> = points.collect();
     let total: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
     // Taut, about to be, slack.
     let length = total * [0.9999, 1.0005, 1.05][random.below(3)];
@@ -113,14 +104,10 @@ fn random_cable(scene: &Scene, random: &mut Random) -> MasslessCable {
         0 => f64::INFINITY,
         _ => random.log_uniform(1.0, 300.0),
     };
-    let winch = Winch {
-        speed: random.vector(0.2).x,
-        force_limit,
-        brake: random.below(4) == 0,
-        brake_limit: 2.0 * force_limit,
-        shortest: 0.01,
-        ..Winch::new()
-    };
+    let winch = Winch::new()
+        .with(|w| (w.speed, w.force_limit) = (random.vector(0.2).x, force_limit))
+        .with(|w| (w.brake, w.brake_limit) = (random.below(4) == 0, 2.0 * force_limit))
+        .with(|w| w.shortest = 0.01);
     MasslessCable {
         tension_only,
         winch: (random.below(2) == 0).then_some(winch),
@@ -152,7 +139,6 @@ fn drive_all(scene: &mut Scene) {
 }
 
 /// Lifts the limits of motors and winches and lets cables push: no row reaches a bound.
-#[must_use]
 pub fn unbounded(mut scene: Scene) -> Scene {
     for constraint in &mut scene.constraints {
         if let Some(motor) = constraint.motor_mut() {
@@ -170,7 +156,6 @@ pub fn unbounded(mut scene: Scene) -> Scene {
 
 /// A chain of one to three boxes held by `cables` massless cables that cannot push, some with a winch of limited force,
 /// and on it `motors` fly-wheels and pistons with motors of limited force: as many rows with bounds.
-#[must_use]
 pub fn held_group(seed: u64, cables: usize, motors: usize) -> Scene {
     let mut random = Random::new(900 + seed);
     let mut scene = Scene::new("held group");
@@ -205,10 +190,8 @@ pub fn held_group(seed: u64, cables: usize, motors: usize) -> Scene {
             ..Winch::new()
         };
         let law = RowLaw::new(random.log_uniform(1e-6, 1e-3), 0.01);
-        let cable = MasslessCable {
-            winch: (random.below(2) == 0).then_some(winch),
-            ..MasslessCable::new(frames.into(), length, law)
-        };
+        let cable = MasslessCable::new(frames.into(), length, law)
+            .with(|p| p.winch = (random.below(2) == 0).then_some(winch));
         scene.add_constraint(format!("cable-{i}"), Constraint::MasslessCable(cable), 0);
     }
     for i in 0..motors {
@@ -222,14 +205,10 @@ pub fn held_group(seed: u64, cables: usize, motors: usize) -> Scene {
         let holder = random.below(boxes);
         let point = random.vector(0.2);
         let position = scene.bodies.point_world(holder, &point);
-        let wheel = Body::sphere(0.1, random.log_uniform(0.5, 5.0))
-            .at(position)
-            .turned(scene.bodies.orientation[holder]);
+        let wheel = Body::sphere(0.1, random.log_uniform(0.5, 5.0)).at(position);
+        let wheel = wheel.turned(scene.bodies.orientation[holder]);
         let wheel = scene.add_body(format!("wheel-{i}"), wheel);
-        let frames = [
-            Frame::body(holder, point),
-            Frame::body(wheel, Vector3::zeros()),
-        ];
+        let frames = [Frame::body(holder, point), centre(wheel)];
         let mut constraint = joint(kind, frames, 1e-5, 1e-3, 0.02);
         if let Some(motor) = constraint.motor_mut() {
             *motor = Motor {

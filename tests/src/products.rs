@@ -20,6 +20,7 @@ mod run;
 pub mod scene;
 pub mod shrink;
 
+use crate::With;
 use crate::random::Random;
 
 /// Simulated time \[s] and steps a second.
@@ -216,10 +217,7 @@ const OF_ROPES: [Feature; 13] = [
     |c, d| c.rope().winch = Some(d.winch()),
     |c, d| {
         let brake = Some(d.of(&[0.5, 0.9999, 1.0001, 2.0]));
-        c.rope().winch = Some(Winch {
-            brake,
-            ..Winch::still()
-        });
+        c.rope().winch = Some(Winch::still().with(|w| w.brake = brake));
     },
     |c, d| c.rope().breaks = Some(d.of(&[1.2, 3.0, 10.0])),
 ];
@@ -278,14 +276,12 @@ impl Choices {
     }
 
     /// Choices of a seed.
-    #[must_use]
     pub fn of_seed(seed: u64) -> Self {
         let mut random = Random::new(seed);
         Self::draw(&mut Draw(&mut || random.bits()))
     }
 
     /// Choices from bytes, eight for each; zeros at their end.
-    #[must_use]
     pub fn of_bytes(data: &[u8]) -> Self {
         let mut words = data.chunks(8);
         Self::draw(&mut Draw(&mut || {
@@ -335,11 +331,7 @@ impl Choices {
             self.gravity = true;
             // A ball rolls off.
             let (form, mass) = (Form::Block, self.load.mass);
-            self.load = Load {
-                form,
-                mass,
-                ..Self::plain().load
-            };
+            self.load = Self::plain().load.with(|p| (p.form, p.mass) = (form, mass));
         }
         if self.rope.is_none() {
             self.release = None;

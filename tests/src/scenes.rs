@@ -1,47 +1,34 @@
 //! Scenes for tests, and what can be done to a whole scene.
 
-use crate::random::Random;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use crate::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use taut_measure::poses;
-use taut_model::{
-    Body, Constraint, Control, Cosserat, Drive, Frame, Hinge, HoistParams, JointKind, JointLaw,
-    Lock, MasslessCable, Material, Motion, Motor, Paper, RowLaw, Scene, Side, Slider, Spherical,
-    Stiffness, Target,
-};
 
 pub use taut_measure::poses::Pose;
 
+/// The world's origin.
+pub fn origin() -> Frame {
+    Frame::world(Vector3::zeros())
+}
+
+/// The centre of a body.
+pub fn centre(body: usize) -> Frame {
+    Frame::body(body, Vector3::zeros())
+}
+
 /// A hoist with the given joints in the given pose; the straight one has random angular velocities of 10⁻³ rad/s.
-///
-/// # Panics
-/// Where the parameters are refused.
-#[must_use]
 pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> Scene {
-    let params = HoistParams {
-        segments,
-        mass_ratio,
-        joint,
-        seed: 7,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.joint) = (segments, mass_ratio, joint))
+        .with(|p| p.seed = 7);
     poses::hoist(&params, pose).expect("sound parameters")
 }
 
 /// A hoist with ball joints of that compliance (m/N), unstrained, turned aside, in motion: that of H51.
-///
-/// # Panics
-/// Where the parameters are refused.
-#[must_use]
 pub fn ball_jointed(compliance: f64) -> Scene {
-    let params = HoistParams {
-        segments: 6,
-        mass_ratio: 20.0,
-        joint: JointKind::Spherical,
-        initial_angle: 0.5,
-        seed: 5,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.joint) = (6, 20.0, JointKind::Spherical))
+        .with(|p| (p.initial_angle, p.seed) = (0.5, 5));
     let mut scene = params.build().expect("sound parameters");
     for constraint in &mut scene.constraints {
         if let Constraint::Spherical(joint) = constraint {
@@ -53,10 +40,6 @@ pub fn ball_jointed(compliance: f64) -> Scene {
 
 /// A hook of 100 kg on 10 m of cable of `n` segments, and a load of 5 t on two slings from one point of it to points a
 /// metre from the load's axis, in the direction `angle` (rad) about the vertical: those of H16.
-///
-/// # Panics
-/// Where the parameters are refused.
-#[must_use]
 pub fn slings(n: usize, angle: f64) -> Scene {
     let hoist = HoistParams {
         segments: n,
@@ -120,10 +103,6 @@ fn motor(kind: &str, compliance: f64, damping: f64) -> Option<Motor> {
 
 /// A joint of the given kind with stretch, bend and twist of the given compliances and damping time. Motors hold 0.1
 /// m or rad, or 0.2 m/s or rad/s, with at most 5 N or N m; a massless cable is 1 mm long.
-///
-/// # Panics
-/// Where there is no such kind.
-#[must_use]
 pub fn joint(
     kind: &str,
     frames: [Frame; 2],
@@ -173,7 +152,6 @@ const SEGMENT: f64 = 0.5;
 
 /// A cable of `segments` rods, the last of them heavier, that nothing holds, without gravity, with random velocities.
 /// `stretch` is the compliance of its gaps \[m/N]; that of its angles is 1000 times as much \[rad/(N m)].
-#[must_use]
 pub fn free_cable(kind: &str, segments: usize, stretch: f64, seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut scene = Scene::new("free cable");
@@ -202,15 +180,10 @@ pub fn free_cable(kind: &str, segments: usize, stretch: f64, seed: u64) -> Scene
 
 /// A vertical chain of rigid ball joints (ε = 0) at rest, a load of `load` kg under `segments` of 1 kg and 0.5 m. All
 /// lengths are sums of powers of two: no gap comes from rounding.
-#[must_use]
 pub fn rigid_chain(segments: usize, load: f64) -> Scene {
-    let params = HoistParams {
-        segments,
-        length: SEGMENT * segments as f64,
-        mass_ratio: load,
-        joint: JointKind::Spherical,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.length) = (segments, SEGMENT * segments as f64))
+        .with(|p| (p.mass_ratio, p.joint) = (load, JointKind::Spherical));
     let mut scene = params.build().expect("sound parameters");
     for constraint in &mut scene.constraints {
         if let Constraint::Spherical(s) = constraint {
@@ -222,7 +195,6 @@ pub fn rigid_chain(segments: usize, load: f64) -> Scene {
 
 /// A tree of bodies on a moving anchor, with a loop, joints of all kinds, gaps, bends and velocities: nothing about it
 /// is special.
-#[must_use]
 pub fn random_scene(seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut scene = Scene::new("random tree");
@@ -238,9 +210,8 @@ pub fn random_scene(seed: u64) -> Scene {
         let turn = random.rotation(0.5);
         let half = turn * Vector3::new(0.0, 0.0, -0.5 * SEGMENT);
         let mass = random.log_uniform(0.5, 50.0);
-        let mut rod = Body::rod(SEGMENT, 0.05, mass)
-            .at(start + half + random.vector(1e-3))
-            .turned(turn);
+        let rod = Body::rod(SEGMENT, 0.05, mass).at(start + half + random.vector(1e-3));
+        let mut rod = rod.turned(turn);
         rod.velocity = random.vector(0.3);
         rod.angular_velocity = random.vector(0.3);
         rod.force = random.vector(1.0);
@@ -251,14 +222,12 @@ pub fn random_scene(seed: u64) -> Scene {
     let half = Vector3::new(0.0, 0.0, 0.5 * SEGMENT);
     for (i, parent) in parents.iter().enumerate() {
         let upper = parent.map_or_else(
-            || Frame::world(Vector3::zeros()).moving(anchor_motion()),
+            || origin().moving(anchor_motion()),
             |p| Frame::body(p, -half),
         );
         let kind = JOINTS[random.below(4)];
-        let (stretch, angular) = (
-            random.log_uniform(1e-8, 1e-4),
-            random.log_uniform(1e-4, 1.0),
-        );
+        let stretch = random.log_uniform(1e-8, 1e-4);
+        let angular = random.log_uniform(1e-4, 1.0);
         let frames = [upper, Frame::body(i, half)];
         let constraint = joint(kind, frames, stretch, angular, 0.01);
         scene.add_constraint(format!("joint-{i}"), constraint, (i % 3) as u32);
@@ -281,10 +250,6 @@ pub(crate) fn anchor_motion() -> Motion {
 }
 
 /// The scene rotated about the origin, then shifted: bodies, velocities, forces, gravity, world sides and their motion.
-///
-/// # Panics
-/// On motions that are not straight.
-#[must_use]
 pub fn moved(scene: &Scene, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) -> Scene {
     let mut scene = scene.clone();
     scene.gravity = turn * scene.gravity;
@@ -320,7 +285,6 @@ pub fn moved(scene: &Scene, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) ->
 }
 
 /// Lists the bodies and constraints of a scene in another order: entry k is the old `bodies[k]`.
-#[must_use]
 pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Scene {
     let mut other = Scene::new(scene.name.clone());
     other.gravity = scene.gravity;
@@ -363,7 +327,6 @@ pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Sce
 pub const BALL: f64 = 3.0 * 9.81;
 
 /// A ball at rest on so many equal ball joints at the same place, of compliance `compliance` (m/N).
-#[must_use]
 pub fn copies(copies: usize, compliance: f64) -> Scene {
     let mut scene = Scene::new("copies");
     scene.gravity = Vector3::new(0.0, 0.0, -9.81);
@@ -373,7 +336,7 @@ pub fn copies(copies: usize, compliance: f64) -> Scene {
     let ball = scene.add_body("ball", body);
     for i in 1..=copies {
         let joint = Constraint::Spherical(Spherical {
-            frames: [Frame::world(Vector3::zeros()), Frame::body(ball, hook)],
+            frames: [origin(), Frame::body(ball, hook)],
             stretch: RowLaw::new(compliance, 0.0),
         });
         scene.add_constraint(format!("copy-{i}"), joint, 0);
@@ -386,7 +349,6 @@ pub const DRAWN: f64 = 2e7 * 0.01;
 
 /// A straight steel cable of five segments and 10 m, without gravity, between points that are 1 % farther apart, its rows
 /// damped by `damping` (s); without damping it has no compliance either, and no state that meets its constraints.
-#[must_use]
 pub fn overstretched(damping: Option<f64>) -> Scene {
     let (l, n) = (2.0, 5);
     let radius = Material::STEEL.round_radius(2e7);

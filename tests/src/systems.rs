@@ -1,7 +1,6 @@
 //! Random block systems by their seeds: their names tell how to make them again.
 
-use crate::random::Random;
-use taut_solver::SolveError;
+use crate::prelude::*;
 use taut_solver::agreement::systems;
 
 pub use taut_solver::agreement::systems::{MOST_ROWS, Shape, System};
@@ -16,19 +15,11 @@ fn of_seed(make: Make, shape: Shape, seed: u64) -> System {
 }
 
 /// The positive definite system of a seed.
-///
-/// # Panics
-/// Never with the sizes that it has.
-#[must_use]
 pub fn positive_definite(shape: Shape, seed: u64) -> System {
     of_seed(systems::positive_definite, shape, seed)
 }
 
 /// The quasi-definite system of a seed.
-///
-/// # Panics
-/// Never with the sizes that it has.
-#[must_use]
 pub fn quasi_definite(shape: Shape, seed: u64) -> System {
     of_seed(systems::quasi_definite, shape, seed)
 }

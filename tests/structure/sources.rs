@@ -117,14 +117,11 @@ fn manifests_depend_in_one_direction() {
         assert_eq!(dependencies(folder), allowed, "{folder}/Cargo.toml");
     }
     let workspace = manifest("");
-    let members = workspace["workspace"]["members"]
-        .as_array()
-        .expect("a list");
+    let members = workspace["workspace"]["members"].as_array();
+    let members = members.expect("a list");
     let members: BTreeSet<_> = members.iter().filter_map(Value::as_str).collect();
-    assert_eq!(
-        members,
-        MAY_KNOW.iter().map(|(folder, _)| *folder).collect()
-    );
+    let expected = MAY_KNOW.iter().map(|(folder, _)| *folder).collect();
+    assert_eq!(members, expected);
 }
 
 #[test]
@@ -148,15 +145,12 @@ fn sources_name_only_the_crates_below_them() {
             for (file, text) in files.filter(|(file, _)| !own_crate(file)) {
                 for (line, code) in code(&text) {
                     let ours = words(code).filter(|w| w.starts_with("taut_"));
-                    let foreign: Vec<_> = ours
-                        .filter(|w| *w != own && !allowed.iter().any(|a| a == w))
-                        .collect();
+                    let foreign = ours.filter(|w| *w != own && !allowed.iter().any(|a| a == w));
+                    let foreign: Vec<_> = foreign.collect();
                     // This file itself lists the names of all.
                     let listed = file == "tests/structure/sources.rs";
-                    assert!(
-                        foreign.is_empty() || listed,
-                        "{file}:{line} names {foreign:?}"
-                    );
+                    let holds = foreign.is_empty() || listed;
+                    assert!(holds, "{file}:{line} names {foreign:?}");
                 }
             }
         }
@@ -200,10 +194,8 @@ fn features_stand_in_two_files_of_the_solver() {
             let has = code.contains("cfg")
                 && words(code).any(|w| w == "feature")
                 && !words(code).any(|w| w == "serde");
-            assert!(
-                !has || allowed.contains(&file.as_str()),
-                "{file}:{line}: {code}"
-            );
+            let holds = !has || allowed.contains(&file.as_str());
+            assert!(holds, "{file}:{line}: {code}");
             counted += usize::from(has);
         }
     }
@@ -235,13 +227,10 @@ fn features_are_passed_on_by_name() {
         let own = features(folder);
         let backends = |name: &&String| !["default", "serde"].contains(&name.as_str());
         for name in solver.keys().filter(backends) {
-            let expected: BTreeSet<_> = through
-                .iter()
-                .map(|crate_| format!("{crate_}/{name}"))
-                .collect();
-            let found = own
-                .get(name)
-                .unwrap_or_else(|| panic!("{folder} has no feature {name}"));
+            let expected = through.iter();
+            let expected: BTreeSet<_> = expected.map(|crate_| format!("{crate_}/{name}")).collect();
+            let found = own.get(name);
+            let found = found.unwrap_or_else(|| panic!("{folder} has no feature {name}"));
             assert_eq!(list(found), expected, "{folder}, {name}");
         }
         assert!(!list(&own["default"]).contains("umfpack"), "{folder}");
@@ -309,10 +298,8 @@ fn unsafe_code_stands_in_the_ffi_the_intrinsics_and_the_allocator_only() {
             .filter(|(_, line)| line.contains("unsafe {"))
             .count();
         let reasons = text.lines().filter(|line| line.contains("SAFETY")).count();
-        assert!(
-            blocks > 0 && reasons >= blocks,
-            "{file}: {blocks} unsafe blocks, {reasons} reasons"
-        );
+        let holds = blocks > 0 && reasons >= blocks;
+        assert!(holds, "{file}: {blocks} unsafe blocks, {reasons} reasons");
     }
 }
 
@@ -323,9 +310,8 @@ fn the_top_level_holds_what_was_agreed() {
     let entries = fs::read_dir(root()).expect("the root").flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
     // Dotfiles, and what builds leave.
-    let found: BTreeSet<_> = names
-        .filter(|name| !name.starts_with('.') && name != "target")
-        .collect();
+    let found = names.filter(|name| !name.starts_with('.') && name != "target");
+    let found: BTreeSet<_> = found.collect();
     assert_eq!(found, agreed);
 }
 
@@ -347,10 +333,8 @@ fn published_packages_are_complete() {
             _ => &["LICENSE-MIT", "LICENSE-APACHE"],
         };
         for licence in licences {
-            assert!(
-                read(&place.join(licence)).len() > 500,
-                "{folder}: {licence}"
-            );
+            let found = read(&place.join(licence)).len();
+            assert!(found > 500, "{folder}: {licence}");
         }
     }
 }
@@ -372,11 +356,8 @@ fn packages_share_what_the_workspace_sets() {
             _ => assert!(shared("license"), "{folder}"),
         }
         let lints = manifest.get("lints").and_then(|l| l.get("workspace"));
-        assert_eq!(
-            lints.and_then(Value::as_bool),
-            Some(true),
-            "{folder}: lints"
-        );
+        let found = lints.and_then(Value::as_bool);
+        assert_eq!(found, Some(true), "{folder}: lints");
     }
 }
 

@@ -161,14 +161,10 @@ mod tests {
         for choice in Choice::all() {
             assert_eq!(choice.to_string().parse(), Ok(choice.clone()));
         }
-        assert_eq!(
-            "umfpack/kkt".parse::<Choice>().unwrap().family(),
-            "umfpack/kkt"
-        );
-        assert_eq!(
-            "cg:jacobi:iterations=3".parse::<Choice>().unwrap().family(),
-            "cg:jacobi"
-        );
+        let found = "umfpack/kkt".parse::<Choice>().unwrap().family();
+        assert_eq!(found, "umfpack/kkt");
+        let found = "cg:jacobi:iterations=3".parse::<Choice>().unwrap().family();
+        assert_eq!(found, "cg:jacobi");
     }
 
     #[test]

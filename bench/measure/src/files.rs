@@ -385,10 +385,8 @@ mod tests {
     fn a_file_that_stands_is_not_said_to_be_unwritten() {
         let error = not_secured(Path::new("r.json"), &ErrorKind::QuotaExceeded.into());
         let text = error.to_string();
-        assert!(
-            text.starts_with("cannot secure `r.json`: it is written"),
-            "{text}"
-        );
+        let says = text.starts_with("cannot secure `r.json`: it is written");
+        assert!(says, "{text}");
         assert_eq!(error.source.kind(), ErrorKind::QuotaExceeded);
     }
 

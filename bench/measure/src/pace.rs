@@ -164,9 +164,7 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         let shown = [0.0, 0.0123, 0.5, 45.67, 789.0, 12_345.0, 6.789e6].map(short);
-        assert_eq!(
-            shown,
-            ["0.000", "0.012", "0.50", "45.7", "789", "12.3k", "6.79M"]
-        );
+        let expected = ["0.000", "0.012", "0.50", "45.7", "789", "12.3k", "6.79M"];
+        assert_eq!(shown, expected);
     }
 }

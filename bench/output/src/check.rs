@@ -480,9 +480,7 @@ mod tests {
         assert_eq!(with_unit(&[3.5e9, 0.0], 1e6, "N"), "(3.50000e9, 0) N");
         let written = serde_json::to_value(Check::relative("", [2.0, 3.0], "m", 1.0));
         let compared = &written.expect("JSON")["compared"];
-        assert_eq!(
-            *compared,
-            json!({"reference": 2.0, "ours": 3.0, "unit": "m"})
-        );
+        let expected = json!({"reference": 2.0, "ours": 3.0, "unit": "m"});
+        assert_eq!(*compared, expected);
     }
 }

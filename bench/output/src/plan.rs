@@ -377,19 +377,17 @@ mod tests {
             .collect();
         // The row without a start stands in both panels, of two points above each other the lowest.
         let banded = ("banded", &[[24.0, 2.0]][..]);
-        assert_eq!(
-            shown,
-            [
-                (
-                    "segments 24, cold",
-                    vec![banded, ("cg", &[[24.0, 3.0]][..])]
-                ),
-                (
-                    "segments 24, warm",
-                    vec![banded, ("new", &[[24.0, 5.0]][..])]
-                ),
-            ]
-        );
+        let right = [
+            (
+                "segments 24, cold",
+                vec![banded, ("cg", &[[24.0, 3.0]][..])],
+            ),
+            (
+                "segments 24, warm",
+                vec![banded, ("new", &[[24.0, 5.0]][..])],
+            ),
+        ];
+        assert_eq!(shown, right);
         // The name `new` belongs to no solver, so its look follows from its place.
         let looks = plot.charts.iter().map(|c| c.series[1].look);
         let expected = [Look::of_solver("cg"), Some(Look::by_place(2))];
@@ -405,16 +403,12 @@ mod tests {
             text: "Said.",
             ..Plan::default()
         };
-        let rows: Vec<Value> = (1..=50)
-            .map(|k| json!({ "k": k, "backend": "cg" }))
-            .collect();
+        let rows = (1..=50).map(|k| json!({ "k": k, "backend": "cg" }));
+        let rows: Vec<Value> = rows.collect();
         let plot = plan.plot(&Value::from(rows));
         assert_eq!(plot.charts.len(), MOST_PANELS);
-        assert!(
-            plot.text.contains("Said. The first 36 of 50"),
-            "{}",
-            plot.text
-        );
+        let says = plot.text.contains("Said. The first 36 of 50");
+        assert!(says, "{}", plot.text);
     }
 
     #[test]

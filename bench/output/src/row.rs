@@ -178,9 +178,7 @@ mod tests {
             &mut out,
         )
         .expect("written");
-        assert_eq!(
-            String::from_utf8(out).expect("text"),
-            "a,b_c\n1.5,\"x,y\"\n,\n"
-        );
+        let found = String::from_utf8(out).expect("text");
+        assert_eq!(found, "a,b_c\n1.5,\"x,y\"\n,\n");
     }
 }

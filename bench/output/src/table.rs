@@ -188,9 +188,8 @@ mod tests {
 
     #[test]
     fn times_have_three_digits_and_a_unit() {
-        let shown: Vec<_> = [12.34, 1234.0, 98_765.0, 4.56e8, 2e9]
-            .map(nanoseconds)
-            .to_vec();
+        let shown = [12.34, 1234.0, 98_765.0, 4.56e8, 2e9].map(nanoseconds);
+        let shown: Vec<_> = shown.to_vec();
         assert_eq!(shown, ["12.3 ns", "1.23 µs", "98.8 µs", "456 ms", "2.00 s"]);
     }
 
@@ -209,10 +208,8 @@ mod tests {
     #[test]
     fn the_table_of_backends_names_every_one() {
         let text = backends();
-        assert!(
-            Backend::all().iter().all(|b| text.contains(b.name())),
-            "{text}"
-        );
+        let says = Backend::all().iter().all(|b| text.contains(b.name()));
+        assert!(says, "{text}");
         assert!(text.contains("GPL-2.0-or-later"));
     }
 }

@@ -71,25 +71,19 @@ fn what_is_read_is_what_was_recorded() {
         stepper.step().expect("stable");
         assert_eq!(part.times[frame], stepper.time());
         for (i, body) in part.layout.bodies.iter().enumerate() {
-            let (x, q) = (
-                stepper.scene().bodies.position[i],
-                stepper.scene().bodies.orientation[i],
-            );
+            let x = stepper.scene().bodies.position[i];
+            let q = stepper.scene().bodies.orientation[i];
             let there = part.position(frame, i);
-            assert!(
-                (x - nalgebra::Vector3::from(there)).amax() <= 1e-6,
-                "{frame} {i}"
-            );
+            let off = (x - nalgebra::Vector3::from(there)).amax();
+            assert!(off <= 1e-6, "{frame} {i}");
             let [w, i, j, k] = [3, 4, 5, 6].map(|c| part.value(frame, body.pose + c));
             let turn =
                 nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
             assert!(turn.angle_to(&q) < 1e-4, "{frame}: {}", turn.angle_to(&q));
         }
         for (c, name) in stepper.scene().constraint_names.iter().enumerate() {
-            let channel = part
-                .layout
-                .channel(&format!("{name}.tension"))
-                .expect("recorded");
+            let channel = part.layout.channel(&format!("{name}.tension"));
+            let channel = channel.expect("recorded");
             let tension = stepper.tension(c).expect("one");
             assert!((part.value(frame, channel) - tension).abs() <= 1e-6 * tension.abs());
         }
@@ -164,18 +158,14 @@ fn foreign_and_newer_files_are_refused() {
         assert!(e.to_string().contains("--record"), "{e}");
     }
     for nothing in [&b""[..], b"taut-rec", MAGIC] {
-        assert!(
-            matches!(read(nothing), Err(RecordingError::Nothing)),
-            "{nothing:?}"
-        );
+        let refused = matches!(read(nothing), Err(RecordingError::Nothing));
+        assert!(refused, "{nothing:?}");
     }
     let mut newer = hoist_recorded(1);
     newer[MAGIC.len()] = VERSION + 1;
     let e = read(&newer).expect_err("newer");
-    assert!(
-        matches!(e, RecordingError::Newer { version } if version == VERSION + 1),
-        "{e}"
-    );
+    let refused = matches!(e, RecordingError::Newer { version } if version == VERSION + 1);
+    assert!(refused, "{e}");
 }
 
 #[test]
@@ -283,29 +273,7 @@ fn recordings_are_bounded() {
     );
 }
 
-const WINCH: &str = "
-name = 'crane'
-load = 'load'
-equilibrium = true
-body = [
-  { name = 'jib', mobility = 'static', position = [0, 0, 12] },
-  { name = 'load', mass = 500, shape = { box = { size = [1, 1, 1] } }, position = [0, 0, 5.5] },
-]
-[[cable]]
-name = 'rope'
-from = { body = 'jib', point = [0, 0, 0], held = 'pinned' }
-to = { body = 'load', point = [0, 0, 0.5] }
-segments = 6
-radius = 0.01
-winch = { shortest = 1, longest = 8 }
-[[control]]
-name = 'hoist_speed'
-drives = [{ joint = 'rope', gain = -1 }]
-[[event]]
-name = 'up'
-at = 0.1
-set = [{ control = 'hoist_speed', value = 1 }]
-";
+const WINCH: &str = include_str!("tests/winch.toml");
 
 fn winch_recorded() -> Recording {
     let scene = SceneSource::parse(WINCH, &[]).expect("a scene");
@@ -321,23 +289,17 @@ fn winch_recorded() -> Recording {
 fn a_scene_that_changes_begins_a_new_part() {
     let recording = winch_recorded();
     assert_eq!(recording.early(), None);
-    let bodies: Vec<usize> = recording
-        .parts
-        .iter()
-        .map(|p| p.layout.bodies.len())
-        .collect();
-    assert!(
-        bodies.len() > 2 && bodies.is_sorted_by(|a, b| a >= b),
-        "{bodies:?}"
-    );
+    let bodies = recording.parts.iter();
+    let bodies: Vec<usize> = bodies.map(|p| p.layout.bodies.len()).collect();
+    let holds = bodies.len() > 2 && bodies.is_sorted_by(|a, b| a >= b);
+    assert!(holds, "{bodies:?}");
     assert_eq!(recording.frames(), 150);
     assert_eq!(recording.events.len(), 1);
     for part in &recording.parts {
         let first = part.layout.cables[0].bodies[0];
         let length = part.layout.bodies[first].solids[0].length.expect("changes");
-        let lengths: Vec<f64> = (0..part.times.len())
-            .map(|k| part.value(k, length))
-            .collect();
+        let lengths = (0..part.times.len()).map(|k| part.value(k, length));
+        let lengths: Vec<f64> = lengths.collect();
         assert!(lengths.is_sorted_by(|a, b| a >= b), "{lengths:?}");
     }
 }
@@ -421,10 +383,8 @@ fn bodies_that_go_vanish_from_animations() {
         }
     }
     let bodies = |part: Option<&Part>| part.map_or(0, |p| p.layout.bodies.len());
-    assert_eq!(
-        gone,
-        bodies(recording.parts.first()) - bodies(recording.parts.last())
-    );
+    let expected = bodies(recording.parts.first()) - bodies(recording.parts.last());
+    assert_eq!(gone, expected);
     assert!(gone > 0 && shrunk > 0, "{gone} {shrunk}");
 }
 
@@ -441,9 +401,8 @@ fn a_picture_shows_what_is_there() {
                 .tensions
                 .is_some_and(|[low, high]| 0.0 < low && low < high)
         );
-        let mut reader = png::Decoder::new(io::Cursor::new(&still.png))
-            .read_info()
-            .expect("PNG");
+        let reader = png::Decoder::new(io::Cursor::new(&still.png)).read_info();
+        let mut reader = reader.expect("PNG");
         let mut pixels = vec![0; reader.output_buffer_size().expect("small")];
         reader.next_frame(&mut pixels).expect("PNG");
         let is = |like: fn(&[u8]) -> bool| pixels.chunks(3).filter(|p| like(p)).count();

@@ -452,10 +452,8 @@ mod tests {
             }
             let elongation = -load.z - motion.params.length;
             println!("{name}: {elongation} of {expected}");
-            assert!(
-                (elongation - expected).abs() < 0.01 * exact,
-                "{name}: {elongation} of {expected}"
-            );
+            let off = (elongation - expected).abs();
+            assert!(off < 0.01 * exact, "{name}: {elongation} of {expected}");
         }
     }
 }

@@ -128,26 +128,20 @@ mod tests {
             let help = command.get_after_help().map(ToString::to_string);
             let help = help.unwrap_or_else(|| panic!("`{name}` has no example"));
             let last = help.lines().last().map(examples).unwrap_or_default();
-            assert!(
-                help.contains("Example") && !last.is_empty(),
-                "{name}: {help}"
-            );
+            let holds = help.contains("Example") && !last.is_empty();
+            assert!(holds, "{name}: {help}");
             for example in examples(&help) {
                 parsed(&example).unwrap_or_else(|e| panic!("{example}: {e}"));
                 seen += 1;
             }
-            assert!(
-                help.contains(&format!("taut {name}"))
-                    || help.contains(&format!("taut study {name}"))
-                    || name == "taut",
-                "{help}"
-            );
+            let holds = help.contains(&format!("taut {name}"))
+                || help.contains(&format!("taut study {name}"))
+                || name == "taut";
+            assert!(holds, "{help}");
         }
         assert!(seen > cli.get_subcommands().count(), "{seen}");
-        assert_eq!(
-            examples("Examples:\n  taut a --b > c && taut d\nother taut"),
-            ["taut a --b", "taut d"]
-        );
+        let found = examples("Examples:\n  taut a --b > c && taut d\nother taut");
+        assert_eq!(found, ["taut a --b", "taut d"]);
     }
 
     #[test]

@@ -52,9 +52,8 @@ mod tests {
     #[test]
     fn code_and_bold_text_are_marked() {
         let text = marked("**The step** ends: `a < b`, see `--help`.").into_string();
-        assert_eq!(
-            text,
-            "<strong>The step</strong> ends: <code>a &lt; b</code>, see <code>--help</code>."
-        );
+        let expected =
+            "<strong>The step</strong> ends: <code>a &lt; b</code>, see <code>--help</code>.";
+        assert_eq!(text, expected);
     }
 }

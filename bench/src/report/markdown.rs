@@ -168,11 +168,8 @@ mod tests {
             "```text",
             "1 2",
         ] {
-            assert_eq!(
-                text.lines().filter(|l| *l == line).count(),
-                1,
-                "{line}\n{text}"
-            );
+            let found = text.lines().filter(|l| *l == line).count();
+            assert_eq!(found, 1, "{line}\n{text}");
         }
     }
 }

@@ -390,10 +390,8 @@ mod tests {
     fn a_case_that_the_head_has_lost_is_a_failure_with_its_name() {
         assert_eq!(gone("gantry/banded"), None);
         let lost = gone("hoist-23/banded").unwrap();
-        assert_eq!(
-            (lost.case.as_str(), lost.verdict),
-            ("hoist-23/banded", Verdict::Fail)
-        );
+        let found = (lost.case.as_str(), lost.verdict);
+        assert_eq!(found, ("hoist-23/banded", Verdict::Fail));
     }
 
     #[test]
@@ -408,9 +406,7 @@ mod tests {
         assert_eq!(entries[0].name, "gantry/banded/time-p99-against-base");
         assert_eq!(entries[0].range.as_deref(), Some("1.0104 to 1.0300"));
         let metric = &metrics["gantry/banded"]["time-p99-against-base"];
-        assert_eq!(
-            (metric.lower_value, metric.upper_value),
-            (Some(1.0104), Some(1.03))
-        );
+        let found = (metric.lower_value, metric.upper_value);
+        assert_eq!(found, (Some(1.0104), Some(1.03)));
     }
 }

@@ -159,9 +159,8 @@ note: Collected : 3
     #[test]
     fn the_count_is_found_by_its_name() {
         assert_eq!(collected(SAMPLE), Some(7_247_606));
-        let more = SAMPLE
-            .replace(": Ir", ": Dr Ir")
-            .replace("7247606", "1 2,000");
+        let more = SAMPLE.replace(": Ir", ": Dr Ir");
+        let more = more.replace("7247606", "1 2,000");
         assert_eq!(collected(&more), Some(2000));
     }
 

@@ -309,10 +309,8 @@ mod tests {
         let times = case.measures().filter(|m| m.kind() == Kind::Wall);
         let verdicts: Vec<_> = times.map(|m| verdict(m, 1e9, None, 1.0)).collect();
         assert!(!verdicts.is_empty());
-        assert!(
-            verdicts.iter().all(|v| *v == Verdict::Shown),
-            "{verdicts:?}"
-        );
+        let all_hold = verdicts.iter().all(|v| *v == Verdict::Shown);
+        assert!(all_hold, "{verdicts:?}");
     }
 
     #[test]
@@ -322,10 +320,8 @@ mod tests {
         renamed.name = "ring-23/banded/forward-error".to_owned();
         let rows = compare(std::slice::from_ref(&new), std::slice::from_ref(&renamed));
         let verdicts: Vec<_> = rows.iter().map(|r| (r.case.as_str(), r.verdict)).collect();
-        assert_eq!(
-            verdicts,
-            [(CASE, Verdict::New), ("ring-23/banded", Verdict::Fail)]
-        );
+        let expected = [(CASE, Verdict::New), ("ring-23/banded", Verdict::Fail)];
+        assert_eq!(verdicts, expected);
         let beyond = figure(Measure::ForwardError, 1e-11, Some(1e-12));
         assert_eq!(compare(&[beyond], &[])[0].verdict, Verdict::Fail);
         // Tracked, but not part of this run.

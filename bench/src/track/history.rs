@@ -155,10 +155,8 @@ mod tests {
             own.map(|r| (r["run"].as_str().unwrap(), r["relative"].as_f64()))
                 .collect()
         };
-        assert_eq!(
-            of("time-min"),
-            [("a", Some(1.0)), ("b", Some(1.05)), ("b #2", Some(0.95))]
-        );
+        let expected = [("a", Some(1.0)), ("b", Some(1.05)), ("b #2", Some(0.95))];
+        assert_eq!(of("time-min"), expected);
         // 0/0 draws no line.
         assert_eq!(of("allocations")[0], ("a", None));
         let plot = HISTORY.question().plots[0].plot(&data);

@@ -430,10 +430,8 @@ mod tests {
                 .any(|row| is(row, "within"))
         );
         let text = shown(&data, &config);
-        assert!(
-            text.contains("leapfrog, 3 segments, ratio 1000: 1e-7 % not reached; best of"),
-            "{text}"
-        );
+        let says = text.contains("leapfrog, 3 segments, ratio 1000: 1e-7 % not reached; best of");
+        assert!(says, "{text}");
     }
 
     /// Ours, one step a frame: the box stops where it should to 1 %, boxes stay and a load follows its tug to far less,
@@ -466,10 +464,8 @@ mod tests {
         ] {
             let known = Known::new(kind, 10.0).expect("sound");
             let off = known.off(contact_scenes::frames(), &known.scene.bodies.position);
-            assert!(
-                (off.place - way).abs() < 1e-9 && off.depth == 0.0,
-                "{off:?}"
-            );
+            let holds = (off.place - way).abs() < 1e-9 && off.depth == 0.0;
+            assert!(holds, "{off:?}");
         }
     }
 }

@@ -35,10 +35,8 @@ mod tests {
         let xs = [10.0, 100.0, 1e3, 1e4];
         let straight = xs.map(|x| [x, 3.0 + 0.25 * x]);
         for [a, b] in [line(&straight), relative_line(&straight)] {
-            assert!(
-                (a - 3.0).abs() < 1e-10 && (b - 0.25).abs() < 1e-13,
-                "{a} {b}"
-            );
+            let holds = (a - 3.0).abs() < 1e-10 && (b - 0.25).abs() < 1e-13;
+            assert!(holds, "{a} {b}");
         }
         let power = xs.map(|x| [x, 7.0 * x.powf(1.3)]);
         assert!((exponent(&power) - 1.3).abs() < 1e-13);

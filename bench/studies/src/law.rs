@@ -150,9 +150,8 @@ mod tests {
 
     #[test]
     fn a_recurrence_is_found_in_its_samples() {
-        let x: Vec<f64> = (0..20)
-            .map(|n| 0.9_f64.powi(n) * (0.3 * f64::from(n)).cos())
-            .collect();
+        let x = (0..20).map(|n| 0.9_f64.powi(n) * (0.3 * f64::from(n)).cos());
+        let x: Vec<f64> = x.collect();
         let [modulus, phase] = roots(&fitted(&x, 2))[0];
         assert!((modulus - 0.9).abs() < 1e-12 && (phase - 0.3).abs() < 1e-12);
     }

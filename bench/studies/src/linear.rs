@@ -337,10 +337,8 @@ mod tests {
         }
         for r in &records {
             assert_eq!(r.error, None, "{r:?}");
-            assert!(
-                r.forward_error.is_finite() && r.backward_error < 1.0,
-                "{r:?}"
-            );
+            let holds = r.forward_error.is_finite() && r.backward_error < 1.0;
+            assert!(holds, "{r:?}");
             assert_eq!(r.direct, r.iterations == 0, "{r:?}");
         }
     }

@@ -415,10 +415,8 @@ mod tests {
             });
             let least = least.fold(f64::INFINITY, f64::min);
             // The least over real k is a little below that over whole half waves.
-            assert!(
-                found <= least && found > 0.95 * least,
-                "{n}: {found} {least}"
-            );
+            let holds = found <= least && found > 0.95 * least;
+            assert!(holds, "{n}: {found} {least}");
         }
         assert!((limit(NYLON, 6) - 643.6).abs() < 0.5);
         let params = cell(None, 24).params(1.0);

@@ -1,8 +1,4 @@
-use crate::{folder, good, has, program, refused, taut, text};
-use serde_json::Value;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use crate::*;
 use std::time::Duration;
 
 /// One case, a few blocks of each program.
@@ -10,7 +6,7 @@ const CASE: &str = "track hoist-24-1e3/banded --quick";
 
 /// A script in a folder that stands in for a program.
 #[cfg(unix)]
-fn script(at: &Path, name: &str, does: &str) {
+fn script(at: &At, name: &str, does: &str) {
     use std::os::unix::fs::PermissionsExt;
     let path = at.join(name);
     fs::write(&path, format!("#!/bin/sh\n{does}\n")).expect("writes");
@@ -18,8 +14,8 @@ fn script(at: &Path, name: &str, does: &str) {
 }
 
 /// A base that cannot be compared with is refused with all the words.
-fn refused_base(at: &PathBuf, base: &str, words: &[&str]) {
-    refused(at, &format!("{CASE} --against {base} --limit 20"), words);
+fn refused_base(at: &At, base: &str, words: &[&str]) {
+    at.refused(format!("{CASE} --against {base} --limit 20"), words);
 }
 
 #[test]
@@ -28,25 +24,17 @@ fn what_is_nothing_to_compare_with_is_named() {
     refused_base(&at, "no-such-thing", &["no-such-thing", "revision"]);
     refused_base(&at, "0123456789abcdef", &["0123456789abcdef", "revision"]);
     let itself = format!("{CASE} --self-test --against HEAD");
-    refused(&at, &itself, &["--self-test", "--against"]);
-    refused(
-        &at,
-        &format!("{CASE} --against HEAD --update"),
-        &["--update"],
-    );
-    refused(&at, &format!("{CASE} --self-test=0"), &["--self-test"]);
-    refused(
-        &at,
-        &format!("{CASE} --against HEAD --limit 0"),
-        &["--limit"],
-    );
+    at.refused(&itself, &["--self-test", "--against"]);
+    at.refused(format!("{CASE} --against HEAD --update"), &["--update"]);
+    at.refused(format!("{CASE} --self-test=0"), &["--self-test"]);
+    at.refused(format!("{CASE} --against HEAD --limit 0"), &["--limit"]);
 }
 
 #[cfg(unix)]
 #[test]
 fn programs_that_do_not_measure_are_named() {
     let at = folder("against_strangers");
-    fs::write(at.join("text"), "no program").expect("writes");
+    at.write("text", "no program");
     refused_base(&at, "text", &["text", "cannot start", "--against"]);
     // As an older `taut` does.
     script(
@@ -70,7 +58,7 @@ fn programs_that_do_not_measure_are_named() {
     // Its own child keeps its streams open.
     script(&at, "hangs", "sleep 30; true");
     let hung = format!("{CASE} --against hangs --limit 0.3");
-    refused(&at, &hung, &["hangs", "did not answer", "--limit"]);
+    at.refused(&hung, &["hangs", "did not answer", "--limit"]);
 }
 
 #[cfg(unix)]
@@ -83,41 +71,31 @@ fn answers_that_are_no_times_are_named() {
         "release"
     };
     let hello = format!(r#"echo '{{"schema":2,"build":"{build}","toolchain":"t","cases":[]}}'"#);
-    script(
-        &at,
-        "dies",
-        &format!("{hello}; read q; echo out of luck >&2; exit 7"),
-    );
+    let text = &format!("{hello}; read q; echo out of luck >&2; exit 7");
+    script(&at, "dies", text);
     refused_base(&at, "dies", &["dies", "ended", "7", "out of luck"]);
-    script(
-        &at,
-        "lies",
-        &format!("{hello}; read q; echo '{{\"ns\":-1}}'; cat"),
-    );
+    let text = &format!("{hello}; read q; echo '{{\"ns\":-1}}'; cat");
+    script(&at, "lies", text);
     refused_base(&at, "lies", &["lies", "no time", "-1"]);
 }
 
 /// Runs git in a folder.
-fn git(at: &Path, arguments: &[&str]) {
+fn git(at: &At, arguments: &[&str]) {
     let identity = "-c user.name=a -c user.email=a@b -c init.defaultBranch=main";
     let done = Command::new("git")
         .args(identity.split(' '))
         .args(arguments)
-        .current_dir(at)
+        .current_dir(&at.0)
         .output()
         .expect("git is there");
     assert!(done.status.success(), "{}", text(&done.stderr));
 }
 
 /// A repository of which no revision can be built.
-fn broken(name: &str) -> PathBuf {
+fn broken(name: &str) -> At {
     let at = folder(name);
     git(&at, &["init", "--quiet"]);
-    fs::write(
-        at.join("Cargo.toml"),
-        "[package]\nname = 'broken'\nfeatures",
-    )
-    .expect("writes");
+    at.write("Cargo.toml", "[package]\nname = 'broken'\nfeatures");
     git(&at, &["add", "Cargo.toml"]);
     git(&at, &["commit", "--quiet", "--message", "Broken"]);
     at
@@ -130,10 +108,8 @@ fn one_build_waits_for_another() {
     fs::create_dir_all(&against).expect("a folder");
     let other = fs::File::create(against.join("lock")).expect("a file");
     other.lock().expect("locks");
-    let mut waiting = program(&at, &format!("{CASE} --quiet --against HEAD"))
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("starts");
+    let mut waiting = at.program(format!("{CASE} --quiet --against HEAD"));
+    let mut waiting = waiting.stderr(Stdio::null()).spawn().expect("starts");
     std::thread::sleep(Duration::from_millis(500));
     assert!(waiting.try_wait().expect("a program").is_none());
     drop(other);
@@ -143,9 +119,7 @@ fn one_build_waits_for_another() {
 #[test]
 fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() {
     let at = broken("against_revision");
-    let output = taut(&at, &format!("{CASE} --against HEAD"));
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
+    let [_, said] = at.ends(2, format!("{CASE} --against HEAD"));
     for word in ["`HEAD` cannot be built", "--locked", "Cargo.toml"] {
         assert!(said.contains(word), "{said}");
     }
@@ -200,17 +174,15 @@ fn a_revision_is_built_and_compared_with() {
         ("Cargo.lock", lock),
         ("src/main.rs", MAIN),
     ] {
-        fs::write(at.join(name), text).expect("writes");
+        at.write(name, text);
     }
     git(&at, &["add", "Cargo.toml", "Cargo.lock", "src"]);
     git(&at, &["commit", "--quiet", "--message", "A stand-in"]);
     git(&at, &["tag", "v1"]);
     // A revision is built without uncommitted changes.
-    fs::write(at.join("src/main.rs"), "no program").expect("writes");
-    let output = taut(&at, &format!("{CASE} --against v1"));
-    let (table, said) = (text(&output.stdout), text(&output.stderr));
+    at.write("src/main.rs", "no program");
+    let [table, said] = at.ends(1, format!("{CASE} --against v1"));
     // No step of this program is so short.
-    assert_eq!(output.status.code(), Some(1), "{table}{said}");
     for word in [
         "FAIL",
         "100.00",
@@ -230,22 +202,18 @@ fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
     let program = env!("CARGO_BIN_EXE_taut");
     let compare =
         format!("{CASE} --against {program} --json a.json --bencher b.json --history h.jsonl");
-    let table = good(&at, &compare);
+    let table = at.good(&compare);
     has(&table, "hoist-24-1e3/banded … time-min");
     assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
-    let json = |name: &str| -> Value {
-        serde_json::from_str(&fs::read_to_string(at.join(name)).expect("a file")).expect("JSON")
-    };
+    let json = |name: &str| -> Value { at.parsed(name) };
     let name = "hoist-24-1e3/banded/time-min-against-base";
     assert_eq!(json("a.json")[0]["name"], name);
     let ratio = json("a.json")[0]["value"].as_f64().expect("a number");
     assert!((0.97..1.03).contains(&ratio), "{ratio}");
     let metric = &json("b.json")["hoist-24-1e3/banded"]["time-min-against-base"];
-    assert!(
-        metric["lower_value"].as_f64() <= metric["upper_value"].as_f64(),
-        "{metric}"
-    );
-    let history = || fs::read_to_string(at.join("h.jsonl")).expect("a history");
+    let found = metric["lower_value"].as_f64();
+    assert!(found <= metric["upper_value"].as_f64(), "{metric}");
+    let history = || at.read("h.jsonl");
     let run: Value = serde_json::from_str(&history()).expect("a line");
     assert_eq!(run["figures"][0]["name"], name);
 }
@@ -253,7 +221,7 @@ fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
 #[test]
 fn a_self_test_tells_the_same_program_from_a_slower_one() {
     let at = folder("against_self_test");
-    let output = taut(&at, &format!("{CASE} --self-test=1"));
+    let output = at.taut(format!("{CASE} --self-test=1"));
     let (said, complaint) = (text(&output.stdout), text(&output.stderr));
     if !cfg!(feature = "banded") {
         assert_eq!(output.status.code(), Some(3), "{said}{complaint}");
@@ -272,15 +240,15 @@ fn a_history_grows_by_a_line_a_run_and_has_a_page() {
         return;
     }
     let at = folder("track_history");
-    fs::write(at.join("base.json"), "[]").expect("writes");
+    at.write("base.json", "[]");
     let run = "track gantry/banded --quick --baseline base.json --history h.jsonl";
-    good(&at, run);
-    good(&at, run);
-    let history = fs::read_to_string(at.join("h.jsonl")).expect("a history");
+    at.good(run);
+    at.good(run);
+    let history = at.read("h.jsonl");
     assert_eq!(history.lines().count(), 2);
     assert!(history.contains("gantry/banded/time-p99"));
-    good(&at, "report h.jsonl --out h.html");
-    let page = fs::read_to_string(at.join("h.html")).expect("a page");
+    at.good("report h.jsonl --out h.html");
+    let page = at.read("h.html");
     let commit = history.split('"').nth(5).expect("a commit");
     for word in [
         "figures of a step, run by run",
@@ -291,12 +259,12 @@ fn a_history_grows_by_a_line_a_run_and_has_a_page() {
         assert!(page.contains(word), "{word}");
     }
     // Before anything is measured.
-    fs::write(at.join("h.jsonl"), format!("{history}{{\"schema\":1,")).expect("writes");
-    refused(&at, run, &["line 3", "h.jsonl", "take it out"]);
-    refused(&at, "report h.jsonl", &["line 3", "h.jsonl"]);
-    fs::write(at.join("h.jsonl"), "{\"schema\":9}\n").expect("writes");
-    refused(&at, run, &["line 1", "schema 9", "another file"]);
-    refused(&at, &run.replace("h.jsonl", "-"), &["--history"]);
-    fs::write(at.join("h.jsonl"), "").expect("writes");
-    refused(&at, "report h.jsonl", &["h.jsonl", "no rows"]);
+    at.write("h.jsonl", format!("{history}{{\"schema\":1,"));
+    at.refused(run, &["line 3", "h.jsonl", "take it out"]);
+    at.refused("report h.jsonl", &["line 3", "h.jsonl"]);
+    at.write("h.jsonl", "{\"schema\":9}\n");
+    at.refused(run, &["line 1", "schema 9", "another file"]);
+    at.refused(run.replace("h.jsonl", "-"), &["--history"]);
+    at.write("h.jsonl", "");
+    at.refused("report h.jsonl", &["h.jsonl", "no rows"]);
 }

@@ -1,6 +1,4 @@
-use crate::{folder, good, program, taut, text};
-use std::fs;
-use std::path::PathBuf;
+use crate::*;
 
 /// First character of every style sequence.
 const ESCAPE: char = '\u{1b}';
@@ -11,8 +9,8 @@ const SPD: &str =
     "%%MatrixMarket matrix coordinate real symmetric\n3 3 4\n1 1 4\n2 1 1\n2 2 3\n3 3 2\n";
 
 /// Standard output of a good run in an environment, with nothing on standard error.
-fn output(folder: &PathBuf, arguments: &str, environment: &[(&str, &str)]) -> String {
-    let mut command = program(folder, arguments);
+fn output(folder: &At, arguments: &str, environment: &[(&str, &str)]) -> String {
+    let mut command = folder.program(arguments);
     let output = command.envs(environment.iter().copied()).output();
     let output = output.unwrap_or_else(|e| panic!("`taut {arguments}`: {e}"));
     let place = format!("`taut {arguments}` with {environment:?}");
@@ -22,9 +20,9 @@ fn output(folder: &PathBuf, arguments: &str, environment: &[(&str, &str)]) -> St
 }
 
 /// A folder with a matrix in `a.mtx`.
-fn with_matrix(name: &str) -> PathBuf {
+fn with_matrix(name: &str) -> At {
     let at = folder(name);
-    fs::write(at.join("a.mtx"), SPD).expect("writable");
+    at.write("a.mtx", SPD);
     at
 }
 
@@ -40,10 +38,8 @@ fn a_pipe_holds_no_escape_sequence_unless_forced() {
         ];
         for environment in plain {
             let shown = output(&at, arguments, environment);
-            assert!(
-                !shown.contains(ESCAPE),
-                "{arguments} {environment:?}: {shown:?}"
-            );
+            let says = !shown.contains(ESCAPE);
+            assert!(says, "{arguments} {environment:?}: {shown:?}");
         }
         let forced = output(&at, arguments, &[("CLICOLOR_FORCE", "1")]);
         assert!(forced.contains(ESCAPE), "{arguments}: {forced:?}");
@@ -65,13 +61,13 @@ fn a_pipe_holds_no_escape_sequence_unless_forced() {
 #[test]
 fn best_values_are_marked_and_the_mark_explained() {
     let at = with_matrix("marks");
-    let shown = good(&at, "solve a.mtx");
+    let shown = at.good("solve a.mtx");
     let legend = shown.lines().position(|l| l.starts_with("*: the least"));
     let legend = legend.unwrap_or_else(|| panic!("{shown}"));
     let rows: Vec<&str> = shown.lines().skip(legend + 1).collect();
     let marked = rows.iter().any(|r| r.contains('*'));
     assert_eq!(marked, cfg!(feature = "banded"), "{shown}");
-    let one = good(&at, "solve a.mtx --backend dense");
+    let one = at.good("solve a.mtx --backend dense");
     let rows: Vec<&str> = one.lines().skip(legend + 1).collect();
     assert!(rows.iter().all(|r| !r.contains('*')), "{one}");
 }
@@ -79,16 +75,14 @@ fn best_values_are_marked_and_the_mark_explained() {
 #[test]
 fn quiet_runs_print_what_was_asked_for_and_nothing_else() {
     let at = with_matrix("quiet");
-    let listed = good(&at, "backends");
+    let listed = at.good("backends");
     for arguments in ["backends --quiet", "-q backends"] {
-        assert_eq!(good(&at, arguments), listed, "{arguments}");
+        assert_eq!(at.good(arguments), listed, "{arguments}");
     }
-    let table = good(&at, "--quiet study matrix a.mtx --quick");
-    assert!(
-        table.contains("ns/block") && !table.contains("written"),
-        "{table}"
-    );
-    let run = good(&at, "run hoist --set segments=2 --time 0.1 -q");
+    let table = at.good("--quiet study matrix a.mtx --quick");
+    let holds = table.contains("ns/block") && !table.contains("written");
+    assert!(holds, "{table}");
+    let run = at.good("run hoist --set segments=2 --time 0.1 -q");
     assert!(run.contains("verdict"), "{run}");
 }
 
@@ -115,7 +109,7 @@ fn tables_fit_into_120_columns() {
         if arguments.contains("banded") && !cfg!(all(feature = "banded", feature = "cg")) {
             continue;
         }
-        let shown = good(&at, arguments);
+        let shown = at.good(arguments);
         for line in shown.lines() {
             assert!(line.chars().count() <= 120, "{arguments}: {line}");
         }
@@ -127,12 +121,11 @@ fn tables_fit_into_120_columns() {
 fn control_characters_of_names_are_escaped() {
     let at = folder("control-characters");
     let name = r"a\u001b]0;x\u0007\u001b[2J\r\nb\u009b1m";
-    fs::write(at.join("names.toml"), super::replay::named(name)).expect("writable");
-    fs::write(
-        at.join("bad.toml"),
+    at.write("names.toml", super::replay::named(name));
+    at.write(
+        "bad.toml",
         super::replay::named(name).replace("mass = 1", "mass = 1e-300\ncolour = 2"),
-    )
-    .expect("writable");
+    );
     for arguments in [
         "run names.toml --time 0.1 --record a.tape",
         "replay a.tape",
@@ -143,24 +136,19 @@ fn control_characters_of_names_are_escaped() {
         "scene names.toml",
         "view no\u{1b}[2Jsuch",
     ] {
-        let output = taut(&at, arguments);
+        let output = at.taut(arguments);
         let all = [&output.stdout, &output.stderr].map(|s| text(s).to_owned());
         let orders = |c: char| c.is_control() && c != '\n';
-        assert!(
-            !all.concat().contains(orders),
-            "`taut {arguments}`: {all:?}"
-        );
+        let says = !all.concat().contains(orders);
+        assert!(says, "`taut {arguments}`: {all:?}");
         assert!(text(&output.stderr).lines().count() <= 1, "{all:?}");
     }
-    let told = good(&at, "replay a.tape");
-    let events = told
-        .lines()
-        .filter(|line| line.trim_start().starts_with("event"));
+    let told = at.good("replay a.tape");
+    let events = told.lines();
+    let events = events.filter(|line| line.trim_start().starts_with("event"));
     assert_eq!(events.count(), 1, "{told}");
-    assert!(
-        told.contains(r"a\u{1b}]0;x\u{7}\u{1b}[2J\r\nb\u{9b}1m"),
-        "{told}"
-    );
+    let says = told.contains(r"a\u{1b}]0;x\u{7}\u{1b}[2J\r\nb\u{9b}1m");
+    assert!(says, "{told}");
 }
 
 /// A number of hundreds of digits is no message.
@@ -175,9 +163,7 @@ fn numbers_in_messages_are_short() {
         ),
         ("run hoist --dt -1e250", "-1e250"),
     ] {
-        let output = taut(&at, arguments);
-        let stderr = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        let [_, stderr] = at.ends(2, arguments);
         assert!(stderr.contains(number) && stderr.len() < 300, "{stderr}");
     }
 }

@@ -4,9 +4,7 @@
 mod shared;
 
 use crate::report::{SECTIONS, full_sections, made, names};
-use crate::{folder, good, text};
-use std::fs;
-use std::path::Path;
+use crate::*;
 
 /// A page after its script, in headless Chromium with more options, where it is.
 pub(crate) fn chromium(page: &Path, profile: &Path, options: &[&str]) -> Option<String> {
@@ -21,8 +19,8 @@ pub(crate) fn chromium(page: &Path, profile: &Path, options: &[&str]) -> Option<
 }
 
 /// A page as a browser has it when its script has run and then `script`.
-fn after(at: &Path, script: &str) -> Option<String> {
-    let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+fn after(at: &At, script: &str) -> Option<String> {
+    let page = at.read("target/taut/report.html");
     let path = at.join("after.html");
     let script = format!("<script>{script}</script></body>");
     fs::write(&path, page.replace("</body>", &script)).expect("writable");
@@ -30,8 +28,8 @@ fn after(at: &Path, script: &str) -> Option<String> {
 }
 
 /// The sections of a page after a click on a heading of the table in one of them.
-fn clicked(at: &Path, section: &str, heading: usize) -> Option<Vec<(String, String)>> {
-    let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+fn clicked(at: &At, section: &str, heading: usize) -> Option<Vec<(String, String)>> {
+    let page = at.read("target/taut/report.html");
     let click = format!("document.querySelectorAll('#{section} th')[{heading}].click();");
     let dom = after(at, &click)?;
     let shown = full_sections(&dom);
@@ -42,11 +40,8 @@ fn clicked(at: &Path, section: &str, heading: usize) -> Option<Vec<(String, Stri
 
 /// The numbers by which a column of the section's table is sorted, in the order of its rows.
 fn column(sections: &[(String, String)], section: &str, column: usize) -> Vec<f64> {
-    let text = &sections
-        .iter()
-        .find(|s| s.0 == section)
-        .expect("the section")
-        .1;
+    let section = sections.iter().find(|s| s.0 == section);
+    let text = &section.expect("the section").1;
     assert!(text.contains("aria-sort=\"ascending\"") && text.contains("aria-sort=\"none\""));
     let body = text.split("<tbody").nth(1).expect("a body");
     let rows = body.split("<tr>").skip(1);
@@ -73,17 +68,14 @@ fn a_browser_shows_the_pages() {
     assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
     choose_and_hide(&at);
     let at = folder("browser-kernels");
-    good(
-        &at,
-        "study kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
-    );
+    at.good("study kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt");
     let sections = clicked(&at, "table-records", 5).expect("Chromium is here");
     let times = column(&sections, "table-records", 5);
     assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
 }
 
 /// The large plot of work against precision shows the second scene, and of its solvers, two clicks later, the first alone.
-fn choose_and_hide(at: &Path) {
+fn choose_and_hide(at: &At) {
     let script = "
         const select = document.querySelector('.choice select');
         select.selectedIndex = 1;
@@ -95,10 +87,8 @@ fn choose_and_hide(at: &Path) {
     let large = large.split("</figure>").next().expect("its end");
     let titles: Vec<&str> = dom.split("<option>").skip(1).collect();
     let title = titles[1].split('<').next().expect("a title");
-    assert!(
-        large.starts_with(&format!(" aria-label=\"{title}\"")),
-        "{large}"
-    );
+    let says = large.starts_with(&format!(" aria-label=\"{title}\""));
+    assert!(says, "{large}");
     let keys = large.split("<g data-key=").skip(1);
     let hidden: Vec<bool> = keys
         .map(|key| {
@@ -107,14 +97,10 @@ fn choose_and_hide(at: &Path) {
                 .is_some_and(|tag| tag.contains("class=\"off\""))
         })
         .collect();
-    assert!(
-        hidden.len() > 2 && !hidden[0] && hidden[1..].iter().all(|off| *off),
-        "{hidden:?}"
-    );
-    let series = large
-        .split("<g data-series=")
-        .skip(1)
-        .map(|s| s.split('>').next());
+    let holds = hidden.len() > 2 && !hidden[0] && hidden[1..].iter().all(|off| *off);
+    assert!(holds, "{hidden:?}");
+    let series = large.split("<g data-series=");
+    let series = series.skip(1).map(|s| s.split('>').next());
     let hidden = series.filter(|tag| tag.is_some_and(|tag| tag.contains("class=\"off\"")));
     assert_eq!(hidden.count() + 1, large.matches("<g data-series=").count());
     assert!(large.contains("<title>banded, "), "{large}");

@@ -1,12 +1,4 @@
-use crate::{folder, good, refused, refuses, taut, text};
-use serde_json::Value;
-use std::fs::{self};
-use std::path::{Path, PathBuf};
-
-fn read(at: &Path, name: &str) -> Value {
-    let text = fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
-    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"))
-}
+use crate::*;
 
 /// JSON without times and without values derived from times.
 fn untimed(value: &Value) -> Value {
@@ -27,8 +19,8 @@ fn untimed(value: &Value) -> Value {
 }
 
 /// The data of the page, without when and how it was made.
-fn page(at: &Path, study: &str) -> Value {
-    let mut report = read(at, &format!("target/taut/{study}.report.json"));
+fn page(at: &At, study: &str) -> Value {
+    let mut report = at.parsed(&format!("target/taut/{study}.report.json"));
     for field in ["unix_time", "command"] {
         report.as_object_mut().expect("a report").remove(field);
     }
@@ -36,15 +28,15 @@ fn page(at: &Path, study: &str) -> Value {
 }
 
 /// Runs a study in three shards and merges them, the last first, with an option of the merge: what that prints.
-fn merged(at: &PathBuf, study: &str, call: &str, option: &str) -> String {
+fn merged(at: &At, study: &str, call: &str, option: &str) -> String {
     for shard in 1..=3 {
-        let told = good(at, &format!("{call} --shard {shard}/3"));
+        let told = at.good(format!("{call} --shard {shard}/3"));
         assert_eq!(told.lines().count(), 1, "{told}");
         assert!(told.starts_with(&format!("shard {shard}/3: ")), "{told}");
     }
     let files = [3, 1, 2].map(|k| format!("target/taut/{study}.{k}-of-3.cases"));
     let files = files.join(" ");
-    good(at, &format!("merge {files} --json merged.json {option}"))
+    at.good(format!("merge {files} --json merged.json {option}"))
 }
 
 /// Studies, whether all of their numbers are the same in every run, and a call of each.
@@ -66,10 +58,10 @@ fn three_shards_merged_are_one_run() {
             "same" => format!("--csv {name}.csv"),
             _ => String::new(),
         };
-        let whole = good(&at, &format!("{call} --json whole.json {}", csv("whole")));
+        let whole = at.good(format!("{call} --json whole.json {}", csv("whole")));
         let own = page(&at, study);
         let told = merged(&at, study, call, &csv("merged"));
-        let [a, b] = ["whole.json", "merged.json"].map(|name| untimed(&read(&at, name)));
+        let [a, b] = ["whole.json", "merged.json"].map(|name| untimed(&at.parsed(name)));
         assert_eq!(a, b, "{study}");
         let merged = page(&at, study);
         for field in ["settings", "omissions", "machine", "version"] {
@@ -84,7 +76,7 @@ fn three_shards_merged_are_one_run() {
                 });
                 assert_eq!(a, b, "{study}");
             }
-            let report = read(&at, &format!("target/taut/{study}.report.json"));
+            let report = at.parsed(&format!("target/taut/{study}.report.json"));
             let command = report["command"].as_str().expect("a command");
             assert!(command.contains("--quick") || command.contains("--segments=3"));
         }
@@ -113,16 +105,15 @@ massless_cable = [{{ name = "rope", through = [{{ body = "world" }}, {{ body = "
 #[test]
 fn the_file_of_a_case_counts_with_its_content() {
     let at = folder("edited_case");
-    let write = |name: &str, factor| fs::write(at.join(name), weighed(factor)).expect("writable");
+    let write = |name: &str, factor| at.write(name, weighed(factor));
     write("own.toml", 1.0);
     write("OTHER.TOML", 3.0);
-    good(&at, "hard own.toml");
-    good(&at, "hard own.toml --resume");
-    refused(&at, "hard own.toml OTHER.TOML", &["two cases", "`weight`"]);
+    at.good("hard own.toml");
+    at.good("hard own.toml --resume");
+    at.refused("hard own.toml OTHER.TOML", &["two cases", "`weight`"]);
     write("own.toml", 3.0);
-    refused(&at, "hard own.toml --resume", &["content of what it reads"]);
-    let output = taut(&at, "hard own.toml");
-    assert_eq!(output.status.code(), Some(1));
+    at.refused("hard own.toml --resume", &["content of what it reads"]);
+    at.ends(1, "hard own.toml");
 }
 
 /// The checks of `taut hard` and what `taut paper` writes are those of one run.
@@ -130,21 +121,19 @@ fn the_file_of_a_case_counts_with_its_content() {
 fn experiments_that_end_in_checks_are_merged() {
     let at = folder("shards_checks");
     let call = "hard H01 H54 --quick";
-    let whole = good(&at, &format!("{call} --json whole.json"));
+    let whole = at.good(format!("{call} --json whole.json"));
     assert_eq!(merged(&at, "hard", call, ""), whole);
-    assert_eq!(read(&at, "merged.json"), read(&at, "whole.json"));
+    assert_eq!(at.parsed("merged.json"), at.parsed("whole.json"));
     let files = [1, 2, 3].map(|shard| format!("target/taut/hard.{shard}-of-3.cases"));
     let merge = format!("merge {} --csv a.csv", files.join(" "));
-    refused(&at, &merge, &["taut hard", "--csv"]);
+    at.refused(&merge, &["taut hard", "--csv"]);
     let call = "paper table1 fig2 --quick --out figures";
-    let whole = good(&at, call);
+    let whole = at.good(call);
     let files = || {
-        let entries = fs::read_dir(at.join("figures"))
-            .expect("a folder")
-            .flatten();
-        let mut files: Vec<_> = entries
-            .map(|e| (e.file_name(), fs::read(e.path()).expect("readable")))
-            .collect();
+        let entries = fs::read_dir(at.join("figures")).expect("a folder");
+        let entries = entries.flatten();
+        let files = entries.map(|e| (e.file_name(), fs::read(e.path()).expect("readable")));
+        let mut files: Vec<_> = files.collect();
         files.sort();
         files
     };
@@ -158,12 +147,12 @@ fn experiments_that_end_in_checks_are_merged() {
 fn a_study_that_refuses_its_options_costs_no_cases() {
     let at = folder("kept");
     let call = "study stability --quick --time 0.1";
-    good(&at, call);
+    at.good(call);
     let path = at.join("target/taut/stability.cases");
     let kept = fs::read(&path).expect("written");
-    refused(&at, "study stability --quick --time 0", &["--time"]);
+    at.refused("study stability --quick --time 0", &["--time"]);
     assert_eq!(fs::read(&path).expect("there"), kept);
-    good(&at, &format!("{call} --resume"));
+    at.good(format!("{call} --resume"));
     assert_eq!(fs::read(&path).expect("there"), kept);
 }
 
@@ -171,14 +160,13 @@ fn a_study_that_refuses_its_options_costs_no_cases() {
 #[test]
 fn a_file_of_cases_that_cannot_be_written_is_named() {
     let at = folder("no_cases");
-    fs::write(at.join("target"), "").expect("writable");
+    at.write("target", "");
     let call = "study stability --quick --time 0.1";
-    let output = taut(&at, call);
-    assert_eq!(output.status.code(), Some(0));
-    assert!(text(&output.stdout).contains("linearly-implicit"));
-    assert!(text(&output.stderr).contains("cannot be resumed"));
+    let [stdout, stderr] = at.ends(0, call);
+    assert!(stdout.contains("linearly-implicit"));
+    assert!(stderr.contains("cannot be resumed"));
     for option in ["--shard 1/2", "--resume", "--cases target/a.cases"] {
-        refuses(&at, &format!("{call} {option} → cannot write … target"));
+        at.refuses(format!("{call} {option} → cannot write … target"));
     }
 }
 
@@ -187,14 +175,14 @@ fn a_file_of_cases_that_cannot_be_written_is_named() {
 fn a_shard_is_not_run_over_its_own_cases() {
     let at = folder("shard_again");
     let call = "study stability --quick --time 0.1 --shard 1/2";
-    good(&at, call);
+    at.good(call);
     let path = at.join("target/taut/stability.1-of-2.cases");
     let kept = fs::read(&path).expect("written");
-    refused(&at, call, &["stability.1-of-2.cases", "--resume", "delete"]);
+    at.refused(call, &["stability.1-of-2.cases", "--resume", "delete"]);
     assert_eq!(fs::read(&path).expect("there"), kept);
-    good(&at, &format!("{call} --resume"));
+    at.good(format!("{call} --resume"));
     fs::remove_file(&path).expect("removed");
-    good(&at, call);
+    at.good(call);
 }
 
 #[test]
@@ -206,8 +194,8 @@ fn shards_that_are_none_are_refused() {
         study stability --shard 1/2 --csv a.csv → cannot be used
         merge → FILE.cases
     ";
-    refuses(&at, rows);
-    assert_eq!(fs::read_dir(&at).expect("a folder").count(), 0);
+    at.refuses(rows);
+    assert_eq!(fs::read_dir(&at.0).expect("a folder").count(), 0);
 }
 
 #[test]
@@ -215,20 +203,17 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
     let at = folder("no_merge");
     let call = "study stability --quick --time 0.1";
     for shard in ["1/2", "2/2"] {
-        good(&at, &format!("{call} --shard {shard}"));
+        at.good(format!("{call} --shard {shard}"));
     }
     let [one, two] = [
         "target/taut/stability.1-of-2.cases",
         "target/taut/stability.2-of-2.cases",
     ];
-    good(
-        &at,
-        "study stability --quick --time 0.2 --shard 2/2 --cases other.cases",
-    );
+    at.good("study stability --quick --time 0.2 --shard 2/2 --cases other.cases");
     let bytes = fs::read(at.join(two)).expect("readable");
-    fs::write(at.join("torn.cases"), &bytes[..30]).expect("writable");
-    fs::write(at.join("cut.cases"), &bytes[..bytes.len() - 3]).expect("writable");
-    fs::write(at.join("text.cases"), "a,b\n").expect("writable");
+    at.write("torn.cases", &bytes[..30]);
+    at.write("cut.cases", &bytes[..bytes.len() - 3]);
+    at.write("text.cases", "a,b\n");
     let rows = format!(
         r"
         merge {one} --json merged.json → is in no file … all shards
@@ -239,10 +224,10 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
         study stability --quick --resume --cases other.cases → another command … --time=0.2 … this run
         "
     );
-    refuses(&at, &rows);
+    at.refuses(&rows);
     assert!(!at.join("merged.json").exists());
     for file in ["torn.cases", "cut.cases"] {
-        let output = taut(&at, &format!("merge {one} {file}"));
+        let output = at.taut(format!("merge {one} {file}"));
         let note = format!("note: the last line of `{file}`");
         for words in [&note, "is in no file", "--resume"] {
             assert!(text(&output.stderr).contains(words), "{words}: {output:?}");
@@ -250,10 +235,9 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
     }
     // What is torn is run again; a file without a whole line has nothing to lose.
     for file in ["torn.cases", "cut.cases"] {
-        let output = taut(&at, &format!("{call} --shard 2/2 --resume --cases {file}"));
-        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let [_, stderr] = at.ends(0, format!("{call} --shard 2/2 --resume --cases {file}"));
         let note = format!("note: the last line of `{file}` is torn");
-        assert!(text(&output.stderr).contains(&note), "{output:?}");
+        assert!(stderr.contains(&note), "{stderr}");
         let length = fs::read(at.join(file)).expect("there").len();
         assert_eq!(length, bytes.len());
     }
@@ -263,16 +247,16 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
 #[test]
 fn a_scene_that_changed_is_not_resumed() {
     let at = folder("changed");
-    fs::write(at.join("a.toml"), good(&at, "scene hoist --set segments=3")).expect("writable");
+    at.write("a.toml", at.good("scene hoist --set segments=3"));
     let call = "bench --quick --scene a.toml --backends dense --time 0.4";
-    good(&at, call);
-    fs::write(at.join("a.toml"), good(&at, "scene hoist --set segments=4")).expect("writable");
+    at.good(call);
+    at.write("a.toml", at.good("scene hoist --set segments=4"));
     let rows = format!(
         r"
         {call} --resume → content of what it reads … a.toml
         merge target/taut/bench.cases → content of what it reads … this program
         "
     );
-    refuses(&at, &rows);
-    good(&at, call);
+    at.refuses(&rows);
+    at.good(call);
 }

@@ -1,6 +1,4 @@
-use crate::{folder, good, json, refused, refuses, taut, text};
-use serde_json::Value;
-use std::fs;
+use crate::*;
 
 fn have_their_fields(checks: &[Value]) {
     for check in checks {
@@ -16,8 +14,8 @@ fn have_their_fields(checks: &[Value]) {
 #[test]
 fn the_paper_writes_checks_rows_and_charts() {
     let at = folder("paper");
-    refused(&at, "paper fig6", &["fig6", "table1", "claims", "drawings"]);
-    let checks = json(&at, "paper fig4 fig5 --quick --json -");
+    at.refused("paper fig6", &["fig6", "table1", "claims", "drawings"]);
+    let checks = at.json("paper fig4 fig5 --quick --json -");
     let checks = checks.as_array().expect("a list");
     assert!(checks.len() >= 3);
     have_their_fields(checks);
@@ -31,40 +29,42 @@ fn the_paper_writes_checks_rows_and_charts() {
         let svg = file("svg").expect("a chart");
         assert!(svg.starts_with("<svg") && svg.contains("stretch") | svg.contains("frequency"));
     }
-    let table = good(&at, "paper fig12 --quick --out figures");
+    let table = at.good("paper fig12 --quick --out figures");
     assert!(at.join("figures/fig12.svg").exists());
     assert!(table.contains("Fig. 12: bend") && table.contains("pass"));
     assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
-    fs::write(at.join("taken"), "").expect("writes");
-    let output = taut(&at, "paper fig4 --quick --out taken/here");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("taken/here"));
+    at.write("taken", "");
+    let [_, stderr] = at.ends(2, "paper fig4 --quick --out taken/here");
+    assert!(stderr.contains("taken/here"));
 }
 
 #[test]
 fn hard_cases_are_checks_by_name() {
     let at = folder("hard");
-    refused(&at, "hard H99", &["H99", "H30", "H42", "H58"]);
-    refused(&at, "hard H30 H", &["`H`", "H30"]);
-    assert!(good(&at, "hard --keys").contains("[[run.check]]"));
-    assert!(good(&at, "hard H12 --list").contains("2, 4, 8 falls"));
+    at.refused("hard H99", &["H99", "H30", "H42", "H58"]);
+    at.refused("hard H30 H", &["`H`", "H30"]);
+    assert!(at.good("hard --keys").contains("[[run.check]]"));
+    assert!(at.good("hard H12 --list").contains("2, 4, 8 falls"));
     // What only a step would look up is found before any is made.
     let case = include_str!("../../studies/cases/H12.toml");
     let case = case.replace("drive_speed", "drive_sped");
-    fs::write(at.join("own.toml"), case).expect("writes");
+    at.write("own.toml", case);
     let told = "line 136: no control is called `drive_sped`: perhaps `drive_speed`";
-    refused(&at, "hard own.toml --quick", &["own.toml", told]);
+    at.refused("hard own.toml --quick", &["own.toml", told]);
     // A table stands beside the case, not where the program runs.
     fs::create_dir_all(at.join("own")).expect("a folder");
     let case = include_str!("../../studies/cases/outside.toml");
-    fs::write(at.join("own/case.toml"), case).expect("writes");
+    at.write("own/case.toml", case);
     let _ = fs::remove_file(at.join("own/outside.csv"));
     let row = "hard own/case.toml --quick → line 14: `outside.csv`:  … own/outside.csv";
-    refuses(&at, row);
+    at.refuses(row);
     let table = include_str!("../../studies/cases/outside.csv");
-    fs::write(at.join("own/outside.csv"), table).expect("writes");
-    assert!(good(&at, "hard own/case.toml --list").contains("outside: a chain"));
-    let checks = json(&at, "hard h32 H32 H30 --quick --json -");
+    at.write("own/outside.csv", table);
+    assert!(
+        at.good("hard own/case.toml --list")
+            .contains("outside: a chain")
+    );
+    let checks = at.json("hard h32 H32 H30 --quick --json -");
     let checks = checks.as_array().expect("a list");
     for name in ["H30", "H32"] {
         let own = checks.iter().filter(|check| check["experiment"] == name);
@@ -77,7 +77,7 @@ fn hard_cases_are_checks_by_name() {
     };
     assert!(checks.iter().all(known), "{checks:?}");
     have_their_fields(checks);
-    let table = good(&at, "hard H42 --quick --json checks.json");
+    let table = at.good("hard H42 --quick --json checks.json");
     assert!(table.contains("H42: dependent") && table.contains("limit"));
     assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
     assert!(at.join("checks.json").exists());

@@ -1,5 +1,4 @@
-use crate::{folder, good, json, refused, refuses, taut, text};
-use std::fs;
+use crate::*;
 
 /// Headings and rows of a table; `None` for a cell without a number.
 fn table(text: &str) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
@@ -16,25 +15,23 @@ fn table(text: &str) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
 #[test]
 fn a_table_has_the_columns_that_are_asked_for_with_their_units() {
     let at = folder("columns");
-    fs::write(at.join("c.csv"), "time,hoist_speed\n0,0\n0.5,0.1\n").expect("writable");
+    at.write("c.csv", "time,hoist_speed\n0,0\n0.5,0.1\n");
     let columns = "hook.vz,time,hoist_speed,bottom.tension,bottom.force,rope-1.length,load.speed,rail.drive,load_tension,rope-1.path";
     let run = "run gantry --set segments=3 --controls c.csv --time 0.5";
-    let (headings, rows) = table(&good(&at, &format!("{run} --columns {columns} --out -")));
-    assert_eq!(
-        headings,
-        [
-            "hook.vz [m/s]",
-            "time [s]",
-            "hoist_speed",
-            "bottom.tension [N]",
-            "bottom.force [N]",
-            "rope-1.length [m]",
-            "load.speed [m/s]",
-            "rail.drive [N]",
-            "load_tension [N]",
-            "rope-1.path [m]",
-        ]
-    );
+    let (headings, rows) = table(&at.good(format!("{run} --columns {columns} --out -")));
+    let expected = [
+        "hook.vz [m/s]",
+        "time [s]",
+        "hoist_speed",
+        "bottom.tension [N]",
+        "bottom.force [N]",
+        "rope-1.length [m]",
+        "load.speed [m/s]",
+        "rail.drive [N]",
+        "load_tension [N]",
+        "rope-1.path [m]",
+    ];
+    assert_eq!(headings, expected);
     assert_eq!(rows.len(), 30);
     let value = |row: usize, column: usize| rows[row][column].expect("a number");
     for row in 0..30 {
@@ -63,14 +60,14 @@ fn a_table_has_the_columns_that_are_asked_for_with_their_units() {
 fn without_columns_the_table_is_that_of_the_run_and_its_names_are_columns() {
     let at = folder("default_columns");
     let run = "run hoist --set segments=2 --set move_x=0.5 --time 0.2 --out -";
-    let (headings, rows) = table(&good(&at, run));
+    let (headings, rows) = table(&at.good(run));
     assert_eq!(
         headings.join(","),
         "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns,load_tension_N"
     );
     let named =
         "time,load_x,load_y,load_z,kinetic,gravity,elastic,max_gap,iterations,step,load_tension";
-    let (headings, again) = table(&good(&at, &format!("{run} --columns {named}")));
+    let (headings, again) = table(&at.good(format!("{run} --columns {named}")));
     assert_eq!(
         headings.join(","),
         "time [s],load_x [m],load_y [m],load_z [m],kinetic [J],gravity [J],elastic [J],max_gap [m],iterations,\
@@ -88,8 +85,8 @@ fn without_columns_the_table_is_that_of_the_run_and_its_names_are_columns() {
 fn the_summary_holds_the_same_columns() {
     let at = folder("json_columns");
     let run = "run hoist --set segments=2 --time 0.2 --columns load.z,load.gap,anchor.tension";
-    let summary = json(&at, &format!("{run} --out rows.csv --json -"));
-    let text = fs::read_to_string(at.join("rows.csv")).expect("written");
+    let summary = at.json(format!("{run} --out rows.csv --json -"));
+    let text = at.read("rows.csv");
     let (headings, rows) = table(&text);
     let columns = summary["columns"].as_object().expect("an object");
     assert_eq!(columns.len(), 3);
@@ -99,12 +96,9 @@ fn the_summary_holds_the_same_columns() {
         let column: Vec<_> = rows.iter().map(|row| row[k]).collect();
         assert_eq!(series, column, "{heading}");
     }
-    assert_eq!(
-        summary["load"]["position"][11][2].as_f64(),
-        rows[11][0],
-        "the load is the body of that name"
-    );
-    let without = json(&at, "run hoist --set segments=2 --time 0.2 --json -");
+    let found = summary["load"]["position"][11][2].as_f64();
+    assert_eq!(found, rows[11][0], "the load is the body of that name");
+    let without = at.json("run hoist --set segments=2 --time 0.2 --json -");
     assert!(without.get("columns").is_none());
 }
 
@@ -127,15 +121,15 @@ at = 0.2
 attach = [{ name = "link", a = { body = "world", point = [0.0, 0.0, 1.0] }, b = { body = "load" } }]
 release = ["rope"]
 "#;
-    fs::write(at.join("tied.toml"), scene).expect("writable");
+    at.write("tied.toml", scene);
     let run = "run tied.toml --time 0.5 --out - --columns time";
-    let (headings, rows) = table(&good(&at, &format!("{run},link.tension,link.gap")));
+    let (headings, rows) = table(&at.good(format!("{run},link.tension,link.gap")));
     assert_eq!(headings[1..], ["link.tension [N]", "link.gap [m]"]);
     assert_eq!(rows[0][1..], [None, None]);
     let last = rows[29][1].expect("a tension");
     assert!((last / 981.0 - 1.0).abs() < 1e-3, "{last}");
     let told = "`link` has no `slack`: choose one of tension";
-    refused(&at, &format!("{run},link.slack"), &[told]);
+    at.refused(format!("{run},link.slack"), &[told]);
 }
 
 /// The tower crane of the examples as a text: a sling is let go, another breaks under all of the load.
@@ -145,12 +139,12 @@ fn what_comes_and_goes_is_told_and_followed() {
     let crane = include_str!("../../../integrator/examples/tower_crane.toml");
     let crane = crane.replace("name = \"right\"", "name = \"right\"\nbreaks_at = 4e4");
     let event = "[[event]]\nname = \"slip\"\nat = 0.5\nrelease = [\"left\"]\n";
-    fs::write(at.join("crane.toml"), format!("{crane}\n{event}")).expect("writable");
-    fs::write(at.join("c.csv"), "time,trolley_speed\n0,0\n1,0.5\n").expect("writable");
+    at.write("crane.toml", format!("{crane}\n{event}"));
+    at.write("c.csv", "time,trolley_speed\n0,0\n1,0.5\n");
     let columns = "time,events,rope.tension,left.tension,right.tension,load.z,trolley.vx";
     let run = format!("run crane.toml --controls c.csv --time 1.5 --columns {columns}");
-    let summary = json(&at, &format!("{run} --out rows.csv --json -"));
-    let text = fs::read_to_string(at.join("rows.csv")).expect("written");
+    let summary = at.json(format!("{run} --out rows.csv --json -"));
+    let text = at.read("rows.csv");
     let (headings, rows) = table(&text);
     assert_eq!(headings[1..3], ["events", "rope.tension [N]"]);
     let names = |events: &serde_json::Value| -> Vec<String> {
@@ -172,21 +166,19 @@ fn what_comes_and_goes_is_told_and_followed() {
     assert!(last[2].expect("a tension") < 0.2 * weight);
     assert!(last[5].expect("a height") < first[5].expect("a height") - 1.0);
     assert!(last[6].expect("a speed") > 0.2, "the trolley goes on");
-    let told = good(&at, &run.replace("--columns", "--out - --columns"));
+    let told = at.good(run.replace("--columns", "--out - --columns"));
     assert_eq!(told.lines().count(), 91);
     let run = "run crane.toml --time 0.1 --out - --columns";
-    let (_, ends) = table(&good(&at, &format!("{run} rope.0.tension,rope.29.tension")));
+    let (_, ends) = table(&at.good(format!("{run} rope.0.tension,rope.29.tension")));
     // 29 of 30 steel segments (radius 12 mm, 20 m in all) hang between the middles of the first and
     // the last.
     let between = ends[0][0].expect("a tension") - ends[0][1].expect("a tension");
     let rope = 7850.0 * std::f64::consts::PI * 0.012_f64.powi(2) * 20.0 * 9.81;
-    assert!(
-        (between / rope - 29.0 / 30.0).abs() < 1e-3,
-        "{between} {rope}"
-    );
+    let off = (between / rope - 29.0 / 30.0).abs();
+    assert!(off < 1e-3, "{between} {rope}");
     let none = format!("{run} rope.30.tension");
-    refused(&at, &none, &["`rope.30.tension`", "30 segments"]);
-    let told = good(&at, "run crane.toml --time 1.5");
+    at.refused(&none, &["`rope.30.tension`", "30 segments"]);
+    let told = at.good("run crane.toml --time 1.5");
     assert!(told.contains("event  t = 0.5000 s: slip"), "{told}");
 }
 
@@ -195,14 +187,12 @@ fn what_comes_and_goes_is_told_and_followed() {
 fn forces_of_contacts_are_columns() {
     let at = folder("landing");
     let landing = include_str!("../../../integrator/examples/landing.toml");
-    fs::write(at.join("landing.toml"), landing).expect("writable");
+    at.write("landing.toml", landing);
     let contact = "crate.contact,crate.contact_x,crate.contact_y,crate.contact_z";
     let run = format!("run landing.toml --columns time,{contact},rope.tension,crate.z --out -");
-    let (headings, rows) = table(&good(&at, &run));
-    assert_eq!(
-        headings[1..5].join(","),
-        "crate.contact [N],crate.contact_x [N],crate.contact_y [N],crate.contact_z [N]"
-    );
+    let (headings, rows) = table(&at.good(&run));
+    let expected = "crate.contact [N],crate.contact_x [N],crate.contact_y [N],crate.contact_z [N]";
+    assert_eq!(headings[1..5].join(","), expected);
     let weight = 2000.0 * 9.81;
     let value = |row: usize, column: usize| rows[row][column].expect("a number");
     for row in 0..rows.len() {
@@ -212,18 +202,12 @@ fn forces_of_contacts_are_columns() {
     }
     let [first, last] = [0, rows.len() - 1];
     assert_eq!((value(first, 1), value(last, 5)), (0.0, 0.0));
-    assert!(
-        (value(last, 4) / weight - 1.0).abs() < 1e-3,
-        "{}",
-        value(last, 4)
-    );
+    let off = (value(last, 4) / weight - 1.0).abs();
+    assert!(off < 1e-3, "{}", value(last, 4));
     let shared = |row: &usize| value(*row, 4) > 0.2 * weight && value(*row, 5) > 0.2 * weight;
     let shared: Vec<usize> = (0..rows.len()).filter(shared).collect();
-    assert!(
-        shared.len() > 30,
-        "the ground takes over in {} steps",
-        shared.len()
-    );
+    let holds = shared.len() > 30;
+    assert!(holds, "the ground takes over in {} steps", shared.len());
     // At rest on the ground both carry the crate together.
     let middle = shared[shared.len() / 2];
     let both = value(middle, 4) + value(middle, 5);
@@ -244,13 +228,11 @@ fn locks_hinges_and_sliders_have_moments() {
             "[[body]]\nname = \"arm\"\nmass = 10\nshape = {{ sphere = {{ radius = 0.2 }} }}\nposition = [2, 0, 0]\n\
              [[joint]]\nname = \"hold\"\n{joint}\na = \"world\"\nb = \"arm\"\npoint = [0, 0, 0]\n"
         );
-        fs::write(at.join("arm.toml"), scene).expect("writable");
+        at.write("arm.toml", scene);
         let columns = "hold.moment,hold.mx,hold.my,hold.mz,hold.fz";
-        let (headings, rows) = table(&good(&at, &format!("{run} {columns} --out -")));
-        assert_eq!(
-            headings.join(","),
-            "hold.moment [N m],hold.mx [N m],hold.my [N m],hold.mz [N m],hold.fz [N]"
-        );
+        let (headings, rows) = table(&at.good(format!("{run} {columns} --out -")));
+        let expected = "hold.moment [N m],hold.mx [N m],hold.my [N m],hold.mz [N m],hold.fz [N]";
+        assert_eq!(headings.join(","), expected);
         let last = rows.last().expect("rows").iter();
         let last: Vec<f64> = last.map(|value| value.expect("a number")).collect();
         for (value, right) in last.iter().zip([196.2, 0.0, -196.2, 0.0, 98.1]) {
@@ -258,14 +240,14 @@ fn locks_hinges_and_sliders_have_moments() {
         }
     }
     let ball = "run hoist --set segments=2 --out a.csv --columns load.moment";
-    refused(&at, ball, &["`load` has no `moment`"]);
+    at.refused(ball, &["`load` has no `moment`"]);
 }
 
 /// `run --help` lists every quantity that a refused column name is answered with.
 #[test]
 fn the_help_names_every_quantity() {
     let at = folder("column_help");
-    let help = good(&at, "run --help");
+    let help = at.good("run --help");
     let asked = [
         ("run hoist --set segments=2", "depth"),
         ("run hoist --set segments=2", "load.zz"),
@@ -274,7 +256,7 @@ fn the_help_names_every_quantity() {
         ("run tackle", "rope-2.zz"),
     ];
     for (run, column) in asked {
-        let output = taut(&at, &format!("{run} --out a.csv --columns {column}"));
+        let output = at.taut(format!("{run} --out a.csv --columns {column}"));
         let told = text(&output.stderr);
         let (_, names) = told.trim_end().split_once("choose one of ").expect(told);
         let names = names.split(", or ").next().unwrap_or_default();
@@ -289,11 +271,11 @@ fn the_help_names_every_quantity() {
 #[test]
 fn names_may_have_dots() {
     let at = folder("dotted_columns");
-    let scene = good(&at, "scene hoist --set segments=2 --explicit");
+    let scene = at.good("scene hoist --set segments=2 --explicit");
     let scene = scene.replace("\"load\"", "\"big.load\"");
-    fs::write(at.join("s.toml"), scene).expect("writable");
+    at.write("s.toml", scene);
     let run = "run s.toml --time 0.1 --columns big.load.z,big.load.tension --out -";
-    let (headings, rows) = table(&good(&at, run));
+    let (headings, rows) = table(&at.good(run));
     assert_eq!(headings, ["big.load.z [m]", "big.load.tension [N]"]);
     assert_eq!(rows.len(), 6);
 }
@@ -319,6 +301,6 @@ fn unknown_columns_are_refused_before_the_run_with_what_there_is() {
         run hoist --columns load.z → --columns … --out … --json
         "
     );
-    refuses(&at, &rows);
+    at.refuses(&rows);
     assert!(!at.join("rows.csv").exists());
 }

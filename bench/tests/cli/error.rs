@@ -1,5 +1,4 @@
-use crate::{folder, good, has, json, refused, refuses, taut, text};
-use serde_json::Value;
+use crate::*;
 
 const SWING: &str = "run hoist --set segments=6 --set equilibrium=true --set move_x=0.5 --time 2";
 
@@ -12,18 +11,15 @@ fn error_mm(run: &Value) -> f64 {
 #[test]
 fn sub_steps_keep_an_error() {
     let at = folder("error");
-    let bare = json(&at, &format!("{SWING} --json -"));
+    let bare = at.json(format!("{SWING} --json -"));
     assert!(error_mm(&bare) > 0.02, "{}", bare["error"]);
-    assert!(good(&at, SWING).contains("load error"));
-    let kept = json(&at, &format!("{SWING} --error 0.02 --json -"));
+    assert!(at.good(SWING).contains("load error"));
+    let kept = at.json(format!("{SWING} --error 0.02 --json -"));
     let substeps = kept["substeps"].as_u64().expect("a number");
     assert!(substeps > 1 && error_mm(&kept) <= 0.02, "{substeps}");
-    let half = json(
-        &at,
-        &format!("{SWING} --substeps {} --json -", substeps / 2),
-    );
+    let half = at.json(format!("{SWING} --substeps {} --json -", substeps / 2));
     assert!(error_mm(&half) > 0.02);
-    let off = json(&at, &format!("{SWING} --estimate off --json -"));
+    let off = at.json(format!("{SWING} --estimate off --json -"));
     assert!(off.get("error").is_none());
     assert_eq!(off["final_state"], bare["final_state"]);
 }
@@ -40,14 +36,12 @@ fn errors_that_cannot_be_kept_are_told() {
         run --resume x.json --error 1 → --error … --resume
         "
     );
-    refuses(&at, &rows);
+    at.refuses(&rows);
     // The shape of two segments is wrong by more.
-    let output = taut(
-        &at,
+    let [_, said] = at.ends(
+        1,
         "run hoist --set segments=3 --set initial_angle=1 --set mass_ratio=1 --time 1 --error 1e-3",
     );
-    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
-    let said = text(&output.stderr);
     assert!(said.contains("sub-steps"), "{said}");
 }
 
@@ -74,34 +68,30 @@ fn the_cure_of_an_error_is_that_of_its_largest_part() {
         } else {
             " --time 1"
         };
-        let told = good(&at, &format!("run {scene}{time}"));
+        let told = at.good(format!("run {scene}{time}"));
         let line = told.lines().find(|line| line.contains("load error"));
         let line = line.unwrap_or_else(|| panic!("{scene}: {told}"));
-        assert!(
-            line.contains(says) && !line.contains(not),
-            "{scene}: {line}"
-        );
+        let holds = line.contains(says) && !line.contains(not);
+        assert!(holds, "{scene}: {line}");
         assert!(!told.contains("median -"), "{scene}: {told}");
     }
     let short = "run hoist --dt 10 --time 5";
-    refused(&at, short, &["--time", "at least one step"]);
+    at.refused(short, &["--time", "at least one step"]);
 }
 
 #[test]
 fn the_widest_gap_has_a_name_and_a_time() {
     let at = folder("widest");
     for scene in ["hoist", "tackle", "capstan", "particles-a"] {
-        let run = json(&at, &format!("run {scene} --time 0.5 --json -"));
+        let run = at.json(format!("run {scene} --time 0.5 --json -"));
         let gap = &run["largest_gap"];
         assert_eq!(gap["gap_m"], run["max_violation_m"], "{scene}: {gap}");
-        assert!(
-            gap["joint"].is_string() && gap["time"].as_f64() > Some(0.0),
-            "{scene}"
-        );
+        let holds = gap["joint"].is_string() && gap["time"].as_f64() > Some(0.0);
+        assert!(holds, "{scene}");
     }
     // Rigid links of a fast motion open by what a step's curvature is.
-    let run = json(&at, "run particles-a --time 2 --json -");
+    let run = at.json("run particles-a --time 2 --json -");
     assert!(run["unexplained_gap"]["gap_m"].as_f64() > Some(1e-3));
-    let told = good(&at, "run particles-a --time 2");
+    let told = at.good("run particles-a --time 2");
     has(&told, "more than its force explains at t = ");
 }

@@ -41,79 +41,121 @@ mod track;
 
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 /// An empty folder of a test's own, in which the program runs.
-fn folder(name: &str) -> PathBuf {
+struct At(PathBuf);
+
+impl Deref for At {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        &self.0
+    }
+}
+
+fn folder(name: &str) -> At {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).expect("a folder to write to");
-    folder
+    At(folder)
 }
 
-/// The program with the words of a line as arguments, its streams piped.
-fn program(folder: &PathBuf, arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
-    command
-        .current_dir(folder)
-        .args(arguments.split_whitespace())
-        .stdin(Stdio::null());
-    for variable in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
-        command.env_remove(variable);
+impl At {
+    fn write(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) {
+        fs::write(self.join(name), content).expect("writable");
     }
-    command
-}
 
-fn taut(folder: &PathBuf, arguments: &str) -> Output {
-    let output = program(folder, arguments).output();
-    output.unwrap_or_else(|e| panic!("`taut {arguments}`: {e}"))
+    fn read(&self, name: impl AsRef<Path>) -> String {
+        let path = self.join(name);
+        fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    }
+
+    fn parsed(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// The program with the words of a line as arguments, its streams piped.
+    fn program(&self, arguments: impl AsRef<str>) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
+        let arguments = arguments.as_ref().split_whitespace();
+        command.current_dir(&self.0).args(arguments);
+        command.stdin(Stdio::null());
+        for variable in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
+            command.env_remove(variable);
+        }
+        command
+    }
+
+    fn taut(&self, arguments: impl AsRef<str>) -> Output {
+        let output = self.program(&arguments).output();
+        output.unwrap_or_else(|e| panic!("`taut {}`: {e}", arguments.as_ref()))
+    }
+
+    /// Standard output and standard error of a run that ends with this code.
+    #[track_caller]
+    fn ends(&self, code: i32, arguments: impl AsRef<str>) -> [String; 2] {
+        let Output {
+            status,
+            stdout,
+            stderr,
+        } = self.taut(&arguments);
+        let told = [stdout, stderr].map(|bytes| text(&bytes).to_owned());
+        let found = status.code();
+        assert_eq!(found, Some(code), "`taut {}`: {told:?}", arguments.as_ref());
+        told
+    }
+
+    /// A good run: code 0 and nothing on standard error.
+    #[track_caller]
+    fn good(&self, arguments: impl AsRef<str>) -> String {
+        let [stdout, stderr] = self.ends(0, &arguments);
+        assert_eq!(stderr, "", "`taut {}`", arguments.as_ref());
+        stdout
+    }
+
+    /// A good run that writes nothing but JSON to standard output.
+    #[track_caller]
+    fn json(&self, arguments: impl AsRef<str>) -> Value {
+        let stdout = self.good(&arguments);
+        let read = serde_json::from_str(&stdout);
+        read.unwrap_or_else(|e| panic!("`taut {}`: {e}\n{stdout}", arguments.as_ref()))
+    }
+
+    /// Bad input: code 2, nothing on standard output, and one line on standard error with all the words.
+    #[track_caller]
+    fn refused(&self, arguments: impl AsRef<str>, words: &[&str]) {
+        let [stdout, stderr] = self.ends(2, &arguments);
+        let place = format!("`taut {}`: {stderr}", arguments.as_ref());
+        assert_eq!(stdout, "", "{place}");
+        assert_eq!(stderr.lines().count(), 1, "{place}");
+        assert!(stderr.ends_with('\n'), "{place}");
+        for word in words {
+            assert!(stderr.contains(word), "`{word}` is missing in {place}");
+        }
+    }
+
+    /// Each row `arguments → word … word` of a table is bad input.
+    #[track_caller]
+    fn refuses(&self, table: impl AsRef<str>) {
+        let rows = table.as_ref().lines().map(str::trim);
+        for row in rows.filter(|row| !row.is_empty()) {
+            let (arguments, words) = row.split_once(" → ").expect("two cells");
+            self.refused(arguments, &words.split(" … ").collect::<Vec<_>>());
+        }
+    }
 }
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).expect("UTF-8")
 }
 
-/// Bad input: code 2, nothing on standard output, and one line on standard error with all the words.
-fn refused(folder: &PathBuf, arguments: &str, words: &[&str]) {
-    let output = taut(folder, arguments);
-    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
-    let place = format!("`taut {arguments}`: {stderr}");
-    assert_eq!(output.status.code(), Some(2), "{place}");
-    assert_eq!(stdout, "", "{place}");
-    assert_eq!(stderr.lines().count(), 1, "{place}");
-    assert!(stderr.ends_with('\n'), "{place}");
-    for word in words {
-        assert!(stderr.contains(word), "`{word}` is missing in {place}");
-    }
-}
-
-/// Each row `arguments → word … word` of a table is bad input.
-fn refuses(folder: &PathBuf, table: &str) {
-    for row in table.lines().map(str::trim).filter(|row| !row.is_empty()) {
-        let (arguments, words) = row.split_once(" → ").expect("two cells");
-        refused(folder, arguments, &words.split(" … ").collect::<Vec<_>>());
-    }
-}
-
 /// Asserts that all words, with `…` between them, are in a text.
+#[track_caller]
 fn has(text: &str, words: &str) {
-    assert!(
-        words.split(" … ").all(|word| text.contains(word)),
-        "{words}: {text}"
-    );
-}
-
-/// A good run: code 0 and nothing on standard error.
-fn good(folder: &PathBuf, arguments: &str) -> String {
-    let output = taut(folder, arguments);
-    assert_eq!(text(&output.stderr), "", "`taut {arguments}`");
-    assert_eq!(output.status.code(), Some(0), "`taut {arguments}`");
-    text(&output.stdout).to_owned()
-}
-
-/// A good run that writes nothing but JSON to standard output.
-fn json(folder: &PathBuf, arguments: &str) -> Value {
-    let stdout = good(folder, arguments);
-    serde_json::from_str(&stdout).unwrap_or_else(|e| panic!("`taut {arguments}`: {e}\n{stdout}"))
+    for word in words.split(" … ") {
+        assert!(text.contains(word), "`{word}` is missing in {text}");
+    }
 }

@@ -1,21 +1,9 @@
-use crate::{folder, good, has, program, refused, refuses, taut, text};
-use serde_json::Value;
-use std::fs;
+use crate::*;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-
-fn read(at: &Path, name: &str) -> String {
-    fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-}
-
-fn parsed(at: &Path, name: &str) -> Value {
-    serde_json::from_str(&read(at, name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-}
 
 /// Partial files left in a folder.
-fn left_over(at: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(at).expect("a folder");
+fn left_over(at: &At) -> Vec<PathBuf> {
+    let entries = fs::read_dir(&at.0).expect("a folder");
     let paths = entries.map(|e| e.expect("an entry").path());
     paths
         .filter(|p| p.extension().is_some_and(|e| e == "part"))
@@ -24,10 +12,10 @@ fn left_over(at: &Path) -> Vec<PathBuf> {
 
 /// The program in a shell, where `taut` stands for it.
 #[cfg(unix)]
-fn shell(at: &Path, line: &str) -> Output {
+fn shell(at: &At, line: &str) -> Output {
     let line = line.replace("taut", env!("CARGO_BIN_EXE_taut"));
     let mut shell = Command::new("sh");
-    let shell = shell.current_dir(at).args(["-c", &line]);
+    let shell = shell.current_dir(&at.0).args(["-c", &line]);
     let output = shell.stdin(Stdio::null()).output();
     output.unwrap_or_else(|e| panic!("`{line}`: {e}"))
 }
@@ -45,21 +33,17 @@ fn one_output_that_fails_does_not_cost_the_others() {
         ("--record", ["--out", "--save"]),
     ] {
         let [a, b] = others;
-        let output = taut(
-            &at,
-            &format!("{run} {option} /dev/full {a} file{a} {b} file{b}"),
-        );
-        let stderr = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{option}: {stderr}");
+        let text = format!("{run} {option} /dev/full {a} file{a} {b} file{b}");
+        let [stdout, stderr] = at.ends(2, text);
         assert_eq!(stderr.lines().count(), 1, "{stderr}");
         assert!(stderr.contains("cannot write `/dev/full`"), "{stderr}");
-        assert!(text(&output.stdout).contains("stable"), "{option}");
+        assert!(stdout.contains("stable"), "{option}");
         for other in others {
             let name = format!("file{other}");
             if other == "--out" {
-                assert_eq!(read(&at, &name).lines().count(), 31);
+                assert_eq!(at.read(&name).lines().count(), 31);
             } else {
-                assert!(parsed(&at, &name).is_object());
+                assert!(at.parsed(&name).is_object());
             }
             fs::remove_file(at.join(name)).expect("written");
         }
@@ -72,12 +56,12 @@ fn one_output_that_fails_does_not_cost_the_others() {
 fn outputs_are_tried_before_the_run() {
     let at = folder("tried");
     fs::create_dir(at.join("folder")).expect("writable");
-    fs::write(at.join("file"), "in the way").expect("writable");
+    at.write("file", "in the way");
     let run = "run hoist --time 1e5 --dt 0.01";
     for option in ["--out", "--json", "--save"] {
         for path in ["folder", "file/x", "."] {
             let words = [&format!("cannot write `{path}`")[..]];
-            refused(&at, &format!("{run} {option} {path}"), &words);
+            at.refused(format!("{run} {option} {path}"), &words);
         }
     }
     let rows = r"
@@ -90,7 +74,7 @@ fn outputs_are_tried_before_the_run() {
         matrices --out file/m → cannot write `file/m`
         dump hoist --step 9999999 --out file → cannot write `file`
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }
 
 #[cfg(unix)]
@@ -113,36 +97,34 @@ fn a_place_is_written_once_and_not_over_what_is_read() {
             }
             for [a, b] in [["--out", "--json"], ["--json", "--save"]] {
                 let words = [a, b, "cannot share a file"];
-                refused(&at, &format!("{run} {a} {first} {b} {second}"), &words);
+                at.refused(format!("{run} {a} {first} {b} {second}"), &words);
             }
-            assert_eq!(
-                fs::read_to_string(&file).ok().as_deref(),
-                there.then_some("old")
-            );
+            let found = fs::read_to_string(&file).ok();
+            assert_eq!(found.as_deref(), there.then_some("old"));
             let _ = fs::remove_file(&file);
         }
     }
     // Devices are not filled.
-    good(&at, &format!("-q {run} --out /dev/null --json /dev/null"));
-    let scene = good(&at, "scene hoist --set segments=2");
-    fs::write(at.join("s.toml"), &scene).expect("writable");
-    fs::write(at.join("c.csv"), "time,hoist_speed\n0,0\n").expect("writable");
+    at.good(format!("-q {run} --out /dev/null --json /dev/null"));
+    let scene = at.good("scene hoist --set segments=2");
+    at.write("s.toml", &scene);
+    at.write("c.csv", "time,hoist_speed\n0,0\n");
     let rows = r"
         run s.toml --json ./s.toml → it is read … --json
         run gantry --controls c.csv --out c.csv → it is read … --out
     ";
-    refuses(&at, rows);
-    assert_eq!(read(&at, "s.toml"), scene);
+    at.refuses(rows);
+    assert_eq!(at.read("s.toml"), scene);
     // A run goes on in its place, and through a link the file is written that it names.
-    good(&at, &format!("{run} --save link"));
-    assert!(parsed(&at, "a.json").is_object());
-    refused(&at, "run --resume link --out a.json", &["it is read"]);
-    let before = read(&at, "a.json");
-    good(&at, "run --resume a.json --time 0.1 --save link");
+    at.good(format!("{run} --save link"));
+    assert!(at.parsed("a.json").is_object());
+    at.refused("run --resume link --out a.json", &["it is read"]);
+    let before = at.read("a.json");
+    at.good("run --resume a.json --time 0.1 --save link");
     assert!(at.join("link").is_symlink());
-    assert_ne!(read(&at, "a.json"), before);
-    good(&at, &format!("{run} --json rows.json"));
-    refused(&at, "report rows.json --out rows.json", &["it is read"]);
+    assert_ne!(at.read("a.json"), before);
+    at.good(format!("{run} --json rows.json"));
+    at.refused("report rows.json --out rows.json", &["it is read"]);
 }
 
 /// A file that grows too large, as on a full disk, and a program that is killed: the old run or the new one is there.
@@ -150,30 +132,31 @@ fn a_place_is_written_once_and_not_over_what_is_read() {
 #[test]
 fn a_saved_run_is_never_half_of_one() {
     let at = folder("killed");
-    good(&at, "run hoist --set segments=400 --time 0.1 --save s.json");
-    let old = read(&at, "s.json");
+    at.good("run hoist --set segments=400 --time 0.1 --save s.json");
+    let old = at.read("s.json");
     assert!(old.len() > 20_000);
     // In blocks of 512 or 1024 bytes.
     shell(
         &at,
         "ulimit -f 8; taut run --resume s.json --time 0.1 --save s.json",
     );
-    assert_eq!(read(&at, "s.json"), old);
+    assert_eq!(at.read("s.json"), old);
     for wait in [30, 60, 90, 120] {
-        let mut child = program(&at, "run --resume s.json --time 0.05 --save s.json")
+        let mut child = at
+            .program("run --resume s.json --time 0.05 --save s.json")
             .stdout(Stdio::null())
             .spawn()
             .expect("the program starts");
         std::thread::sleep(std::time::Duration::from_millis(wait));
         child.kill().expect("it can be killed");
         child.wait().expect("it ends");
-        assert!(parsed(&at, "s.json")["run"].is_object(), "after {wait} ms");
+        assert!(at.parsed("s.json")["run"].is_object(), "after {wait} ms");
     }
     // It keeps its permissions.
     use std::os::unix::fs::PermissionsExt;
     let file = at.join("s.json");
     fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).expect("own");
-    good(&at, "run --resume s.json --time 0.05 --save s.json");
+    at.good("run --resume s.json --time 0.05 --save s.json");
     let mode = fs::metadata(&file).expect("there").permissions().mode();
     assert_eq!(mode & 0o777, 0o640);
 }
@@ -186,7 +169,8 @@ fn a_signal_ends_a_run_in_order() {
     for (signal, code) in all {
         let at = folder(&format!("signal_{signal}"));
         let arguments = "run hoist --set segments=2 --time 1e5 --out - --json j.json --save s.json --save-at 0.5";
-        let mut child = program(&at, arguments)
+        let mut child = at
+            .program(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -196,39 +180,32 @@ fn a_signal_ends_a_run_in_order() {
         let mut rows = rows.map(|row| row.expect("text"));
         // Long after the state was due.
         assert_eq!(rows.by_ref().take(2000).count(), 2000);
-        let saved = parsed(&at, "s.json");
+        let saved = at.parsed("s.json");
         let pid = child.id().to_string();
-        let asked = Command::new("kill")
-            .args([&format!("-{signal}"), &pid])
-            .status();
+        let mut kill = Command::new("kill");
+        let asked = kill.args([&format!("-{signal}"), &pid]).status();
         assert!(asked.expect("a shell's tool").success());
         let count = 2000 + rows.count();
         let output = child.wait_with_output().expect("it ends");
         let stderr = text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{stderr}");
-        assert!(
-            stderr.contains(&format!(
-                "stopped by SIG{signal} after {} of 6000000 steps",
-                count - 1
-            )),
-            "{stderr}"
-        );
-        let summary = parsed(&at, "j.json");
+        let says = stderr.contains(&format!(
+            "stopped by SIG{signal} after {} of 6000000 steps",
+            count - 1
+        ));
+        assert!(says, "{stderr}");
+        let summary = at.parsed("j.json");
         assert_eq!(summary["steps"], count - 1);
         assert_eq!(
             (&summary["stable"], &summary["failure"], &summary["stopped"]),
             (&false.into(), &Value::Null, &format!("SIG{signal}").into())
         );
-        assert_eq!(
-            summary["load"]["time"].as_array().map(Vec::len),
-            Some(count - 1)
-        );
-        assert_eq!(parsed(&at, "s.json"), saved);
-        assert_eq!(
-            saved["run"]["time"].as_f64().map(|t| (60.0 * t).round()),
-            Some(30.0)
-        );
-        good(&at, "run --resume s.json --time 0.1");
+        let found = summary["load"]["time"].as_array().map(Vec::len);
+        assert_eq!(found, Some(count - 1));
+        assert_eq!(at.parsed("s.json"), saved);
+        let found = saved["run"]["time"].as_f64().map(|t| (60.0 * t).round());
+        assert_eq!(found, Some(30.0));
+        at.good("run --resume s.json --time 0.1");
     }
 }
 
@@ -245,11 +222,9 @@ fn signals_that_are_ignored_stay_ignored() {
         let output = shell(&at, &line);
         let stderr = text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{signal}: {stderr}");
-        assert!(
-            stderr.contains(&format!("stopped by SIG{other}")),
-            "{stderr}"
-        );
-        good(&at, "run --resume s.json --time 0.1");
+        let says = stderr.contains(&format!("stopped by SIG{other}"));
+        assert!(says, "{stderr}");
+        at.good("run --resume s.json --time 0.1");
     }
 }
 
@@ -264,9 +239,7 @@ fn a_file_that_grows_too_long_is_a_failed_write() {
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     has(stderr, "cannot write `r.tape`: File too large");
     // What was written before is a recording.
-    let replay = taut(&at, "replay r.tape");
-    assert_eq!(replay.status.code(), Some(0), "{replay:?}");
-    let note = text(&replay.stderr);
+    let [_, note] = at.ends(0, "replay r.tape");
     assert!(note.contains("cut or damaged after"), "{note}");
     assert!(left_over(&at).is_empty());
 }
@@ -323,7 +296,7 @@ fn long_runs_and_long_files_take_no_memory() {
         assert_eq!(output.status.code(), Some(0), "`{line}`: {stderr}");
     };
     small("taut run hoist --set segments=1 --guard off --dt 0.01 --time 1000 --out rows.csv");
-    assert_eq!(read(&at, "rows.csv").lines().count(), 100_001);
+    assert_eq!(at.read("rows.csv").lines().count(), 100_001);
     small(
         "(echo '%%MatrixMarket matrix coordinate real general'; yes % | head -1000000; echo 1 1 1; echo 1 1 1) \
          | gzip -1 > a.mtx.gz",
@@ -338,12 +311,11 @@ fn a_signal_ends_a_step_that_takes_long() {
     let at = folder("signal_in_a_step");
     let arguments = "run pile --set mass_ratio=1e6 --set ei=1 --set damping=0.5 --set gravity=1e9 --time 1 --out o.csv \
                      --json j.json --save s.json --record r.tape";
-    let child = program(&at, arguments).stderr(Stdio::piped()).spawn();
+    let child = at.program(arguments).stderr(Stdio::piped()).spawn();
     let child = child.expect("the program starts");
     std::thread::sleep(std::time::Duration::from_secs(2));
-    let asked = Command::new("kill")
-        .args(["-TERM", &child.id().to_string()])
-        .status();
+    let mut kill = Command::new("kill");
+    let asked = kill.args(["-TERM", &child.id().to_string()]).status();
     assert!(asked.expect("a shell's tool").success());
     let asked = std::time::Instant::now();
     let output = child.wait_with_output().expect("it ends");
@@ -352,12 +324,12 @@ fn a_signal_ends_a_step_that_takes_long() {
     assert_eq!(output.status.code(), Some(143), "{stderr}");
     assert!(stderr.contains("stopped by SIGTERM after "), "{stderr}");
     assert!(waited < 10.0, "{waited} s");
-    let summary = parsed(&at, "j.json");
+    let summary = at.parsed("j.json");
     assert_eq!(summary["stopped"], "SIGTERM");
     assert_eq!(summary["failure"], Value::Null);
-    let rows = read(&at, "o.csv").lines().count();
+    let rows = at.read("o.csv").lines().count();
     assert_eq!(summary["steps"], rows - 1);
-    let saved = parsed(&at, "s.json");
+    let saved = at.parsed("s.json");
     let time = saved["run"]["time"].as_f64().expect("a number");
     assert_eq!((60.0 * time).round() as usize, rows - 1);
     assert!(at.join("r.tape").exists() && left_over(&at).is_empty());
@@ -368,9 +340,8 @@ fn a_signal_ends_a_step_that_takes_long() {
 #[test]
 fn what_a_killed_recording_leaves_is_read_and_then_removed() {
     let at = folder("killed_recording");
-    let mut child = program(&at, "run hoist --set segments=2 --time 1e5 --record r.tape")
-        .spawn()
-        .expect("the program starts");
+    let mut child = at.program("run hoist --set segments=2 --time 1e5 --record r.tape");
+    let mut child = child.spawn().expect("the program starts");
     let begun = std::time::Instant::now();
     let part = loop {
         let of_size = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.len() > 200_000);
@@ -382,17 +353,12 @@ fn what_a_killed_recording_leaves_is_read_and_then_removed() {
     child.kill().expect("it can be killed");
     child.wait().expect("it ends");
     let name = part.file_name().expect("a name").to_str().expect("text");
-    assert!(
-        name.starts_with(&format!(".r.tape.taut-{}-", child.id())),
-        "{name}"
-    );
-    let table = taut(&at, &format!("replay {name} --csv time,load_x"));
+    let says = name.starts_with(&format!(".r.tape.taut-{}-", child.id()));
+    assert!(says, "{name}");
+    let table = at.taut(format!("replay {name} --csv time,load_x"));
     assert!(table.status.success() && text(&table.stdout).lines().count() > 128);
-    good(
-        &at,
-        "run hoist --set segments=2 --time 0.1 --record other.tape",
-    );
+    at.good("run hoist --set segments=2 --time 0.1 --record other.tape");
     assert!(part.exists());
-    good(&at, "run hoist --set segments=2 --time 0.1 --record r.tape");
+    at.good("run hoist --set segments=2 --time 0.1 --record r.tape");
     assert!(!part.exists() && left_over(&at).is_empty());
 }

@@ -1,11 +1,8 @@
 use crate::browser::chromium;
 use crate::replay::named;
-use crate::{folder, good};
-use serde_json::Value;
-use std::fs;
+use crate::*;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::path::Path;
 
 /// Holds the page's load open, for it is then that the browser tells what it has: until the script is done.
 fn hold() -> u16 {
@@ -28,9 +25,9 @@ fn hold() -> u16 {
 
 /// Runs `script` in a page in a browser with extra `options`; returns the object `found` that it
 /// fills.
-fn found(at: &Path, page: &str, script: &str, options: &[&str]) -> Option<Value> {
+fn found(at: &At, page: &str, script: &str, options: &[&str]) -> Option<Value> {
     let port = hold();
-    let text = fs::read_to_string(at.join(page)).expect("a page");
+    let text = at.read(page);
     let (text, end) = text.rsplit_once("</body>").expect("a body");
     let script = format!(
         "<script>
@@ -76,66 +73,14 @@ fn percent_decoded(text: &str) -> String {
 }
 
 /// Script: uses the page as a reader would and notes its state.
-const USED: &str = "
-        const [canvas] = document.querySelectorAll('.view canvas');
-        const seen = () => {
-          const all = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-          const colours = new Set();
-          for (let k = 0; k < all.length; k += 4) colours.add(all[k] * 65536 + all[k + 1] * 256 + all[k + 2]);
-          return [...colours].length;
-        };
-        replay.show();
-        found.colours = seen();
-        // A window is no narrower than 500 pixels there.
-        document.documentElement.style.width = '400px';
-        found.width = document.body.clientWidth;
-        found.overflow = document.body.scrollWidth - document.body.clientWidth;
-        found.narrow = canvas.clientWidth;
-        found.plots = document.querySelectorAll('.plot').length;
-        const begun = replay.state.time;
-        press('ArrowRight');
-        found.step = replay.state.time - begun;
-        press('Home');
-        found.home = replay.state.time - replay.span[0];
-        press('End');
-        found.end = replay.state.time - replay.span[1];
-        const { yaw, distance } = replay.camera;
-        press('ArrowLeft', canvas);
-        press('+');
-        found.turned = replay.camera.yaw - yaw;
-        found.zoomed = replay.camera.distance / distance;
-        const slider = document.getElementById('time');
-        slider.value = 2;
-        slider.dispatchEvent(new Event('input'));
-        found.scrubbed = replay.state.time;
-        document.getElementById('colour').value = 2;
-        document.getElementById('colour').dispatchEvent(new Event('change'));
-        found.colour = replay.state.colour;
-        found.unit = document.getElementById('range').textContent;
-        press('0');
-        press('Home');
-        found.rates = [];
-        press(' ');
-        for (let k = 0; k < 3; k++) {
-          const [from, count] = [performance.now(), replay.frames.count];
-          await wait(700);
-          found.rates.push(1000 * (replay.frames.count - count) / (performance.now() - from));
-        }
-        found.playing = replay.state.playing;
-        found.played = replay.state.time;
-        press(' ');
-        found.paused = !replay.state.playing;
-        found.cursor = document.querySelector('.cursor').style.left;";
+const USED: &str = include_str!("texts/used.js");
 
 /// Played with the software renderer, at 30 frames a second and more, by keys, on 400 pixels.
 #[test]
 fn a_browser_plays_recordings() {
     let at = folder("player");
-    good(
-        &at,
-        "run hoist --set segments=100 --set seed=1 --set move_x=1 --time 6 --record a.tape",
-    );
-    good(&at, "replay a.tape --html a.html");
+    at.good("run hoist --set segments=100 --set seed=1 --set move_x=1 --time 6 --record a.tape");
+    at.good("replay a.tape --html a.html");
     let Some(found) = found(&at, "a.html", USED, &["--window-size=400,800"]) else {
         return;
     };
@@ -144,37 +89,23 @@ fn a_browser_plays_recordings() {
             .as_f64()
             .unwrap_or_else(|| panic!("{name}: {found}"))
     };
-    assert!(
-        number("width") == 400.0 && number("overflow") <= 0.0 && number("narrow") > 300.0,
-        "{found}"
-    );
-    assert!(
-        number("colours") > 20.0 && number("plots") >= 4.0,
-        "{found}"
-    );
+    let holds = number("width") == 400.0 && number("overflow") <= 0.0 && number("narrow") > 300.0;
+    assert!(holds, "{found}");
+    let holds = number("colours") > 20.0 && number("plots") >= 4.0;
+    assert!(holds, "{found}");
     assert!((number("step") - 1.0 / 60.0).abs() < 1e-6, "{found}");
     assert!(number("home") == 0.0 && number("end") == 0.0, "{found}");
     assert!(number("turned") != 0.0 && number("zoomed") < 1.0, "{found}");
-    assert!(
-        number("scrubbed") == 2.0 && number("colour") == 2.0,
-        "{found}"
-    );
-    assert!(
-        found["unit"]
-            .as_str()
-            .is_some_and(|unit| unit.ends_with("N m")),
-        "{found}"
-    );
-    assert!(
-        found["playing"] == true && found["paused"] == true,
-        "{found}"
-    );
+    let holds = number("scrubbed") == 2.0 && number("colour") == 2.0;
+    assert!(holds, "{found}");
+    let says = found["unit"].as_str();
+    let says = says.is_some_and(|unit| unit.ends_with("N m"));
+    assert!(says, "{found}");
+    let holds = found["playing"] == true && found["paused"] == true;
+    assert!(holds, "{found}");
     assert!(number("played") > 1.0, "{found}");
-    let rates = found["rates"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .filter_map(Value::as_f64);
+    let rates = found["rates"].as_array();
+    let rates = rates.expect("a list").iter().filter_map(Value::as_f64);
     let best = rates.fold(0.0, f64::max);
     assert!(best >= 30.0, "{found}");
 }
@@ -184,28 +115,20 @@ fn a_browser_plays_recordings() {
 fn a_browser_compares_recordings() {
     let at = folder("player-two");
     for (name, segments) in [("a", 12), ("b", 6)] {
-        good(
-            &at,
-            &format!(
-                "run hoist --set segments={segments} --set move_x=1 --time 2 --record {name}.tape"
-            ),
-        );
+        at.good(format!(
+            "run hoist --set segments={segments} --set move_x=1 --time 2 --record {name}.tape"
+        ));
     }
-    good(&at, "replay a.tape --against b.tape --html both.html");
+    at.good("replay a.tape --against b.tape --html both.html");
     let last = |name: &str| -> Vec<f64> {
-        let table = good(
-            &at,
-            &format!("replay {name}.tape --csv load_x,load_y,load_z"),
-        );
+        let table = at.good(format!("replay {name}.tape --csv load_x,load_y,load_z"));
         let line = table.lines().last().expect("a line");
         line.split(',')
             .map(|x| x.parse().expect("a number"))
             .collect()
     };
-    let squares = last("a")
-        .into_iter()
-        .zip(last("b"))
-        .map(|(a, b)| (a - b) * (a - b));
+    let squares = last("a").into_iter();
+    let squares = squares.zip(last("b")).map(|(a, b)| (a - b) * (a - b));
     let apart = 1e3 * squares.sum::<f64>().sqrt();
     assert!(apart > 1e-3, "{apart}");
     let script = "
@@ -231,13 +154,10 @@ fn a_browser_compares_recordings() {
     let plots = found["plots"].to_string();
     assert!(plots.contains("Distance of the loads (mm)"), "{plots}");
     let told = found["told"].as_str().expect("a text");
-    let shown = told
-        .rsplit("loads apart by ")
-        .next()
-        .and_then(|text| text.split(' ').next());
-    let shown: f64 = shown
-        .and_then(|x| x.parse().ok())
-        .unwrap_or_else(|| panic!("{told}"));
+    let mut shown = told.rsplit("loads apart by ");
+    let shown = shown.next().and_then(|text| text.split(' ').next());
+    let shown = shown.and_then(|x| x.parse().ok());
+    let shown: f64 = shown.unwrap_or_else(|| panic!("{told}"));
     assert!((shown - apart).abs() <= 0.06 * apart, "{told}: {apart}");
 }
 
@@ -246,9 +166,9 @@ fn a_browser_compares_recordings() {
 fn a_browser_shows_names_as_text() {
     let at = folder("player-names");
     let name = "</script><img src=x onerror=\\\"document.title='broken'\\\"><b>&amp;";
-    fs::write(at.join("names.toml"), named(name)).expect("writable");
-    good(&at, "run names.toml --time 0.2 --record n.tape");
-    good(&at, "replay n.tape --html n.html");
+    at.write("names.toml", named(name));
+    at.good("run names.toml --time 0.2 --record n.tape");
+    at.good("replay n.tape --html n.html");
     let script = "
         found.title = document.title;
         found.bold = document.querySelectorAll('b, img').length;

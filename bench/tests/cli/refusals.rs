@@ -1,5 +1,4 @@
-use crate::{folder, has, refused, refuses, taut, text};
-use std::fs;
+use crate::*;
 
 #[test]
 fn unknown_names_list_the_known_ones_and_missing_arguments_are_named() {
@@ -18,7 +17,7 @@ fn unknown_names_list_the_known_ones_and_missing_arguments_are_named() {
         run → SCENE … --help
         run hoist --json → --json … --help
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }
 
 #[test]
@@ -33,57 +32,55 @@ fn parameters_out_of_range_are_named_with_their_range() {
         run hoist --set weight=3 → weight … segment_mass
         bench --set weight=3 → weight … segment_mass
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }
 
 #[test]
 fn numbers_out_of_range_are_named_with_their_option() {
     let at = folder("numbers");
     for ratios in ["x", "0", "nan", "inf", "1,,2", "1,-5"] {
-        refused(&at, &format!("bench --ratios={ratios}"), &["--ratios"]);
-        refused(&at, &format!("static --ratios={ratios}"), &["--ratios"]);
+        at.refused(format!("bench --ratios={ratios}"), &["--ratios"]);
+        at.refused(format!("static --ratios={ratios}"), &["--ratios"]);
     }
-    refused(&at, "bench --ratios=-1", &["--ratios", "-1", "positive"]);
-    refused(&at, "bench --segments=-3", &["--segments"]);
-    refused(&at, "bench --iterations 0", &["--iterations", "at least 1"]);
+    at.refused("bench --ratios=-1", &["--ratios", "-1", "positive"]);
+    at.refused("bench --segments=-3", &["--segments"]);
+    at.refused("bench --iterations 0", &["--iterations", "at least 1"]);
     for value in ["0", "-1", "nan", "inf", "1e300"] {
-        refused(&at, &format!("run hoist --time={value}"), &["--time"]);
-        refused(&at, &format!("bench --time={value}"), &["--time"]);
+        at.refused(format!("run hoist --time={value}"), &["--time"]);
+        at.refused(format!("bench --time={value}"), &["--time"]);
     }
     for value in ["0", "-1", "nan", "inf"] {
-        refused(&at, &format!("run hoist --dt={value}"), &["--dt"]);
+        at.refused(format!("run hoist --dt={value}"), &["--dt"]);
     }
     // More steps than anyone can store.
-    refused(&at, "run hoist --dt 1e-300", &["steps"]);
+    at.refused("run hoist --dt 1e-300", &["steps"]);
 }
 
 #[test]
 fn bad_scene_files_are_refused() {
     let at = folder("files");
-    let file = |name: &str, content: &[u8]| fs::write(at.join(name), content).expect("writable");
+    let file = |name: &str, content: &[u8]| at.write(name, content);
     file("empty.toml", b"");
-    refused(&at, "run empty.toml", &["no bodies", "[[body]]"]);
+    at.refused("run empty.toml", &["no bodies", "[[body]]"]);
     file("malformed.toml", b"[hoist]\nsegments = 4\nlength = = 3\n");
-    refused(&at, "run malformed.toml", &["line 3"]);
+    at.refused("run malformed.toml", &["line 3"]);
     file("binary.toml", &[0xff, 0xfe, 0x00]);
-    refused(&at, "run binary.toml", &["binary.toml", "UTF-8"]);
-    refused(&at, "run missing.toml", &["missing.toml", "cannot read"]);
-    refused(&at, "run ./missing", &["./missing", "cannot read"]);
+    at.refused("run binary.toml", &["binary.toml", "UTF-8"]);
+    at.refused("run missing.toml", &["missing.toml", "cannot read"]);
+    at.refused("run ./missing", &["./missing", "cannot read"]);
     fs::create_dir(at.join("folder.toml")).expect("writable");
-    refused(&at, "run folder.toml", &["folder.toml", "cannot read"]);
+    at.refused("run folder.toml", &["folder.toml", "cannot read"]);
 }
 
 #[test]
 fn files_that_cannot_be_written_are_an_error() {
     let at = folder("unwritable");
-    fs::write(at.join("file"), "in the way").expect("writable");
+    at.write("file", "in the way");
     for option in ["--out file/load.csv", "--json file/run.json"] {
         let arguments = format!("run hoist --set segments=2 --time 0.1 {option}");
-        let output = taut(&at, &arguments);
-        let stderr = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
+        let [_, stderr] = at.ends(2, &arguments);
         assert_eq!(stderr.lines().count(), 1, "{arguments}: {stderr}");
-        has(stderr, "cannot write `file/");
+        has(&stderr, "cannot write `file/");
     }
 }
 
@@ -105,9 +102,9 @@ fn studies_refuse_options_of_others() {
         study kernels --backends dense/kkt+refine → +refine … /kkt
         study kernels --time 1 → --time
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
     if !cfg!(feature = "lapack") {
         let row = "study kernels --backends lapack:lower → not compiled in … --features lapack";
-        refuses(&at, row);
+        at.refuses(row);
     }
 }

@@ -1,6 +1,4 @@
-use crate::{folder, good, refused, refuses, taut};
-use serde_json::Value;
-use std::fs;
+use crate::*;
 use taut_output::plot::{self, Axis, Chart, Mark, Series};
 
 pub(crate) const SECTIONS: [&str; 9] = [
@@ -33,10 +31,8 @@ fn numbers<'a>(
 
 /// True if the first corner of a polyline or polygon lies above the legend.
 fn is_above(element: &str) -> bool {
-    let corner = element
-        .split(" points=\"")
-        .nth(1)
-        .and_then(|p| p.split(' ').next());
+    let mut corner = element.split(" points=\"");
+    let corner = corner.nth(1).and_then(|p| p.split(' ').next());
     let y = corner.and_then(|corner| corner.split(',').nth(1)?.parse::<f64>().ok());
     y.is_some_and(|y| y < PLOT_HEIGHT)
 }
@@ -99,12 +95,9 @@ pub(crate) fn names(page: &str) -> Vec<String> {
 }
 
 /// A page that holds everything, from a small job.
-pub(crate) fn made(name: &str) -> std::path::PathBuf {
+pub(crate) fn made(name: &str) -> At {
     let at = folder(name);
-    let stdout = good(
-        &at,
-        "bench --quick --segments 4 --ratios 10,100 --iterations 5,50 --backends banded,faer:ldlt/kkt,cg:jacobi",
-    );
+    let stdout = at.good("bench --quick --segments 4 --ratios 10,100 --iterations 5,50 --backends banded,faer:ldlt/kkt,cg:jacobi");
     assert!(!stdout.contains("written to"), "{stdout}");
     at
 }
@@ -112,7 +105,7 @@ pub(crate) fn made(name: &str) -> std::path::PathBuf {
 #[test]
 fn the_main_job_writes_a_page_that_holds_data() {
     let at = made("report");
-    let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+    let page = at.read("target/taut/report.html");
     assert_eq!(names(&page), SECTIONS);
     // How to make it again, with what, and what is known to end.
     for part in [
@@ -135,18 +128,18 @@ fn the_main_job_writes_a_page_that_holds_data() {
         assert!(!used.contains(outside), "{outside}");
     }
     // The saved data give an identical page; the rows alone give one without the rest.
-    good(&at, "report target/taut/bench.report.json --out again.html");
-    assert!(fs::read_to_string(at.join("again.html")).expect("a page") == page);
-    good(&at, "report target/taut/bench.json --out rows.html");
-    let rows = fs::read_to_string(at.join("rows.html")).expect("a page");
+    at.good("report target/taut/bench.report.json --out again.html");
+    assert!(at.read("again.html") == page);
+    at.good("report target/taut/bench.json --out rows.html");
+    let rows = at.read("rows.html");
     let sections = "answer work-precision profiles means claims rows limits";
     assert_eq!(names(&rows).join(" "), sections);
-    fs::write(at.join("other.json"), "{\"rows\": 3}").expect("writable");
+    at.write("other.json", "{\"rows\": 3}");
     let rows = r"
         report other.json → other.json … neither a report
         report absent.json → absent.json
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }
 
 /// A page of each other benchmark, and what it shows: the sections of plots and tables.
@@ -158,14 +151,11 @@ fn every_benchmark_writes_a_page() {
         let expected: Vec<&str> = expected.split(' ').collect();
         let at = folder(&format!("page-{name}"));
         if name == "matrix" {
-            good(
-                &at,
-                "dump hoist --set segments=4 --step 3 --out . --name small",
-            );
+            at.good("dump hoist --set segments=4 --step 3 --out . --name small");
         }
-        let stdout = good(&at, arguments);
+        let stdout = at.good(arguments);
         assert!(!stdout.contains("written to"), "{name}: {stdout}");
-        let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+        let page = at.read("target/taut/report.html");
         let mut sections = expected.clone();
         sections.extend(["printed", "limits"]);
         assert_eq!(names(&page), sections, "{name}");
@@ -176,33 +166,27 @@ fn every_benchmark_writes_a_page() {
         ] {
             assert!(page.contains(&part), "{name}: {part}");
         }
-        let data =
-            fs::read_to_string(at.join(format!("target/taut/{name}.report.json"))).expect("data");
+        let data = at.read(format!("target/taut/{name}.report.json"));
         let data: Value = serde_json::from_str(&data).expect("JSON");
         let settings = data["settings"].as_array().expect("settings");
         assert!(settings.len() >= 3, "{name}: {settings:?}");
         assert!(data["commit"].as_str().is_some_and(|c| !c.is_empty()));
         let report = format!("report target/taut/{name}.report.json");
-        good(&at, &format!("{report} --out again.html"));
-        assert!(
-            fs::read_to_string(at.join("again.html")).expect("a page") == page,
-            "{name}"
-        );
+        at.good(format!("{report} --out again.html"));
+        let found = at.read("again.html");
+        assert!(found == page, "{name}");
         // Rows alone do not hold the printed text.
-        good(
-            &at,
-            &format!("report target/taut/{name}.json --out rows.html"),
-        );
-        let rows = fs::read_to_string(at.join("rows.html")).expect("a page");
+        at.good(format!("report target/taut/{name}.json --out rows.html"));
+        let rows = at.read("rows.html");
         sections.retain(|section| *section != "printed");
         assert_eq!(names(&rows), sections, "{name}");
         // The plot alone, where there is one of work against precision.
         let picture = format!("{report} --picture plot.svg");
         if expected.contains(&"work-precision") {
-            assert_eq!(good(&at, &picture), "");
-            assert!(marks(&fs::read_to_string(at.join("plot.svg")).expect("a picture")) > 0);
+            assert_eq!(at.good(&picture), "");
+            assert!(marks(&at.read("plot.svg")) > 0);
         } else {
-            refused(&at, &picture, &[name, "no plot of work against precision"]);
+            at.refused(&picture, &[name, "no plot of work against precision"]);
         }
     }
 }
@@ -223,13 +207,11 @@ shocks | study shocks --quick --ratios 100 --time 1 | errors table-shocks table-
 #[test]
 fn a_picture_is_a_file_of_its_own() {
     let at = made("picture");
-    let stdout = good(&at, "report target/taut/bench.json --picture deep/plot.svg");
+    let stdout = at.good("report target/taut/bench.json --picture deep/plot.svg");
     assert_eq!(stdout, "");
-    let picture = fs::read_to_string(at.join("deep/plot.svg")).expect("a picture");
-    assert!(
-        picture.starts_with("<svg") && picture.contains("xmlns="),
-        "{picture}"
-    );
+    let picture = at.read("deep/plot.svg");
+    let holds = picture.starts_with("<svg") && picture.contains("xmlns=");
+    assert!(holds, "{picture}");
     // On white paper, in a font that every reader has some of.
     for part in [
         "#FFFFFF",
@@ -245,21 +227,15 @@ fn a_picture_is_a_file_of_its_own() {
     // Two panels share one legend.
     assert_eq!(picture.matches("\ncg:jacobi\n").count(), 1);
     assert_eq!(picture.matches("whole step (µs)").count(), 2);
-    let stdout = good(
-        &at,
-        "report target/taut/bench.report.json --picture p.svg --out p.html",
-    );
+    let stdout = at.good("report target/taut/bench.report.json --picture p.svg --out p.html");
     assert_eq!(stdout, "");
-    assert_eq!(
-        fs::read_to_string(at.join("p.svg")).expect("a picture"),
-        picture
-    );
+    assert_eq!(at.read("p.svg"), picture);
 }
 
 #[test]
 fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
     let at = made("read");
-    let text = fs::read_to_string(at.join("target/taut/bench.report.json")).expect("data");
+    let text = at.read("target/taut/bench.report.json");
     let whole: Value = serde_json::from_str(&text).expect("JSON");
     // A file of an older version lacks these keys.
     let mut older = whole.clone();
@@ -293,20 +269,19 @@ fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
     absurd["unix_time"] = u64::MAX.into();
     absurd["extras"]["patterns"][0]["blocks"] = u64::MAX.into();
     for (name, report) in [("older", older), ("absurd", absurd)] {
-        fs::write(at.join(format!("{name}.json")), report.to_string()).expect("writable");
-        good(
-            &at,
-            &format!("report {name}.json --out {name}.html --picture {name}.svg"),
-        );
+        at.write(format!("{name}.json"), report.to_string());
+        at.good(format!(
+            "report {name}.json --out {name}.html --picture {name}.svg"
+        ));
     }
-    let page = fs::read_to_string(at.join("older.html")).expect("a page");
+    let page = at.read("older.html");
     assert!(names(&page).contains(&"claims".to_owned()));
     // A file that ends too early, wherever that is.
     let characters: Vec<(usize, char)> = text.char_indices().collect();
     for share in 0..8 {
         let (end, _) = characters[share * (characters.len() - 3) / 7];
-        fs::write(at.join("cut.json"), &text[..end]).expect("writable");
-        refused(&at, "report cut.json", &["cut.json", "neither a report"]);
+        at.write("cut.json", &text[..end]);
+        at.refused("report cut.json", &["cut.json", "neither a report"]);
     }
     for nothing in [
         "[]",
@@ -318,16 +293,13 @@ fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
         "[{}]",
         "[{\"pose\": 3}, 4]",
     ] {
-        fs::write(at.join("nothing.json"), nothing).expect("writable");
-        let output = taut(&at, "report nothing.json --out nothing.html");
+        at.write("nothing.json", nothing);
+        let output = at.taut("report nothing.json --out nothing.html");
         // The last one is rows of a kind, be they ever so few.
         let good = nothing.contains("pose");
-        assert_eq!(
-            output.status.code(),
-            Some(if good { 0 } else { 2 }),
-            "{nothing}"
-        );
+        let found = output.status.code();
+        assert_eq!(found, Some(if good { 0 } else { 2 }), "{nothing}");
     }
-    fs::write(at.join("empty.json"), "[]").expect("writable");
-    refused(&at, "report empty.json", &["empty.json", "holds no rows"]);
+    at.write("empty.json", "[]");
+    at.refused("report empty.json", &["empty.json", "holds no rows"]);
 }

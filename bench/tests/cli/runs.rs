@@ -1,7 +1,4 @@
-use crate::{folder, good, has, json, program, refused, refuses, taut, text};
-use serde_json::Value;
-use std::fs;
-use std::process::Stdio;
+use crate::*;
 use taut_solver::Backend;
 
 /// A load of 10⁵ segment masses on an anchor that moves: more than the paper's step can do. The program says so, in
@@ -11,12 +8,10 @@ fn an_unstable_run_has_code_1_and_still_its_summary() {
     let at = folder("unstable");
     let arguments = "run hoist --scheme linearly-implicit --stiffness off --guard off --set mass_ratio=1e5 \
         --set seed=1 --set move_x=0.5 --time 5 --json -";
-    let output = taut(&at, arguments);
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    let [stdout, stderr] = at.ends(1, arguments);
     assert_eq!(stderr.lines().count(), 1, "{stderr}");
     assert!(stderr.contains("unstable at t = "), "{stderr}");
-    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+    let summary: Value = serde_json::from_str(&stdout).expect("JSON alone");
     assert_eq!(summary["stable"], false);
     let end = summary["failure"]["time"].as_f64().expect("a time");
     assert!(end > 0.0 && end < 5.0, "{end}");
@@ -33,9 +28,8 @@ fn an_unstable_run_has_code_1_and_still_its_summary() {
 fn a_run_lost_by_its_energy_says_by_how_much() {
     let at = folder("from_nowhere");
     let arguments = "run net --backend gauss-seidel:joints:iterations=4 --time 1 --json -";
-    let output = taut(&at, arguments);
-    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
-    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+    let [stdout, _] = at.ends(1, arguments);
+    let summary: Value = serde_json::from_str(&stdout).expect("JSON alone");
     let reason = summary["failure"]["reason"].as_str().unwrap_or_default();
     assert!(reason.contains("from nowhere"), "{reason}");
     let excess = summary["max_energy_excess"].as_f64();
@@ -45,20 +39,13 @@ fn a_run_lost_by_its_energy_says_by_how_much() {
 #[test]
 fn the_summary_of_a_run_has_its_fields() {
     let at = folder("run");
-    let run = json(
-        &at,
-        "run hoist --set segments=4 --set mass_ratio=10 --time 0.5 --json -",
-    );
+    let run = at.json("run hoist --set segments=4 --set mass_ratio=10 --time 0.5 --json -");
     for field in ["scene", "backend", "scheme"] {
-        assert!(
-            run[field].as_str().is_some_and(|s| !s.is_empty()),
-            "{field}: {run}"
-        );
+        let holds = run[field].as_str().is_some_and(|s| !s.is_empty());
+        assert!(holds, "{field}: {run}");
     }
-    assert_eq!(
-        (&run["scene"], &run["stable"], &run["steps"]),
-        (&"hoist".into(), &true.into(), &30.into())
-    );
+    let found = (&run["scene"], &run["stable"], &run["steps"]);
+    assert_eq!(found, (&"hoist".into(), &true.into(), &30.into()));
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     assert!((number(&run["dt"]) * 60.0 - 1.0).abs() < 1e-15);
     assert!(number(&run["max_violation_m"]) >= 0.0);
@@ -68,10 +55,8 @@ fn the_summary_of_a_run_has_its_fields() {
     }
     for instant in ["start", "end"] {
         for kind in ["kinetic", "gravity", "elastic"] {
-            assert!(
-                number(&run["energy"][instant][kind]).is_finite(),
-                "{instant} {kind}"
-            );
+            let holds = number(&run["energy"][instant][kind]).is_finite();
+            assert!(holds, "{instant} {kind}");
         }
     }
     let (times, positions) = (&run["load"]["time"], &run["load"]["position"]);
@@ -79,10 +64,8 @@ fn the_summary_of_a_run_has_its_fields() {
     assert_eq!(positions.as_array().map(Vec::len), Some(30));
     assert!((number(&times[29]) - 0.5).abs() < 1e-12);
     // 10 m of cable, stretched a little.
-    assert!(
-        (number(&positions[29][2]) + 10.0).abs() < 0.01,
-        "{positions}"
-    );
+    let off = (number(&positions[29][2]) + 10.0).abs();
+    assert!(off < 0.01, "{positions}");
 }
 
 /// The tension above a load at rest, the largest of a swing, and the column of each step.
@@ -90,13 +73,13 @@ fn the_summary_of_a_run_has_its_fields() {
 fn runs_tell_the_tension_above_the_load() {
     let at = folder("tension");
     let run = "run hoist --set mass_ratio=100 --set equilibrium=true --time 0.2 --substeps 4";
-    let run = json(&at, &format!("{run} --json - --out deep/t.csv"));
+    let run = at.json(format!("{run} --json - --out deep/t.csv"));
     let weight = 100.0 * 9.81;
     for field in ["load_tension", "max_load_tension"] {
         let tension = run[field].as_f64().expect("a number");
         assert!((tension / weight - 1.0).abs() < 1e-6, "{field}: {tension}");
     }
-    let csv = fs::read_to_string(at.join("deep/t.csv")).expect("written");
+    let csv = at.read("deep/t.csv");
     let heading = csv.lines().next().expect("a heading");
     assert!(heading.ends_with(",load_tension_N"), "{heading}");
     let last = csv.lines().last().and_then(|line| line.rsplit(',').next());
@@ -107,16 +90,15 @@ fn runs_tell_the_tension_above_the_load() {
 #[test]
 fn likely_mistakes_are_noted() {
     let at = folder("notes");
-    let scene = good(&at, "scene hoist --set segments=3 --explicit");
-    fs::write(at.join("weightless.toml"), scene.replacen("-9.81", "0", 1)).expect("writable");
-    let output = taut(&at, "run weightless.toml --time 0.1 --json -");
-    assert_eq!(output.status.code(), Some(0));
+    let scene = at.good("scene hoist --set segments=3 --explicit");
+    at.write("weightless.toml", scene.replacen("-9.81", "0", 1));
+    let [stdout, stderr] = at.ends(0, "run weightless.toml --time 0.1 --json -");
     let note = "gravity is zero and no other force acts: the load has no weight";
-    assert_eq!(text(&output.stderr), format!("note: {note}\n"));
-    let run: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(stderr, format!("note: {note}\n"));
+    let run: Value = serde_json::from_str(&stdout).expect("JSON");
     assert_eq!(run["notes"], serde_json::json!([note]));
     // EA in MN.
-    let soft = good(&at, "run hoist --set ea=20 --set mass_ratio=0.1 --time 1");
+    let soft = at.good("run hoist --set ea=20 --set mass_ratio=0.1 --time 1");
     assert!(soft.contains("is its stiffness in newtons?"), "{soft}");
 }
 
@@ -134,13 +116,13 @@ fn pressed(height: f64) -> String {
 #[test]
 fn overlaps_are_noted_that_a_run_begins_with() {
     let at = folder("overlaps");
-    fs::write(at.join("apart.toml"), pressed(0.5)).expect("writable");
-    let run = json(&at, "run apart.toml --time 0.8 --json -");
+    at.write("apart.toml", pressed(0.5));
+    let run = at.json("run apart.toml --time 0.8 --json -");
     let deepest = run["contacts"]["deepest_m"].as_f64();
     assert!(deepest.is_some_and(|depth| depth > 0.2), "{deepest:?}");
     assert_eq!(run["notes"], serde_json::json!([]));
-    fs::write(at.join("sunk.toml"), pressed(0.3)).expect("writable");
-    let run = json(&at, "run sunk.toml -q --time 0.05 --json -");
+    at.write("sunk.toml", pressed(0.3));
+    let run = at.json("run sunk.toml -q --time 0.05 --json -");
     let notes = run["notes"].to_string();
     has(&notes, "overlap by 2.000e-1 m at the start");
 }
@@ -152,8 +134,8 @@ fn a_run_begins_with_the_energy_of_the_state_given() {
     let scene = "name = 'ball'\ngravity = [0, 0, -9.81]\n[[ground]]\nname = 'floor'\n\
                  [[body]]\nname = 'ball'\nmass = 1\nshape = { sphere = { radius = 0.1 } }\n\
                  position = [0, 0, 0.14]\nvelocity = [0, 0, -5]\ncollide = { restitution = 0.8 }\n";
-    fs::write(at.join("ball.toml"), scene).expect("writable");
-    let run = json(&at, "run ball.toml --time 0.5 --json -");
+    at.write("ball.toml", scene);
+    let run = at.json("run ball.toml --time 0.5 --json -");
     assert_eq!(run["energy"]["start"]["kinetic"], 12.5);
     assert_eq!(run["energy"]["start"]["gravity"], 9.81 * 0.14);
     assert!(run["failure"].is_null(), "{}", run["failure"]);
@@ -161,11 +143,10 @@ fn a_run_begins_with_the_energy_of_the_state_given() {
 
 #[test]
 fn the_list_of_backends_names_all_with_licence_and_whether_they_are_there() {
-    let stdout = good(&folder("backends"), "backends");
+    let stdout = folder("backends").good("backends");
     for backend in Backend::all() {
-        let line = stdout
-            .lines()
-            .find(|l| l.split_whitespace().next() == Some(backend.name()));
+        let mut line = stdout.lines();
+        let line = line.find(|l| l.split_whitespace().next() == Some(backend.name()));
         let line = line.unwrap_or_else(|| panic!("{} is missing in\n{stdout}", backend.name()));
         let there = if backend.is_compiled() { "yes" } else { "no" };
         assert!(line.split_whitespace().any(|w| w == there), "{line}");
@@ -177,23 +158,21 @@ fn the_list_of_backends_names_all_with_licence_and_whether_they_are_there() {
 fn the_solver_that_was_chosen_is_told_with_the_reason() {
     let at = folder("chosen");
     let line = "run hoist --set segments=4 --time 0.5 --backend auto";
-    let told = json(&at, &format!("{line} --json - --save auto.json"));
+    let told = at.json(format!("{line} --json - --save auto.json"));
     assert_eq!(told["backend"], "auto");
     let chosen = &told["chosen"];
     let backend = chosen["backend"].as_str().expect("a name");
     assert!(backend.parse::<Backend>().expect("known").is_compiled());
     let reason = chosen["reason"].as_str().expect("a sentence");
-    let stdout = good(&at, line);
+    let stdout = at.good(line);
     assert!(stdout.contains(&format!("auto: {backend} (")), "{stdout}");
     assert!(stdout.contains(reason), "{stdout}");
     // A saved run keeps `auto` and chooses again.
-    let resumed = json(&at, "run --resume auto.json --time 0.1 --json -");
+    let resumed = at.json("run --resume auto.json --time 0.1 --json -");
     assert_eq!(resumed["backend"], "auto");
     assert_eq!(resumed["chosen"]["reason"], chosen["reason"]);
-    let named = json(
-        &at,
-        &line
-            .replace("auto", backend)
+    let named = at.json(
+        line.replace("auto", backend)
             .replace("--backend", "--json - --backend"),
     );
     assert!(named.get("chosen").is_none());
@@ -204,22 +183,17 @@ fn the_solver_that_was_chosen_is_told_with_the_reason() {
 fn runs_take_schemes_stiffness_guard_and_substeps() {
     let at = folder("options");
     let run = |options: &str| {
-        json(
-            &at,
-            &format!("run hoist --set segments=4 --time 0.5 {options} --json -"),
-        )
+        at.json(format!(
+            "run hoist --set segments=4 --time 0.5 {options} --json -"
+        ))
     };
     let default = run("");
     assert_eq!(default["scheme"], "third-difference");
-    assert_eq!(
-        (&default["stiffness"], &default["guard"]),
-        (&Value::from("0.4"), &Value::from(0.005))
-    );
+    let found = (&default["stiffness"], &default["guard"]);
+    assert_eq!(found, (&Value::from("0.4"), &Value::from(0.005)));
     let paper = run("--scheme linearly-implicit --stiffness off --guard off --dt 1/120");
-    assert_eq!(
-        (&paper["stiffness"], &paper["guard"]),
-        (&Value::from("off"), &Value::Null)
-    );
+    let found = (&paper["stiffness"], &paper["guard"]);
+    assert_eq!(found, (&Value::from("off"), &Value::Null));
     assert_eq!(paper["steps"], 60);
     let divided = run("--scheme spook --stiffness 0.5 --substeps 2");
     assert_eq!(divided["stiffness"], "0.5");
@@ -231,12 +205,9 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
     assert!(default["factor_entries"].as_u64() > Some(0));
     assert_eq!(default["factor_entries"], ordered["factor_entries"]);
     let resting = run("--set equilibrium=true");
-    assert!(
-        resting["max_elongation_error"]
-            .as_f64()
-            .is_some_and(|e| e < 1e-9),
-        "{resting}"
-    );
+    let holds = resting["max_elongation_error"].as_f64();
+    let holds = holds.is_some_and(|e| e < 1e-9);
+    assert!(holds, "{resting}");
     let rows = r"
         run hoist --stiffness=-1 → alpha
         run hoist --stiffness nan → alpha
@@ -252,14 +223,13 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
         run hoist --set damping=-1 → damping
         run hoist --set ea=0 → ea
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }
 
 #[test]
 fn json_goes_to_a_file_beside_the_table() {
     let at = folder("bench_file");
-    let stdout = good(
-        &at,
+    let stdout = at.good(
         "bench --quick --rows --segments 3 --ratios 5 --iterations 2 --time 0.3 --json rows.json",
     );
     assert!(stdout.contains("dense"), "{stdout}");
@@ -274,20 +244,15 @@ fn json_goes_to_a_file_beside_the_table() {
     );
     // Where later commands look for it.
     assert_eq!(read("target/taut/bench.json"), read("rows.json"));
-    let answer = good(
-        &at,
-        "bench --quick --segments 3 --ratios 5 --iterations 2 --time 0.3",
-    );
-    assert!(
-        answer.contains("\n Use `") && answer.lines().count() < 20,
-        "{answer}"
-    );
+    let answer = at.good("bench --quick --segments 3 --ratios 5 --iterations 2 --time 0.3");
+    let holds = answer.contains("\n Use `") && answer.lines().count() < 20;
+    assert!(holds, "{answer}");
     let written = "report target/taut/bench.report.json --markdown results.md";
-    assert_eq!(good(&at, written), "");
-    let results = fs::read_to_string(at.join("results.md")).expect("results");
+    assert_eq!(at.good(written), "");
+    let results = at.read("results.md");
     assert!(results.contains("\nUse `"), "{results}");
     let two = "report target/taut/bench.report.json rows.json --out page.html";
-    refused(&at, two, &["give one", "--markdown"]);
+    at.refused(two, &["give one", "--markdown"]);
 }
 
 /// `taut run … | head -1`: whoever stops reading is not told of a panic.
@@ -296,7 +261,8 @@ fn json_goes_to_a_file_beside_the_table() {
 fn a_reader_that_stops_reading_is_no_panic() {
     let at = folder("closed_pipe");
     for arguments in ["backends", "run hoist --set segments=2 --time 0.1"] {
-        let mut child = program(&at, arguments)
+        let mut child = at
+            .program(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -316,9 +282,9 @@ fn a_reader_that_stops_reading_is_no_panic() {
 #[test]
 fn help_and_version_are_no_errors() {
     let at = folder("help");
-    assert!(good(&at, "--version").contains(env!("CARGO_PKG_VERSION")));
+    assert!(at.good("--version").contains(env!("CARGO_PKG_VERSION")));
     for command in ["", "run", "bench", "static", "backends"] {
-        let help = good(&at, &format!("{command} --help"));
+        let help = at.good(format!("{command} --help"));
         assert!(help.contains("Usage"), "{command}");
     }
 }
@@ -329,17 +295,14 @@ const DRUM: &str = include_str!("../../../model/src/scene_file/drum.toml");
 #[test]
 fn the_drum_of_the_guide_lifts_its_load_as_printed() {
     let at = folder("drum");
-    fs::write(at.join("drum.toml"), DRUM).expect("writable");
+    at.write("drum.toml", DRUM);
     let run = "run drum.toml --time 4";
-    let table = good(
-        &at,
-        &format!("{run} --columns time,load.z,rope-2.slip --out -"),
-    );
+    let table = at.good(format!("{run} --columns time,load.z,rope-2.slip --out -"));
     let last = table.lines().last().expect("rows").split(',').nth(1);
     let height: f64 = last.expect("a height").parse().expect("a number");
     // 0.15 m/s for four seconds.
     assert!((height + 10.0 - 0.6).abs() < 0.05, "{height}");
-    let told = good(&at, run);
+    let told = at.good(run);
     has(&told, "load tension  9.8 … in what holds the load");
     has(&told, "m, of `rope … open or stretched");
 }
@@ -349,8 +312,8 @@ fn a_drum_that_starts_at_once_over_a_soft_cable_is_stable() {
     let at = folder("jump");
     for speed in ["0.5", "-0.5"] {
         let soft = DRUM.replace("speed = -0.5", &format!("speed = {speed}"));
-        fs::write(at.join("soft.toml"), soft.replace("ea = 2e6", "ea = 1e6")).expect("writable");
-        let told = good(&at, "run soft.toml --time 4");
+        at.write("soft.toml", soft.replace("ea = 2e6", "ea = 1e6"));
+        let told = at.good("run soft.toml --time 4");
         assert!(told.contains("verdict  stable\n"), "{told}");
     }
 }
@@ -363,15 +326,13 @@ fn a_scene_that_is_lost_is_told_with_its_reason() {
         .replace("turns = 4.25", "turns = 0.3")
         .replace("length = 22.2", "length = 14.7")
         .replace("speed = -0.5", "speed = 2.5");
-    fs::write(at.join("lost.toml"), lost).expect("writable");
+    at.write("lost.toml", lost);
     for call in [
         "run lost.toml --time 2",
         "bench --quick --scene lost.toml --time 2 --backends banded",
     ] {
-        let output = taut(&at, call);
-        assert_eq!(output.status.code(), Some(1), "{call}");
-        let told = text(&output.stderr);
-        has(told, "`rope` has run off its drum");
+        let [_, told] = at.ends(1, call);
+        has(&told, "`rope` has run off its drum");
     }
 }
 
@@ -379,13 +340,12 @@ fn a_scene_that_is_lost_is_told_with_its_reason() {
 #[test]
 fn a_run_sleeps_on_request() {
     let at = folder("sleeps");
-    fs::write(at.join("drive.csv"), "time,trolley_speed\n6,0\n6.5,0.3\n").expect("writable");
+    at.write("drive.csv", "time,trolley_speed\n6,0\n6.5,0.3\n");
     let run = "run gantry --set segments=3 --controls drive.csv";
-    let awake = json(&at, &format!("{run} --time 8 --json -"));
-    let slept = json(
-        &at,
-        &format!("{run} --time 8 --sleep --columns asleep --save half.json --save-at 5 --json -"),
-    );
+    let awake = at.json(format!("{run} --time 8 --json -"));
+    let slept = at.json(format!(
+        "{run} --time 8 --sleep --columns asleep --save half.json --save-at 5 --json -"
+    ));
     assert!(awake.get("steps_asleep").is_none());
     let asleep = slept["columns"]["asleep"].as_array().expect("a list");
     let steps = asleep.iter().filter(|asleep| **asleep == 1.0).count();
@@ -398,17 +358,14 @@ fn a_run_sleeps_on_request() {
     let pairs = path.iter().flatten().zip(other.iter().flatten());
     let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart > 0.0 && apart < 1e-3, "{apart}");
-    let resumed = json(
-        &at,
-        "run --resume half.json --time 3 --controls drive.csv --json -",
-    );
+    let resumed = at.json("run --resume half.json --time 3 --controls drive.csv --json -");
     assert_eq!(resumed["final_state"], slept["final_state"]);
     assert_eq!(resumed["steps_asleep"].as_u64(), Some(60));
-    let told = good(&at, "run gantry --sleep=5 --time 5");
-    assert!(told.contains("asleep") && !good(&at, "run gantry --time 5").contains("asleep"));
+    let told = at.good("run gantry --sleep=5 --time 5");
+    assert!(told.contains("asleep") && !at.good("run gantry --time 5").contains("asleep"));
     let rows = r"
         run gantry --sleep=-1 → sleep.distance … > 0
         run --resume half.json --sleep → --sleep … --resume
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }

@@ -1,31 +1,28 @@
-use crate::{folder, good, json, refused, refuses};
-use std::fs;
+use crate::*;
 
 const INPUTS: &str = "time,trolley_speed,hoist_speed\n0,0,0\n0.2,0.5,0\n0.4,0.5,0.3\n0.6,0,0\n";
 
 #[test]
 fn a_resumed_run_is_the_run_itself() {
     let at = folder("resumed");
-    fs::write(at.join("inputs.csv"), INPUTS).expect("writable");
+    at.write("inputs.csv", INPUTS);
     for scene in [
         "gantry --set segments=3 --set winch_force=3300 --controls inputs.csv",
         "hoist --set segments=4 --set seed=1 --set move_x=0.5 --set mass_ratio=100",
         "hoist --set segments=4 --set seed=1 --backend cg:jacobi:iterations=20",
         "particles-f --set seed=3 --scheme spook --substeps 2 --guard 1e-4",
     ] {
-        let whole = json(
-            &at,
-            &format!("run {scene} --time 1 --json - --save half.json --save-at 0.5"),
-        );
+        let whole = at.json(format!(
+            "run {scene} --time 1 --json - --save half.json --save-at 0.5"
+        ));
         let controls = if scene.contains("--controls") {
             "--controls inputs.csv"
         } else {
             ""
         };
-        let rest = json(
-            &at,
-            &format!("run --resume half.json {controls} --time 0.5 --json -"),
-        );
+        let rest = at.json(format!(
+            "run --resume half.json {controls} --time 0.5 --json -"
+        ));
         for same in "scene backend scheme guard dt final_state planar".split(' ') {
             assert_eq!(whole[same], rest[same], "{scene}: {same}");
             assert!(!whole[same].is_null(), "{scene}: {same}");
@@ -38,11 +35,11 @@ fn a_resumed_run_is_the_run_itself() {
         assert_eq!(all[30..], rest[..], "{scene}");
     }
     // By default the end is saved; what is resumed and saved at once is the same text.
-    good(&at, "run ring --time 0.2 --save a.json");
-    let once = json(&at, "run ring --time 0.4 --json - --save b.json");
-    let again = json(&at, "run --resume a.json --time 0.2 --json - --save c.json");
+    at.good("run ring --time 0.2 --save a.json");
+    let once = at.json("run ring --time 0.4 --json - --save b.json");
+    let again = at.json("run --resume a.json --time 0.2 --json - --save c.json");
     assert_eq!(once["final_state"], again["final_state"]);
-    let read = |name: &str| fs::read_to_string(at.join(name)).expect("written");
+    let read = |name: &str| at.read(name);
     assert_eq!(read("b.json"), read("c.json"));
     assert_ne!(read("a.json"), read("b.json"));
 }
@@ -51,29 +48,29 @@ fn a_resumed_run_is_the_run_itself() {
 #[test]
 fn a_driven_run_goes_on_with_its_table() {
     let at = folder("driven_on");
-    fs::write(at.join("inputs.csv"), INPUTS).expect("writable");
+    at.write("inputs.csv", INPUTS);
     let run = "gantry --set segments=3 --controls inputs.csv --time 0.3";
-    good(&at, &format!("run {run} --save a.json"));
+    at.good(format!("run {run} --save a.json"));
     let words = [
         "a.json` was driven",
         "trolley_speed, hoist_speed",
         "--controls",
     ];
-    refused(&at, "run --resume a.json --time 0.1", &words);
+    at.refused("run --resume a.json --time 0.1", &words);
     let on = "run --resume a.json --time 0.1 --json -";
-    let held = json(&at, &format!("{on} --hold-controls --save b.json"));
-    let driven = json(&at, &format!("{on} --controls inputs.csv"));
+    let held = at.json(format!("{on} --hold-controls --save b.json"));
+    let driven = at.json(format!("{on} --controls inputs.csv"));
     assert_ne!(held["final_state"], driven["final_state"]);
-    refused(&at, "run --resume b.json --time 0.1", &["was driven"]);
-    refused(&at, "run hoist --hold-controls", &["--hold-controls"]);
+    at.refused("run --resume b.json --time 0.1", &["was driven"]);
+    at.refused("run hoist --hold-controls", &["--hold-controls"]);
 }
 
 #[test]
 fn files_that_are_no_saved_run_are_refused() {
     let at = folder("not_saved");
-    good(&at, "run hoist --set segments=3 --time 0.1 --save run.json");
-    let text = fs::read_to_string(at.join("run.json")).expect("written");
-    let write = |text: &str| fs::write(at.join("bad.json"), text).expect("writable");
+    at.good("run hoist --set segments=3 --time 0.1 --save run.json");
+    let text = at.read("run.json");
+    let write = |text: &str| at.write("bad.json", text);
     let rows = r#"
         version":3 | version":7 | version 7 … run the scene again
         substeps":1 | substeps":2 | bad.json` is damaged … checksum
@@ -82,13 +79,13 @@ fn files_that_are_no_saved_run_are_refused() {
     "#;
     write(&text[..text.len() / 3]);
     let read = "run --resume bad.json --time 0.1 → bad.json";
-    refuses(&at, &format!("{read} … no saved run … EOF"));
+    at.refuses(format!("{read} … no saved run … EOF"));
     for row in rows.trim().lines() {
         let [old, new, words] = [0, 1, 2].map(|k| row.trim().split(" | ").nth(k).expect("three"));
         write(&text.replacen(old, new, 1));
-        refuses(&at, &format!("{read} … {words}"));
+        at.refuses(format!("{read} … {words}"));
     }
-    fs::write(at.join("bad.json"), [0xff, 0xfe, 0x00]).expect("writable");
+    at.write("bad.json", [0xff, 0xfe, 0x00]);
     let rows = r"
         run --resume bad.json → bad.json … UTF-8
         run --resume none.json → none.json … cannot read
@@ -101,5 +98,5 @@ fn files_that_are_no_saved_run_are_refused() {
         run hoist --save x.json --save-at nan → --save-at
         run hoist --time 0.1 --save - --json - → `--save` … share
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }

@@ -1,36 +1,27 @@
-use crate::{folder, good, json, refused, refuses};
-use serde_json::Value;
-use std::fs;
+use crate::*;
 
 /// The rows and their errors are those of the golden file; times and the selection of rows are looked at here.
 #[test]
 fn the_main_job_times_each_solver_with_each_limit() {
     let at = folder("bench");
     let arguments = "bench --quick --segments 4 --ratios 10 --iterations 1,5 --time 0.3 --json -";
-    let records = json(&at, arguments);
+    let records = at.json(arguments);
     let records = records.as_array().expect("a list of records");
     for record in records {
         for field in "dt step_ns step_ns_min solve_ns elongation_error".split(' ') {
             let number = record[field].as_f64();
             assert!(number.is_some_and(f64::is_finite), "{field}: {record}");
         }
-        assert!(
-            record["step_ns_min"].as_f64() <= record["step_ns"].as_f64(),
-            "{record}"
-        );
+        let found = record["step_ns_min"].as_f64();
+        assert!(found <= record["step_ns"].as_f64(), "{record}");
     }
-    let compiled = taut_measure::Choice::all()
-        .into_iter()
-        .filter(|c| c.check().is_ok());
+    let compiled = taut_measure::Choice::all().into_iter();
+    let compiled = compiled.filter(|c| c.check().is_ok());
     for choice in compiled {
-        let rows: Vec<_> = records
-            .iter()
-            .filter(|r| r["backend"] == *choice.family())
-            .collect();
-        let iterations: Vec<_> = rows
-            .iter()
-            .filter_map(|r| r["iterations"].as_u64())
-            .collect();
+        let rows = records.iter();
+        let rows: Vec<_> = rows.filter(|r| r["backend"] == *choice.family()).collect();
+        let iterations = rows.iter().filter_map(|r| r["iterations"].as_u64());
+        let iterations: Vec<_> = iterations.collect();
         let expected: &[u64] = if choice.backend.is_iterative() {
             &[1, 5]
         } else {
@@ -50,7 +41,7 @@ kernels --quick --segments 3 --ratios 10,1e5 --backends dense,banded,dense+refin
         let (call, told) = row.split_once(" | ").expect("two cells");
         let study = call.split(' ').next().expect("a name");
         let at = folder(&format!("{study}_narrow"));
-        let stdout = good(&at, &format!("study {call}"));
+        let stdout = at.good(format!("study {call}"));
         for words in told.split(';') {
             assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
         }
@@ -66,7 +57,7 @@ fn the_study_accuracy_compares_every_scheme_with_the_reference() {
     let at = folder("accuracy");
     let line = "study accuracy --segments 4 --ratios 100 --dt 1/60,1/120,1/240 --time 1 \
                 --backends banded,cg:group --iterations 20 --json -";
-    let results = json(&at, line);
+    let results = at.json(line);
     let records = results["records"].as_array().expect("a list of records");
     let of = |setting: &str, dt: f64| {
         let found = records.iter().find(|r| {
@@ -88,20 +79,16 @@ fn the_study_accuracy_compares_every_scheme_with_the_reference() {
     }
     assert!(errors[0] < 1e-4, "{errors:?}");
     for record in records {
-        assert!(
-            record["step_ns"].as_f64().is_some_and(|ns| ns > 0.0),
-            "{record}"
-        );
-        assert!(
-            record["reference_m"].as_f64().is_some_and(|e| e < 1e-5),
-            "{record}"
-        );
+        let holds = record["step_ns"].as_f64().is_some_and(|ns| ns > 0.0);
+        assert!(holds, "{record}");
+        let holds = record["reference_m"].as_f64().is_some_and(|e| e < 1e-5);
+        assert!(holds, "{record}");
     }
     assert_eq!(of("default", 1.0 / 60.0)["stable"], true);
     assert!(records.iter().any(|r| r["iterations"] == 20));
     // The references are kept: the same again is the same, to the last bit.
     assert!(at.join("target/taut/reference").is_dir());
-    let again = json(&at, line);
+    let again = at.json(line);
     for (a, b) in records
         .iter()
         .zip(again["records"].as_array().expect("a list"))
@@ -113,10 +100,7 @@ fn the_study_accuracy_compares_every_scheme_with_the_reference() {
 #[test]
 fn the_main_job_takes_scenes_with_branches_and_loops() {
     let at = folder("scenes");
-    let rows = json(
-        &at,
-        "bench --scene ring,net --segments 8,9 --ratios 10 --backends banded,cg:group --iterations 50 --json -",
-    );
+    let rows = at.json("bench --scene ring,net --segments 8,9 --ratios 10 --backends banded,cg:group --iterations 50 --json -");
     let records = rows["records"].as_array().expect("a list");
     // The ring has two more orders of elimination.
     assert_eq!(records.len(), 2 * (1 + 2 + 1) + 2 * 2);
@@ -127,10 +111,7 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
         assert!(record["error"].is_null(), "{record}");
         assert!(record["load_difference"].as_f64().expect("a run") < 1e-8);
     }
-    let table = good(
-        &at,
-        "study scenes --scene ladder --quick --backends banded,faer:lu/kkt",
-    );
+    let table = at.good("study scenes --scene ladder --quick --backends banded,faer:lu/kkt");
     assert!(table.contains("ladder, 3 cables") && !table.contains("MISSED"));
     let rows = r"
         study scenes --scene rung → rung … ring … ladder
@@ -141,49 +122,19 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
         study scenes --time 3 → --time … unexpected argument
         study scenes --scene ring --segments 3 → segments … at least 8
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }
 
 /// A double pendulum, released level; none of its bodies is called the load.
-const BALLS: &str = "\
-name = \"balls\"
-
-[[body]]
-name = \"upper\"
-mass = 2
-shape = { sphere = { radius = 0.1 } }
-position = [1, 0, 0]
-
-[[body]]
-name = \"lower\"
-mass = 8
-shape = { sphere = { radius = 0.1 } }
-position = [3, 0, 0]
-
-[[joint]]
-name = \"first\"
-kind = \"spherical\"
-a = \"world\"
-b = \"upper\"
-point = [0, 0, 0]
-stretch = 1e-6
-
-[[joint]]
-name = \"second\"
-kind = \"spherical\"
-a = \"upper\"
-b = \"lower\"
-point = [1, 0, 0]
-stretch = 1e-6
-";
+const BALLS: &str = include_str!("texts/balls.toml");
 
 #[test]
 fn the_main_job_takes_any_scene() {
     let at = folder("own_scene");
-    fs::write(at.join("balls.toml"), BALLS).expect("writable");
+    at.write("balls.toml", BALLS);
     // Speeds that change in every frame, so that the systems of the common states depend on the way there.
     let drive = "time,trolley_speed,hoist_speed\n0,0,0\n0.5,0.5,0.4\n1,0,0\n";
-    fs::write(at.join("drive.csv"), drive).expect("writable");
+    at.write("drive.csv", drive);
     let quick = "--quick --backends banded,dense,cg:group --iterations 50 --time 0.5";
     for (scene, name, ratio) in [
         ("balls.toml", "balls.toml", 4.0),
@@ -193,7 +144,7 @@ fn the_main_job_takes_any_scene() {
             1000.0,
         ),
     ] {
-        let rows = json(&at, &format!("bench --scene {scene} {quick} --json -"));
+        let rows = at.json(format!("bench --scene {scene} {quick} --json -"));
         let rows = rows.as_array().expect("a list");
         assert_eq!(rows.len(), 3, "{name}");
         for row in rows {
@@ -210,13 +161,10 @@ fn the_main_job_takes_any_scene() {
         }
         let fastest = rows.iter().filter_map(|r| r["fastest_at"].as_array());
         assert_eq!(fastest.flatten().count(), 3, "{rows:?}");
-        let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+        let page = at.read("target/taut/report.html");
         assert!(page.contains(&format!("{name}, mass ratio")), "{name}");
     }
-    let answer = good(
-        &at,
-        &format!("bench --scene balls.toml,gantry {quick} --rows"),
-    );
+    let answer = at.good(format!("bench --scene balls.toml,gantry {quick} --rows"));
     for words in [
         "balls.toml, gantry: Δt",
         "\n gantry ",
@@ -230,10 +178,10 @@ fn the_main_job_takes_any_scene() {
 #[test]
 fn what_is_no_scene_to_measure_is_refused() {
     let at = folder("no_scene");
-    fs::write(at.join("notes.toml"), "colour = 3\n").expect("writable");
+    at.write("notes.toml", "colour = 3\n");
     let wall = "name = \"wall\"\n[[body]]\nname = \"mast\"\nmobility = \"static\"\n";
-    fs::write(at.join("wall.toml"), wall).expect("writable");
-    fs::write(at.join("drive.csv"), "time,slew\n0,0\n").expect("writable");
+    at.write("wall.toml", wall);
+    at.write("drive.csv", "time,slew\n0,0\n");
     let rows = r"
         bench --scene notes.toml → notes.toml … colour
         bench --scene none.toml → none.toml … cannot read
@@ -246,18 +194,16 @@ fn what_is_no_scene_to_measure_is_refused() {
         bench --scene gantry --controls drive.csv → drive.csv … slew
         bench --controls drive.csv → --scene
     ";
-    refuses(&at, rows);
+    at.refuses(rows);
 }
 
 #[test]
 fn studies_are_listed_with_what_they_measure() {
-    let list = good(&folder("studies"), "study");
+    let list = folder("studies").good("study");
     for study in taut_studies::studies::STUDIES {
         let line = list.lines().find(|l| l.starts_with(study.name));
-        assert!(
-            line.is_some_and(|l| l.ends_with(study.question().about)),
-            "{list}"
-        );
+        let says = line.is_some_and(|l| l.ends_with(study.question().about));
+        assert!(says, "{list}");
     }
 }
 
@@ -265,12 +211,12 @@ fn studies_are_listed_with_what_they_measure() {
 fn rows_of_a_study_are_a_csv_table() {
     let at = folder("csv");
     let line = "study linear --segments 3 --ratios 1,1e3 --backends dense --csv -";
-    let text = good(&at, line);
+    let text = at.good(line);
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let headings = reader.headers().expect("headings").clone();
     assert_eq!(headings.iter().next(), Some("pose"));
     let rows = reader.records().collect::<Result<Vec<_>, _>>();
     // Two ratios, two poses, three refinements.
     assert_eq!(rows.expect("rows of equal length").len(), 12);
-    refused(&at, &format!("{line} --json -"), &["--csv", "--json"]);
+    at.refused(format!("{line} --json -"), &["--csv", "--json"]);
 }

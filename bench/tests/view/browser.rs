@@ -102,10 +102,8 @@ impl Browser {
             "returnByValue": true,
         });
         let mut result = self.call(Some(page), "Runtime.evaluate", &params);
-        assert!(
-            result.get("exceptionDetails").is_none(),
-            "{script}: {result}"
-        );
+        let holds = result.get("exceptionDetails").is_none();
+        assert!(holds, "{script}: {result}");
         result["result"]["value"].take()
     }
 

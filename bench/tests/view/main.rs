@@ -20,32 +20,7 @@ fn alone() -> MutexGuard<'static, ()> {
 }
 
 /// A trolley with a motor, and a point-like load on 4 m of massless cable.
-const PENDULUM: &str = r#"
-name = "pendulum <i>"
-load = "load"
-equilibrium = true
-body = [
-  { name = "mast", mobility = "static" },
-  { name = "trolley", mass = 500, shape = { sphere = { radius = 0.5 } } },
-  { name = "load", mass = 1000, shape = { sphere = { radius = 0.3 } }, position = [0, 0, -4] },
-]
-[[joint]]
-name = "rail"
-kind = "slider"
-a = "mast"
-b = "trolley"
-point = [0, 0, 0]
-axis = [1, 0, 0]
-motor = { speed = 0 }
-[[massless_cable]]
-name = "rope"
-through = [{ body = "trolley" }, { body = "load" }]
-length = 4
-stretch = 1e-7
-[[control]]
-name = "trolley <b>speed</b>"
-drives = [{ joint = "rail" }]
-"#;
+const PENDULUM: &str = include_str!("pendulum.toml");
 
 fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -55,12 +30,9 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn taut(folder: &Path, arguments: &[&str]) -> Output {
-    let program = Command::new(env!("CARGO_BIN_EXE_taut"))
-        .current_dir(folder)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .output();
-    program.expect("starts")
+    let mut program = Command::new(env!("CARGO_BIN_EXE_taut"));
+    let program = program.current_dir(folder).args(arguments);
+    program.stdin(Stdio::null()).output().expect("starts")
 }
 
 /// A scene that is served until this is dropped.
@@ -149,9 +121,8 @@ const BESIDE: &str = "(() => {
 /// Mean time from one passage through the middle to the next but one \[s].
 fn period(path: &[[f64; 2]]) -> f64 {
     let pairs = path.windows(2).filter(|w| w[0][1] < 0.0 && w[1][1] >= 0.0);
-    let passages: Vec<f64> = pairs
-        .map(|w| w[0][0] - w[0][1] * (w[1][0] - w[0][0]) / (w[1][1] - w[0][1]))
-        .collect();
+    let passages = pairs.map(|w| w[0][0] - w[0][1] * (w[1][0] - w[0][0]) / (w[1][1] - w[0][1]));
+    let passages: Vec<f64> = passages.collect();
     (passages[passages.len() - 1] - passages[0]) / (passages.len() - 1) as f64
 }
 
@@ -217,10 +188,8 @@ fn a_driver_swings_the_load_and_changes_the_solver_on_the_way() {
     let fastest = 1.1 * size * 2.0 * std::f64::consts::PI / expected / 60.0;
     for pair in path.windows(2) {
         let [dt, dx] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
-        assert!(
-            (dt * 60.0).round() >= 1.0 && dx.abs() <= fastest * (dt * 60.0).round(),
-            "{pair:?}"
-        );
+        let holds = (dt * 60.0).round() >= 1.0 && dx.abs() <= fastest * (dt * 60.0).round();
+        assert!(holds, "{pair:?}");
     }
     no_step_is_missed(&mut browser, &page);
 }
@@ -401,10 +370,8 @@ fn others_may_not_ask() {
         ),
     ] {
         let found = served.get(path, &headers).0;
-        assert!(
-            found == status || (status == 400 && found == 403),
-            "{path} {headers}: {found}"
-        );
+        let holds = found == status || (status == 400 && found == 403);
+        assert!(holds, "{path} {headers}: {found}");
     }
     // Invalid and overlong messages affect only their sender.
     let mut socket = served.socket().expect("opened");
@@ -431,10 +398,8 @@ fn others_may_not_ask() {
     );
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(
-        told.contains("is in use") && told.contains("--port"),
-        "{told}"
-    );
+    let holds = told.contains("is in use") && told.contains("--port");
+    assert!(holds, "{told}");
 }
 
 #[test]
@@ -475,11 +440,8 @@ fn runs_and_recordings_are_files_for_other_commands() {
             "--hold-controls",
         ],
     );
-    assert!(
-        resumed.status.success(),
-        "{}",
-        String::from_utf8_lossy(&resumed.stderr)
-    );
+    let holds = resumed.status.success();
+    assert!(holds, "{}", String::from_utf8_lossy(&resumed.stderr));
 }
 
 /// Connections that send half of a header are closed; more of them than there is room for keep nobody out for long.

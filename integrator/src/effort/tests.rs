@@ -1,21 +1,16 @@
 use super::Effort;
-use crate::{StepError, StepOptions, Stepper};
+use crate::testing::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
-use taut_model::{ContactScene, ContactSceneParams, Scene};
 use taut_solver::coulomb::ConeMethod;
 
 /// A pile of cables under this gravity: 10⁹ m/s² crush them into dense problems without a solution.
 fn pile(gravity: f64, mass_ratio: f64) -> Stepper {
-    let params = ContactSceneParams {
-        mass_ratio,
-        ei: 1.0,
-        damping: 0.5,
-        gravity,
-        ..ContactSceneParams::new(ContactScene::Pile)
-    };
+    let params = ContactSceneParams::new(ContactScene::Pile)
+        .with(|p| (p.mass_ratio, p.ei, p.damping) = (mass_ratio, 1.0, 0.5))
+        .with(|p| p.gravity = gravity);
     let scene: Scene = params.build().expect("built");
     Stepper::new(scene, StepOptions::default()).expect("a sound scene")
 }
@@ -83,10 +78,7 @@ fn columns_through_the_joints_and_passes_count() {
     let mut free = Stepper::new(scene, StepOptions::default()).expect("sound");
     free.step().expect("a step");
     assert_eq!(free.step.effort.all, 0.0);
-    let guard = Some(crate::Guard {
-        tolerance: 1e-15,
-        ..crate::Guard::default()
-    });
+    let guard = Some(crate::Guard::default().with(|g| g.tolerance = 1e-15));
     let guarded = free.options().clone().with(|o| o.guard = guard);
     free.set_options(guarded).expect("sound");
     let passes = free.step().expect("a step");
@@ -123,13 +115,8 @@ fn a_step_ends_soon_after_its_flag_is_set() {
         let mut stepper = pile(gravity, 1e6);
         let stop = Arc::new(AtomicBool::new(false));
         stepper.stop_by(Arc::clone(&stop));
-        let heights: Vec<f64> = stepper
-            .scene()
-            .bodies
-            .position
-            .iter()
-            .map(|p| p.z)
-            .collect();
+        let heights = stepper.scene();
+        let heights: Vec<f64> = heights.bodies.position.iter().map(|p| p.z).collect();
         let (error, waited) = thread::scope(|scope| {
             let step = scope.spawn(|| stepper.step().err());
             thread::sleep(Duration::from_secs(1));
@@ -137,10 +124,8 @@ fn a_step_ends_soon_after_its_flag_is_set() {
             let asked = Instant::now();
             (step.join().expect("no panic"), asked.elapsed())
         });
-        assert!(
-            matches!(error, Some(StepError::Stopped { time: 0.0 })),
-            "{error:?}"
-        );
+        let refused = matches!(error, Some(StepError::Stopped { time: 0.0 }));
+        assert!(refused, "{error:?}");
         assert!(waited < Duration::from_secs(15), "{waited:?}");
         let left = stepper.scene().bodies.position.iter().map(|p| p.z);
         assert!(left.eq(heights), "the state is not that at the beginning");

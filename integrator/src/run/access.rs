@@ -462,16 +462,11 @@ pub(super) fn refused(what: String, reason: &'static str) -> StepError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Form, StepOptions};
-    use taut_model::{Body, Constraint, Frame, RowLaw, Scene, Spherical};
+    use crate::testing::*;
 
     fn options() -> StepOptions {
         let backend = taut_solver::Backend::Dense(taut_solver::DenseOptions::default());
-        StepOptions {
-            form: Form::Schur,
-            backend,
-            ..StepOptions::paper()
-        }
+        StepOptions::paper().with(|o| (o.form, o.backend) = (Form::Schur, backend))
     }
 
     #[test]

@@ -302,20 +302,11 @@ mod tests_endless;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{centre, origin};
-    use crate::{Scheme, StepOptions};
+    use crate::testing::*;
     use std::f64::consts::TAU;
-    use taut_model::{
-        Body, Constraint, Controls, Frame, GantryParams, Hinge, HoistParams, MasslessCable, Motor,
-        RowLaw, Scene, Sheave,
-    };
 
     fn watched(scheme: Scheme) -> StepOptions {
-        StepOptions {
-            scheme,
-            energy_tolerance: Some(0.2),
-            ..StepOptions::default()
-        }
+        StepOptions::default().with(|o| (o.scheme, o.energy_tolerance) = (scheme, Some(0.2)))
     }
 
     /// The balances of a run of `time` seconds.
@@ -350,12 +341,8 @@ mod tests {
             (Scheme::LinearlyImplicit, 0.1),
             (Scheme::THIRD_DIFFERENCE, 0.01),
         ] {
-            let params = HoistParams {
-                segments: 6,
-                circle_radius: 1.0,
-                circle_period: 2.0,
-                ..HoistParams::default()
-            };
+            let params = HoistParams::default()
+                .with(|p| (p.segments, p.circle_radius, p.circle_period) = (6, 1.0, 2.0));
             let all = balances(params.hanging_equilibrium().unwrap(), watched(scheme), 10.0);
             assert!(all.iter().any(|b| b.work > 1000.0), "{scheme}");
             for b in all {
@@ -390,10 +377,8 @@ mod tests {
         scene.bodies.force[body] = Vector3::x() * 3.0;
         let all = balances(scene, watched(Scheme::LinearlyImplicit), 2.0);
         let b = all.last().unwrap();
-        assert!(
-            (b.gained / b.work - 1.0).abs() < 0.02 && b.work > 8.0,
-            "{b:?}"
-        );
+        let holds = (b.gained / b.work - 1.0).abs() < 0.02 && b.work > 8.0;
+        assert!(holds, "{b:?}");
     }
 
     /// A load hangs in equilibrium from a drum, which starts to lift it at `speed` at once.
@@ -405,22 +390,15 @@ mod tests {
         let below = Vector3::new(radius, 0.0, -drop);
         let load = scene.add_body("load", Body::sphere(0.3, 1000.0).at(below));
         let centre = |body| centre(body).along(&-Vector3::y());
-        let axle = Hinge {
-            motor: Some(Motor::speed(-speed / radius)),
-            ..Hinge::new([origin().along(&-Vector3::y()), centre(drum)])
-        };
+        let axle = Hinge::new([origin().along(&-Vector3::y()), centre(drum)])
+            .with(|p| p.motor = Some(Motor::speed(-speed / radius)));
         scene.add_constraint("axle", Constraint::Hinge(axle), 0);
         let turns = 3.0;
         let length = radius * turns * TAU + drop / (1.0 + weight / ea);
-        let on_drum = Sheave {
-            turns,
-            ..Sheave::new(radius)
-        };
+        let on_drum = Sheave::new(radius).with(|p| p.turns = turns);
         let frames = vec![centre(drum), centre(load)];
-        let cable = MasslessCable {
-            sheaves: vec![Some(on_drum), None],
-            ..MasslessCable::new(frames, length, RowLaw::new(length / ea, damping))
-        };
+        let cable = MasslessCable::new(frames, length, RowLaw::new(length / ea, damping))
+            .with(|p| p.sheaves = vec![Some(on_drum), None]);
         scene.reeve("rope", &cable, 0).unwrap();
         scene
     }

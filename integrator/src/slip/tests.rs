@@ -1,10 +1,5 @@
-use crate::testing::{centre, on_earth, origin, over, sheave};
-use crate::{Form, Scheme, StepOptions, Stepper};
-use nalgebra::{Matrix3, Vector3};
+use crate::testing::*;
 use std::f64::consts::PI;
-use taut_model::{
-    Body, Constraint, Frame, Hinge, MasslessCable, RowLaw, Scene, Slider, axes_along,
-};
 
 pub(super) const G: f64 = 9.81;
 pub(super) const R: f64 = 0.2;
@@ -38,11 +33,7 @@ fn hung_over(
             let axes = axes_along(&Vector3::y()).unwrap();
             let frames = [origin(), centre(wheel)];
             let frames = frames.map(|f| f.with_axes(axes));
-            let axle = Hinge {
-                stretch: law,
-                tilt: law,
-                ..Hinge::new(frames)
-            };
+            let axle = Hinge::new(frames).with(|p| (p.stretch, p.tilt) = (law, law));
             scene.add_constraint("axle", axle, 0);
             centre(wheel)
         }
@@ -86,10 +77,8 @@ fn accelerations(scene: Scene, options: StepOptions) -> Vec<f64> {
 
 fn assert_all(found: &[f64], exact: f64, bar: f64, what: &str) {
     for (i, a) in found.iter().enumerate() {
-        assert!(
-            (a - exact).abs() <= bar,
-            "{what}, step {i}: {a:.12}, not {exact:.12}"
-        );
+        let off = (a - exact).abs();
+        assert!(off <= bar, "{what}, step {i}: {a:.12}, not {exact:.12}");
     }
 }
 
@@ -115,11 +104,7 @@ fn a_locked_sheave_holds_up_to_the_capstan_ratio_and_then_slips() {
     assert!((k - 2.566_332_395).abs() < 1e-9);
     for form in [Form::Schur, Form::Kkt] {
         for scheme in Scheme::KINDS {
-            let options = StepOptions {
-                scheme,
-                form,
-                ..options()
-            };
+            let options = options().with(|o| (o.scheme, o.form) = (scheme, form));
             let slips = |heavy: f64| {
                 let scene = atwood([heavy, 1.0], 0.3, None, RowLaw::RIGID);
                 accelerations(scene, options.clone())
@@ -171,10 +156,8 @@ pub(super) fn tackle(falls: usize, mass: f64, hand: f64, friction: f64, ea: f64)
     frames.push(centre(held));
     sheaves.push(None);
     let length = drop * falls as f64 + 2.0 + PI * radius * falls as f64;
-    let cable = MasslessCable {
-        sheaves,
-        ..MasslessCable::new(frames, length, RowLaw::new(length / ea, 0.1))
-    };
+    let cable = MasslessCable::new(frames, length, RowLaw::new(length / ea, 0.1))
+        .with(|p| p.sheaves = sheaves);
     scene.reeve("rope", &cable, 0).unwrap();
     scene
 }
@@ -342,11 +325,7 @@ fn a_saved_run_goes_on_with_the_same_bits_and_all_forms_and_solvers_agree() {
                     continue;
                 }
                 let name = format!("{seed}, {backend}, {form}");
-                let found = run(StepOptions {
-                    backend,
-                    form,
-                    ..options()
-                });
+                let found = run(options().with(|o| (o.backend, o.form) = (backend, form)));
                 for (a, b) in position(&found).iter().zip(&reference) {
                     assert!((a - b).norm() < 1e-9, "{name}: {}", (a - b).norm());
                 }
@@ -390,10 +369,7 @@ fn stick_and_slip_are_of_second_order() {
 #[test]
 fn a_run_that_is_taken_up_while_the_guard_holds_keeps_its_friction() {
     let mut tight = options();
-    tight.guard = Some(crate::Guard {
-        tolerance: 1e-12,
-        ..crate::Guard::default()
-    });
+    tight.guard = Some(crate::Guard::default().with(|g| g.tolerance = 1e-12));
     let mut whole = Stepper::new(reeving(7), tight).unwrap();
     whole.steps(9);
     let mut restored = whole.saved();

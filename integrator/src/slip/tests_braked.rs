@@ -1,12 +1,8 @@
 //! Loads that come down on the ground while their rope slips over a sheave and off a drum.
 
 use super::tests::{G, R, cable_length, options, xz};
-use crate::Stepper;
 use crate::contact::tests::{add, ground, rough};
-use crate::testing::{brake, centre, over, sheave};
-use nalgebra::Vector3;
-use taut_model::collide::{Shape, Surface};
-use taut_model::{Body, Frame, RowLaw, Scene};
+use crate::testing::*;
 
 /// A ball `drop` above the ground whose drum, before a sheave, holds a part of its weight.
 fn braked(mass: f64, drop: f64, friction: f64, part: f64) -> Scene {
@@ -42,17 +38,12 @@ fn a_load_that_pulls_its_rope_through_a_brake_lands_without_a_rebound() {
                     undecided += stepper.step().unwrap().undecided;
                     let height = stepper.scene().bodies.position[0].z - 0.25;
                     lowest = lowest.min(height);
-                    assert!(
-                        height < lowest + 1e-4,
-                        "{what}: rises by {}",
-                        height - lowest
-                    );
+                    let holds = height < lowest + 1e-4;
+                    assert!(holds, "{what}: rises by {}", height - lowest);
                 }
                 assert_eq!(undecided, 0, "{what}");
-                assert!(
-                    lowest.abs() < 1e-4 + sinks,
-                    "{what}: ends {lowest} m above the ground"
-                );
+                let holds = lowest.abs() < 1e-4 + sinks;
+                assert!(holds, "{what}: ends {lowest} m above the ground");
             }
         }
     }

@@ -1,10 +1,8 @@
 //! Energy over sheaves with friction: step by step, and never gained.
 
 use super::tests::{DT, G, options, reeving, tensions, total_energy, total_length};
-use crate::{GeometricStiffness, Scheme, StepOptions, Stepper};
-use nalgebra::Vector3;
+use crate::testing::*;
 use taut_model::body_vectors::unpacked;
-use taut_model::{Controls, GantryParams};
 
 /// Energy of one unguarded step that is not accounted for \[J]. φ̂ is the predicted φ, d the drives
 /// and slips ∂φ/∂t, and G the work of the geometric stiffness through M and Δt f:
@@ -40,11 +38,7 @@ fn residual_of_the_step(stepper: &mut Stepper) -> f64 {
 }
 
 fn implicit() -> StepOptions {
-    StepOptions {
-        scheme: Scheme::LinearlyImplicit,
-        guard: None,
-        ..options()
-    }
+    options().with(|o| (o.scheme, o.guard) = (Scheme::LinearlyImplicit, None))
 }
 
 #[test]
@@ -52,11 +46,7 @@ fn the_energy_of_each_step_is_accounted_for() {
     for seed in 1..=20 {
         let scene = reeving(seed);
         let size: f64 = scene.bodies.mass.iter().sum::<f64>() * G * 3.0;
-        let plain = StepOptions {
-            stiffness: GeometricStiffness::Off,
-            dt: DT / 4.0,
-            ..implicit()
-        };
+        let plain = implicit().with(|o| (o.stiffness, o.dt) = (GeometricStiffness::Off, DT / 4.0));
         let mut stepper = Stepper::new(scene, plain).unwrap();
         for step in 0..100 {
             let compliance = stepper.linearized().compliance.clone();
@@ -66,15 +56,11 @@ fn the_energy_of_each_step_is_accounted_for() {
             // the loss ½ (φ̂ − φ)²/ε.
             for bound in &stepper.linearized().bounds {
                 let r = bound.row;
-                let (mu, predicted) = (
-                    stepper.multipliers()[r],
-                    stepper.step.system_data.predicted[r],
-                );
+                let mu = stepper.multipliers()[r];
+                let predicted = stepper.step.system_data.predicted[r];
                 let law = mu + stepper.step.options.dt * predicted / compliance[r];
-                assert!(
-                    mu == 0.0 || law.abs() < 1e-9 * mu.abs(),
-                    "{seed}, {step}: {law:e}"
-                );
+                let holds = mu == 0.0 || law.abs() < 1e-9 * mu.abs();
+                assert!(holds, "{seed}, {step}: {law:e}");
             }
         }
     }
@@ -84,13 +70,9 @@ fn the_energy_of_each_step_is_accounted_for() {
 fn so_is_that_of_a_gantry_driven_for_a_minute() {
     for falls in [2, 4, 8, 12] {
         for sheave_friction in [0.0, 0.1, 0.2] {
-            let params = GantryParams {
-                parts: falls,
-                sheaves: true,
-                sheave_friction,
-                mass_ratio: 1e5,
-                ..GantryParams::default()
-            };
+            let params = GantryParams::default()
+                .with(|p| (p.parts, p.sheaves) = (falls, true))
+                .with(|p| (p.sheave_friction, p.mass_ratio) = (sheave_friction, 1e5));
             let scene = params.build().unwrap();
             let size = scene.bodies.mass.iter().sum::<f64>() * G * 10.0;
             let mut stepper = Stepper::new(scene, implicit()).unwrap();
@@ -117,18 +99,13 @@ fn friction_never_adds_energy_and_keeps_its_cone() {
     for seed in 1..=40 {
         let scene = reeving(seed);
         let frictions: Vec<f64> = scene.capstans.iter().map(|c| c.friction).collect();
-        let options = StepOptions {
-            scheme: Scheme::LinearlyImplicit,
-            dt: DT / 4.0,
-            ..options()
-        };
+        let options = options().with(|o| (o.scheme, o.dt) = (Scheme::LinearlyImplicit, DT / 4.0));
         let mut stepper = Stepper::new(scene, options).unwrap();
         let whole = total_length(stepper.scene());
         let mut start = None;
         for step in 0..120 {
-            let wraps: Vec<f64> = (0..frictions.len())
-                .map(|i| stepper.scene().wrap(i))
-                .collect();
+            let wraps = (0..frictions.len()).map(|i| stepper.scene().wrap(i));
+            let wraps: Vec<f64> = wraps.collect();
             let report = stepper.step().unwrap();
             assert_eq!(report.undecided, 0, "{seed}, step {step}");
             let found = tensions(&stepper);
@@ -138,20 +115,16 @@ fn friction_never_adds_energy_and_keeps_its_cone() {
                 let (k, before, after) = ((frictions[i] * wraps[i]).exp(), found[i], found[i + 1]);
                 let beyond = (after - k * before).max(before - k * after);
                 assert!(beyond <= 1e-10 * most, "{seed}, step {step}: {found:?}");
-                assert!(
-                    rate * (after - before) >= -1e-10 * most,
-                    "{seed}, step {step}"
-                );
+                let value = rate * (after - before);
+                assert!(value >= -1e-10 * most, "{seed}, step {step}");
                 slipped += usize::from(rate != 0.0);
             }
             assert!((total_length(stepper.scene()) - whole).abs() < 1e-12 * whole);
             let total = total_energy(&stepper);
             let size = whole * 10.0 * G;
             let start = *start.get_or_insert(total);
-            assert!(
-                total <= start + 1e-9 * size,
-                "{seed}, step {step}: {total} from {start}"
-            );
+            let holds = total <= start + 1e-9 * size;
+            assert!(holds, "{seed}, step {step}: {total} from {start}");
         }
     }
     assert!(slipped > 1000, "{slipped}");

@@ -1,7 +1,6 @@
 use super::*;
-use crate::linearized::Linearized;
-use crate::{Motion, Side, check_jacobian};
-use nalgebra::UnitQuaternion;
+use crate::check_jacobian;
+use crate::testing::*;
 use std::f64::consts::PI;
 
 const STIFFNESS: Stiffness = Stiffness {
@@ -15,10 +14,7 @@ fn pinned(x: f64, y: f64, z: f64) -> CableEnd {
 }
 
 fn cable(ends: [CableEnd; 2]) -> Cable {
-    Cable {
-        stiffness: STIFFNESS,
-        ..Cable::round("rope", &Material::STEEL, 0.01, ends)
-    }
+    Cable::round("rope", &Material::STEEL, 0.01, ends).with(|p| p.stiffness = STIFFNESS)
 }
 
 fn laid(cable: &Cable) -> Scene {
@@ -30,27 +26,17 @@ fn laid(cable: &Cable) -> Scene {
 
 #[test]
 fn a_straight_cable_is_the_hoist_s() {
-    let hoist = crate::HoistParams {
-        segments: 5,
-        anchor: End::Clamped,
-        damping: 0.01,
-        ..crate::HoistParams::default()
-    };
+    let hoist = crate::HoistParams::default()
+        .with(|p| (p.segments, p.anchor, p.damping) = (5, End::Clamped, 0.01));
     let own = hoist.build().expect("builds");
     let resolved = hoist.resolve().expect("sound");
     let mut scene = Scene::new("hoist");
     let load = scene.add_body("load", own.bodies.get(5));
-    let ends = [
-        CableEnd::Clamped(Frame::world(Vector3::zeros())),
-        CableEnd::Pinned(Frame::body(load, Vector3::zeros())),
-    ];
-    let rope = Cable {
-        segments: Segments::Equal(5),
-        density: resolved.segment_mass / resolved.segment_length,
-        stiffness: resolved.stiffness,
-        damping: Damping::Time(0.01),
-        ..Cable::round("rope", &Material::STEEL, resolved.radius, ends)
-    };
+    let ends = [CableEnd::Clamped(origin()), CableEnd::Pinned(centre(load))];
+    let rope = Cable::round("rope", &Material::STEEL, resolved.radius, ends)
+        .with(|p| p.segments = Segments::Equal(5))
+        .with(|p| p.density = resolved.segment_mass / resolved.segment_length)
+        .with(|p| (p.stiffness, p.damping) = (resolved.stiffness, Damping::Time(0.01)));
     let parts = scene.add_cable(&rope).expect("lies");
     assert_eq!(parts.bodies, [1, 2, 3, 4, 5]);
     assert_eq!(parts.joints, [0, 1, 2, 3, 4, 5]);
@@ -84,7 +70,7 @@ fn what_rests_as_routed_is_without_strain() {
     for kind in [JointKind::Cosserat, JointKind::Paper] {
         let ends = [
             CableEnd::Clamped(Frame::world(around(0))),
-            CableEnd::Clamped(Frame::body(block, Vector3::zeros())),
+            CableEnd::Clamped(centre(block)),
         ];
         let rope = Cable {
             name: format!("{kind:?}"),
@@ -116,10 +102,7 @@ fn lengths_that_are_given_are_those_of_the_segments() {
         pinned(1.0, 0.0, 0.0),
         CableEnd::Free(Vector3::new(1.0, 0.0, 4.5)),
     ];
-    let rope = Cable {
-        segments: Segments::Lengths(vec![0.5, 1.0, 2.0, 1.0]),
-        ..cable(ends)
-    };
+    let rope = cable(ends).with(|p| p.segments = Segments::Lengths(vec![0.5, 1.0, 2.0, 1.0]));
     let scene = laid(&rope);
     let depth: Vec<f64> = scene.bodies.position.iter().map(|p| p.z).collect();
     assert_eq!(depth, [0.25, 1.0, 2.5, 4.0]);
@@ -138,10 +121,7 @@ fn a_damping_ratio_is_that_of_the_lowest_modes() {
         pinned(0.0, 0.0, 0.0),
         CableEnd::Free(Vector3::new(0.0, 0.0, -2.0)),
     ];
-    let rope = Cable {
-        damping: Damping::Ratio(0.05),
-        ..cable(ends)
-    };
+    let rope = cable(ends).with(|p| p.damping = Damping::Ratio(0.05));
     let density = rope.density;
     let scene = laid(&rope);
     let [stretch, bend, twist] = [0, 3, 5].map(|row| scene.constraints[1].row(row).1.damping);
@@ -162,18 +142,15 @@ fn a_frame_that_moves_keeps_its_motion() {
         start: 0.0,
         ramp: 1.0,
     };
-    let top = Frame::world(Vector3::zeros()).moving(motion);
+    let top = origin().moving(motion);
     let scene = laid(&cable([CableEnd::Pinned(top), pinned(0.0, 0.0, -1.0)]));
     assert_eq!(scene.constraints[0].frames()[0].side, Side::World(motion));
 }
 
 #[test]
 fn segments_over_corners_are_chords() {
-    let rope = Cable {
-        points: vec![Vector3::new(3.0, 0.0, 0.0)],
-        segments: Segments::Equal(2),
-        ..cable([pinned(0.0, 0.0, 0.0), pinned(3.0, 0.0, 5.0)])
-    };
+    let rope = cable([pinned(0.0, 0.0, 0.0), pinned(3.0, 0.0, 5.0)])
+        .with(|p| (p.points, p.segments) = (vec![Vector3::new(3.0, 0.0, 0.0)], Segments::Equal(2)));
     let scene = laid(&rope);
     let (chord, masses) = (10.0_f64.sqrt(), &scene.bodies.mass);
     assert!((scene.bodies.position[0].norm() - 0.5 * chord).abs() < 1e-14);

@@ -1,8 +1,7 @@
 use nalgebra::Quaternion;
 
 use super::*;
-use crate::body::{Body, Mobility};
-use crate::scene::Scene;
+use crate::testing::*;
 
 #[test]
 fn surfaces_that_meet_share_their_friction_and_add_their_compliances() {
@@ -23,10 +22,7 @@ fn surfaces_that_meet_share_their_friction_and_add_their_compliances() {
     assert!((both.friction - 0.2).abs() < 1e-15);
     assert_eq!((both.restitution, both.damping), (0.5, 2e-3));
     assert!((both.compliance - 4e-8).abs() < 1e-22);
-    let odd = Surface {
-        friction: 0.3,
-        ..ice
-    };
+    let odd = ice.with(|s| s.friction = 0.3);
     assert_eq!(odd.meet(&odd).friction, 0.3);
     // −0 is 0: as a bound of friction its sign would count.
     let none = Surface {

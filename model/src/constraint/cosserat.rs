@@ -316,9 +316,7 @@ impl Facts for Cosserat {
 mod tests {
     use super::*;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::constraint::{Constraint, RowKind, RowLaw};
-    use crate::linearized::update_windings;
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
     use std::f64::consts::{PI, TAU};
 
     fn joint(frames: [Frame; 2]) -> Constraint {
@@ -358,10 +356,8 @@ mod tests {
             let phi = phi(&scene);
             let tolerance = 1e-14 * (1.0 + 1.0 / (PI - theta));
             for (found, exact) in phi[3..].iter().zip([theta * n.y, theta * n.z, omega]) {
-                assert!(
-                    (found - exact).abs() < tolerance,
-                    "{found} {exact} at {theta}"
-                );
+                let off = (found - exact).abs();
+                assert!(off < tolerance, "{found} {exact} at {theta}");
             }
         }
     }
@@ -395,10 +391,7 @@ mod tests {
     #[test]
     fn rows_are_optional() {
         let bend = RowLaw::new(2.0, 0.0);
-        let law = JointLaw {
-            bend: Some(bend),
-            ..JointLaw::default()
-        };
+        let law = JointLaw::default().with(|p| p.bend = Some(bend));
         let make = |frames| Constraint::Cosserat(Cosserat::new(frames, law));
         let mut poses = Poses::new(19);
         let scene = poses.pair(&bent(0.5, &Vector3::y(), 0.1), make);

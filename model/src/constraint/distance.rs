@@ -144,11 +144,7 @@ impl Facts for Distance {
 mod tests {
     use super::*;
     use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
-    use crate::constraint::{Constraint, RowKind};
-    use crate::linearized::Linearized;
-    use crate::scene::Scene;
-    use crate::{Body, Motion};
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
 
     const LENGTH: f64 = 0.7;
 
@@ -177,8 +173,8 @@ mod tests {
         };
         let mut scene = Scene::new("driven");
         scene.add_body("bob", Body::particle(2.0).at(point));
-        let world = Frame::world(Vector3::zeros()).moving(motion);
-        let frames = [world, Frame::body(0, Vector3::zeros())];
+        let world = origin().moving(motion);
+        let frames = [world, centre(0)];
         scene.add_constraint("link", link(frames, true), 0);
         scene
     }

@@ -183,15 +183,13 @@ mod tests {
     use super::*;
     use crate::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
+    use crate::testing::With;
 
     fn lead(frames: [Frame; 2], speed: f64, clamped: bool) -> Constraint {
         let law = Some(LAW);
         Constraint::Fairlead(Fairlead {
             frames,
-            winch: Winch {
-                speed,
-                ..Winch::new()
-            },
+            winch: Winch::new().with(|w| w.speed = speed),
             length: 10.0,
             first: 1.0,
             segment: 1.0,

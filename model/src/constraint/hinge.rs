@@ -97,10 +97,8 @@ impl Facts for Hinge {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent};
-
-    use crate::{Linearized, RowLaw};
+    use crate::testing::*;
 
     fn hinge(motor: Option<Motor>) -> impl Fn([Frame; 2]) -> Constraint {
         move |frames| {

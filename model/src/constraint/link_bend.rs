@@ -153,10 +153,9 @@ impl Facts for LinkBend {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check_jacobian;
     use crate::constraint::testing::{BAR, LAW, Poses};
-    use crate::constraint::{Constraint, RowKind};
-    use crate::{Body, Linearized, Motion, Scene, check_jacobian};
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
 
     /// Three bodies with the points at `points`, attached off their centres where `levers` are given.
     fn scene(points: [Vector3<f64>; 3], levers: Option<u64>, definition: BendDefinition) -> Scene {
@@ -317,17 +316,14 @@ mod tests {
 
     #[test]
     fn a_driven_point_bends_the_links() {
-        let mut scene = scene(
-            [Vector3::zeros(), Vector3::x(), Vector3::new(2.0, 0.0, 0.1)],
-            None,
-            BendDefinition::Vector,
-        );
+        let points = [Vector3::zeros(), Vector3::x(), Vector3::new(2.0, 0.0, 0.1)];
+        let mut scene = scene(points, None, BendDefinition::Vector);
         let motion = Motion::Smooth {
             displacement: Vector3::new(0.0, 0.1, 0.3),
             start: 0.0,
             duration: 1.0,
         };
-        scene.constraints[0].frames_mut()[0] = Frame::world(Vector3::zeros()).moving(motion);
+        scene.constraints[0].frames_mut()[0] = origin().moving(motion);
         let mut lin = Linearized::at(&scene, 0.4);
         lin.drive(&scene, 0.4, 0.6);
         let mut after = lin.clone();

@@ -199,14 +199,8 @@ impl Constraint {
 
 #[cfg(test)]
 mod tests {
-    use super::{Loads, Wrench};
     use crate::constraint::testing::{Poses, bent};
-    use crate::constraint::{
-        Constraint, Cosserat, Distance, Hinge, JointLaw, Lock, MasslessCable, Motor, Paper, RowLaw,
-        Slider, Spherical, Winch,
-    };
-    use crate::{Body, Frame, Mobility, Scene};
-    use nalgebra::{UnitQuaternion, Vector3};
+    use crate::testing::*;
 
     const LAMBDA: [f64; 6] = [-3.0, 5.0, 2.0, 7.0, -4.0, 1.5];
 
@@ -228,14 +222,8 @@ mod tests {
                 linear: RowLaw::RIGID,
                 angular: RowLaw::RIGID,
             }),
-            Constraint::Hinge(Hinge {
-                motor: Some(Motor::speed(0.0)),
-                ..Hinge::new(frames)
-            }),
-            Constraint::Slider(Slider {
-                motor: Some(Motor::speed(0.0)),
-                ..Slider::new(frames)
-            }),
+            Constraint::Hinge(Hinge::new(frames).with(|p| p.motor = Some(Motor::speed(0.0)))),
+            Constraint::Slider(Slider::new(frames).with(|p| p.motor = Some(Motor::speed(0.0)))),
             Constraint::Distance(Distance {
                 frames,
                 length: 1.0,
@@ -295,10 +283,8 @@ mod tests {
             for (k, expected) in on_body.into_iter().enumerate() {
                 let found = wrench(&scene, k);
                 assert!((found.force - expected.force).norm() < 1e-12, "{kind} {k}");
-                assert!(
-                    (found.torque - expected.torque).norm() < 1e-12,
-                    "{kind} {k}"
-                );
+                let off = (found.torque - expected.torque).norm();
+                assert!(off < 1e-12, "{kind} {k}");
             }
         }
     }
@@ -325,10 +311,8 @@ mod tests {
             Frame::world(Vector3::new(2.0, 1.0, 0.0)),
         ];
         let points = [0, 1, 2].map(|k: usize| frames[k].resolve(&scene.bodies, 0.0).point());
-        let cable = MasslessCable {
-            winch: Some(Winch::new()),
-            ..MasslessCable::new(frames, 1.0, RowLaw::RIGID)
-        };
+        let cable =
+            MasslessCable::new(frames, 1.0, RowLaw::RIGID).with(|p| p.winch = Some(Winch::new()));
         let cable = Constraint::MasslessCable(cable);
         let tension = 1250.0;
         let [n1, n2] = [0, 1].map(|k| (points[k] - points[k + 1]).normalize());
@@ -373,10 +357,7 @@ mod tests {
     #[test]
     fn a_positive_twist_carries_a_positive_moment() {
         let law = RowLaw::new(0.5, 0.0);
-        let law = JointLaw {
-            twist: Some(law),
-            ..JointLaw::default()
-        };
+        let law = JointLaw::default().with(|p| p.twist = Some(law));
         let turn = bent(0.0, &Vector3::y(), 0.25);
         let joint = |frames| Constraint::Cosserat(Cosserat::new(frames, law));
         let scene = Poses::new(5).pair(&turn, joint);
@@ -396,10 +377,7 @@ mod tests {
         let mut scene = Scene::new("bent");
         let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.4);
         scene.add_body("rod", Body::rod(1.0, 0.1, 1.0).turned(turn));
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(0, Vector3::zeros()),
-        ];
+        let frames = [origin(), centre(0)];
         let law = |bend| JointLaw {
             stretch: Some(RowLaw::RIGID),
             bend,

@@ -135,9 +135,8 @@ impl Facts for Paper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::linearized::update_windings;
+    use crate::testing::*;
     use std::f64::consts::TAU;
 
     const ALL: JointLaw = JointLaw {
@@ -152,10 +151,7 @@ mod tests {
 
     fn alternative(frames: [Frame; 2]) -> Constraint {
         let twist_definition = TwistDefinition::Alternative;
-        Constraint::Paper(Paper {
-            twist_definition,
-            ..Paper::new(frames, ALL)
-        })
+        Constraint::Paper(Paper::new(frames, ALL).with(|p| p.twist_definition = twist_definition))
     }
 
     #[test]
@@ -197,10 +193,7 @@ mod tests {
         let law = JointLaw { bend: None, ..ALL };
         for joint in [TwistDefinition::Ordinary, TwistDefinition::Alternative] {
             let make = |frames| {
-                Constraint::Paper(Paper {
-                    twist_definition: joint,
-                    ..Paper::new(frames, law)
-                })
+                Constraint::Paper(Paper::new(frames, law).with(|p| p.twist_definition = joint))
             };
             let pair = |turn: f64| Poses::new(17).pair(&bent(0.0, &Vector3::y(), turn), make);
             let mut scene = pair(0.0);

@@ -99,10 +99,8 @@ impl Facts for Slider {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::{Body, Linearized, Scene};
-    use nalgebra::Vector3;
+    use crate::testing::*;
 
     #[test]
     fn jacobian_at_random_poses() {
@@ -132,13 +130,8 @@ mod tests {
         let body = scene.add_body("trolley", body);
         let along = crate::axes_along(&Vector3::x()).expect("a direction");
         let world = Frame::world(Vector3::x()).with_axes(along);
-        let slider = Slider {
-            motor: Some(Motor {
-                target,
-                ..Motor::speed(0.0)
-            }),
-            ..Slider::new([world, Frame::body(body, Vector3::zeros()).with_axes(along)])
-        };
+        let slider = Slider::new([world, centre(body).with_axes(along)])
+            .with(|p| p.motor = Some(Motor::speed(0.0).with(|p| p.target = target)));
         scene.add_constraint("rail", Constraint::Slider(slider), 0);
         scene
     }

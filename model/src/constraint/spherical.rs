@@ -33,10 +33,8 @@ impl Facts for Spherical {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
-    use crate::scene::Scene;
-    use nalgebra::{UnitQuaternion, Vector3};
+    use crate::testing::*;
 
     fn joint(frames: [Frame; 2]) -> Constraint {
         Constraint::Spherical(Spherical {
@@ -66,10 +64,7 @@ mod tests {
     fn world_side_has_no_block() {
         let mut scene = Scene::new("pendulum");
         scene.add_body("bob", crate::Body::sphere(0.1, 1.0));
-        let frames = [
-            Frame::world(Vector3::zeros()),
-            Frame::body(0, Vector3::new(0.0, 0.3, 2.0)),
-        ];
+        let frames = [origin(), Frame::body(0, Vector3::new(0.0, 0.3, 2.0))];
         scene.add_constraint("pivot", joint(frames), 0);
         assert!(crate::check_jacobian(&scene, 0).max < 1e-9);
         let lin = crate::Linearized::at(&scene, 0.0);

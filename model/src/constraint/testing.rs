@@ -1,13 +1,10 @@
 //! Random two-body scenes with a given relative rotation, for the tests of the constraints.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use crate::testing::*;
+use nalgebra::Rotation3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use super::{Constraint, RowLaw};
-use crate::body::Body;
-use crate::frame::Frame;
-use crate::scene::Scene;
 use crate::testing::{JacobianCheck, check_jacobian};
 
 /// Largest relative error of a row that the tests accept.
@@ -105,10 +102,8 @@ pub(super) fn assert_rows(
             *w = (w.0.max(*new.0), w.1.max(*new.1));
         }
     }
-    let text: Vec<_> = worst
-        .iter()
-        .map(|(e, u)| format!("{e:.1e} ({u:.0e})"))
-        .collect();
+    let text = worst.iter();
+    let text: Vec<_> = text.map(|(e, u)| format!("{e:.1e} ({u:.0e})")).collect();
     println!("{regime:28} {}", text.join("  "));
     assert!(worst.iter().all(|(e, _)| *e <= BAR), "{regime}: {text:?}");
 }

@@ -1,10 +1,8 @@
 //! Gaps and normals of all pairs of shapes against formulas.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::testing::*;
 
 use super::*;
-use crate::body::Body;
-use crate::collide::Collider;
 
 /// How exact gaps, points and normals are in shapes of about 1 m.
 pub(super) const EXACT: f64 = 1e-12;
@@ -90,10 +88,8 @@ fn expect(shapes: [Placed; 2], normal: Vector3<f64>, gaps: &[f64]) {
             let mut got: Vec<f64> = found.iter().map(|c| c.gap).collect();
             got.sort_by(f64::total_cmp);
             let near = got.iter().zip(gaps).all(|(a, b)| (a - b).abs() < EXACT);
-            assert!(
-                got.len() == gaps.len() && near,
-                "{got:?} {gaps:?} {shapes:?}"
-            );
+            let holds = got.len() == gaps.len() && near;
+            assert!(holds, "{got:?} {gaps:?} {shapes:?}");
             for c in found {
                 let off = (c.normal - turn * normal * order).norm();
                 assert!(off < EXACT, "{off:e} {shapes:?}");
@@ -250,11 +246,8 @@ fn rims_touch_edges_and_each_other_near_the_point_where_they_cross() {
     let point = v(0.0, 0.5 * tilt.sin() - 0.3 * tilt.cos(), -low);
     let lifted = -point + v(0.0, 0.0, IN);
     let barrel = turned(cylinder(1.0, 0.3), lifted, about(Vector3::x(), tilt));
-    let roof = turned(
-        cuboid(2.0, 1.0, 1.0),
-        v(0.0, 0.0, -(0.5_f64.sqrt())),
-        about(Vector3::x(), 0.5 * QUARTER),
-    );
+    let turn = about(Vector3::x(), 0.5 * QUARTER);
+    let roof = turned(cuboid(2.0, 1.0, 1.0), v(0.0, 0.0, -(0.5_f64.sqrt())), turn);
     // A second barrel, upside down under the first and turned about z: rim to rim.
     let under = about(Vector3::z(), 1.2) * about(Vector3::x(), 2.0 * QUARTER);
     let other = turned(
@@ -263,11 +256,8 @@ fn rims_touch_edges_and_each_other_near_the_point_where_they_cross() {
         under * about(Vector3::x(), tilt),
     );
     for below in [roof, other] {
-        let pair = scene(
-            [barrel, below],
-            &UnitQuaternion::identity(),
-            Vector3::zeros(),
-        );
+        let turn = &UnitQuaternion::identity();
+        let pair = scene([barrel, below], turn, Vector3::zeros());
         let found = contacts(&pair);
         assert!(!found.is_empty());
         for c in found {

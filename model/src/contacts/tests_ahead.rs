@@ -1,12 +1,10 @@
 //! Contacts of shapes that move far in a step.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::testing::*;
 
 use super::tests::{cuboid, v};
 use super::tests_random::Random;
 use super::*;
-use crate::body::Body;
-use crate::collide::Collider;
 
 const DT: f64 = 1.0 / 60.0;
 

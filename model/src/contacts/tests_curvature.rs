@@ -1,11 +1,9 @@
 //! The second order of gaps against differences of what the narrow phase finds.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::testing::*;
 
 use super::tests::v;
 use super::*;
-use crate::body::Body;
-use crate::collide::Collider;
 
 /// Radius of the round things, and the capsule's.
 const WIDE: f64 = 0.2;
@@ -62,10 +60,8 @@ fn compare(scene: &mut Scene, close: f64) {
             }
             scene.bodies.orientation[side] = before;
             let (exact, ours) = (-sum / (h * h), direction.dot(&(formula * direction)));
-            assert!(
-                (ours - exact).abs() < close,
-                "{side} {direction:?}: {ours}, not {exact}, {contact:?}"
-            );
+            let what = format!("{side} {direction:?}: {ours}, not {exact}, {contact:?}");
+            assert!((ours - exact).abs() < close, "{what}");
         }
     }
 }
@@ -113,11 +109,8 @@ fn a_ball_on_a_plane_turns_freely_and_a_rod_rocks_on_an_edge() {
     );
     // The edge is as round as a thousandth of the box.
     compare(&mut scene, 2e-3);
-    let mut scene = pair(
-        [Shape::Sphere { radius: THIN }, Shape::Cuboid { size: half }],
-        [UnitQuaternion::identity(); 2],
-        [THIN, -0.25],
-    );
+    let shapes = [Shape::Sphere { radius: THIN }, Shape::Cuboid { size: half }];
+    let mut scene = pair(shapes, [UnitQuaternion::identity(); 2], [THIN, -0.25]);
     compare(&mut scene, 1e-6);
 }
 
@@ -133,10 +126,8 @@ fn a_rod_rocks_across_a_cylinder_and_rolls_about_its_own_axis() {
     let contact = collisions.find(&scene, 0.0).expect("finite")[0];
     let k = contact.turning(0, &scene.bodies.position[0]);
     let exact = Vector3::new(0.0, WIDE + THIN, 0.0);
-    assert!(
-        (k - nalgebra::Matrix3::from_diagonal(&exact)).norm() < 1e-15,
-        "{k}"
-    );
+    let off = (k - nalgebra::Matrix3::from_diagonal(&exact)).norm();
+    assert!(off < 1e-15, "{k}");
 }
 
 #[test]

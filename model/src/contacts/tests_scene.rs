@@ -1,15 +1,9 @@
 //! Which pairs of a scene have contacts, and when.
 
-use nalgebra::Vector3;
+use crate::testing::*;
 
 use super::tests::{EXACT, contacts, v};
 use super::*;
-use crate::body::Body;
-use crate::cable::{Cable, CableEnd, Segments};
-use crate::collide::Collider;
-use crate::constraint::{MasslessCable, RowLaw, Spherical};
-use crate::frame::Frame;
-use crate::material::Material;
 
 /// Balls of 1 m that all overlap each other and the ground.
 fn heap(count: usize) -> Scene {
@@ -34,10 +28,8 @@ fn pairs(scene: &Scene) -> Vec<[usize; 2]> {
 #[test]
 fn bodies_that_are_joined_do_not_meet_but_all_meet_the_ground() {
     let mut scene = heap(3);
-    assert_eq!(
-        pairs(&scene),
-        [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
-    );
+    let found = pairs(&scene);
+    assert_eq!(found, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]);
     let frames = [
         Frame::body(0, v(0.1, 0.0, 0.0)),
         Frame::body(1, v(0.0, 0.0, 0.0)),
@@ -94,15 +86,9 @@ fn a_cable_meets_the_ground_and_not_itself() {
     let mut scene = Scene::new("laid");
     scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
     let ends = [v(0.0, 0.0, 0.01), v(4.0, 0.0, 0.01)].map(CableEnd::Free);
-    let surface = Surface {
-        friction: 0.2,
-        ..Surface::default()
-    };
-    let cable = Cable {
-        segments: Segments::Equal(4),
-        collide: Some(surface),
-        ..Cable::round("rope", &Material::STEEL, 0.01, ends)
-    };
+    let surface = Surface::default().with(|s| s.friction = 0.2);
+    let cable = Cable::round("rope", &Material::STEEL, 0.01, ends)
+        .with(|p| (p.segments, p.collide) = (Segments::Equal(4), Some(surface)));
     scene.add_cable(&cable).expect("lies");
     assert_eq!(scene.validate(), Ok(()));
     let names: Vec<_> = scene.colliders.iter().map(|c| c.name.as_str()).collect();
@@ -119,35 +105,23 @@ fn a_cable_meets_the_ground_and_not_itself() {
             .iter()
             .all(|c| c.gap.abs() < EXACT && c.colliders[0] == 0)
     );
-    assert_eq!(
-        found[0].surface.friction,
-        surface.meet(&Surface::default()).friction
-    );
+    let expected = surface.meet(&Surface::default()).friction;
+    assert_eq!(found[0].surface.friction, expected);
     // Names that are taken are refused, and the scene stays as it was.
     let before = scene.clone();
     scene.cables.clear();
     scene.body_names = (0..4).map(|i| i.to_string()).collect();
     scene.constraint_names = (0..3).map(|i| i.to_string()).collect();
     let fault = scene.add_cable(&cable).expect_err("taken").to_string();
-    assert!(
-        fault.starts_with("two collider entries are called `rope-1`"),
-        "{fault}"
-    );
+    let says = fault.starts_with("two collider entries are called `rope-1`");
+    assert!(says, "{fault}");
     scene = before;
-    let bad = Cable {
-        name: "bad".into(),
-        collide: Some(Surface {
-            friction: -1.0,
-            ..surface
-        }),
-        ..cable
-    };
+    let bad = cable
+        .with(|p| (p.name, p.collide) = ("bad".into(), Some(surface.with(|s| s.friction = -1.0))));
     let before = scene.clone();
     let fault = scene.add_cable(&bad).expect_err("friction").to_string();
-    assert!(
-        fault.starts_with("collider `bad-1` of body `bad-1`: friction is -1"),
-        "{fault}"
-    );
+    let says = fault.starts_with("collider `bad-1` of body `bad-1`: friction is -1");
+    assert!(says, "{fault}");
     assert_eq!(scene, before);
 }
 
@@ -155,18 +129,12 @@ fn a_cable_meets_the_ground_and_not_itself() {
 fn the_groups_of_a_cable_are_those_of_its_capsules() {
     let mut scene = heap(1);
     let ends = [v(0.0, 0.0, 0.01), v(1.0, 0.0, 0.01)].map(CableEnd::Free);
-    let cable = Cable {
-        segments: Segments::Equal(2),
-        collide: Some(Surface::default()),
-        groups: 0b10,
-        meets: 0b100,
-        ..Cable::round("rope", &Material::STEEL, 0.01, ends)
-    };
+    let cable = Cable::round("rope", &Material::STEEL, 0.01, ends)
+        .with(|p| (p.segments, p.collide) = (Segments::Equal(2), Some(Surface::default())))
+        .with(|p| (p.groups, p.meets) = (0b10, 0b100));
     let own = scene.add_cable(&cable).expect("lies").bodies;
-    let capsules = scene
-        .colliders
-        .iter()
-        .filter(|c| c.body.is_some_and(|i| own.contains(&i)));
+    let capsules = scene.colliders.iter();
+    let capsules = capsules.filter(|c| c.body.is_some_and(|i| own.contains(&i)));
     let masks: Vec<_> = capsules.map(|c| (c.groups, c.meets)).collect();
     assert_eq!(masks, [(0b10, 0b100); 2]);
     // The ball and the ground, which the rope leaves out until they are of its group.
@@ -205,15 +173,11 @@ fn only_what_can_touch_in_time_is_found() {
     assert_eq!((count(&scene, 0.2), count(&scene, 0.25)), (0, 1));
     scene.bodies.position[0].x = f64::NAN;
     let fault = collisions.find(&scene, 0.1).expect_err("NaN").to_string();
-    assert!(
-        fault.starts_with("body `ball-0`: position is NaN"),
-        "{fault}"
-    );
+    let says = fault.starts_with("body `ball-0`: position is NaN");
+    assert!(says, "{fault}");
     scene.colliders.pop();
-    let fault = collisions
-        .find(&scene, 0.1)
-        .expect_err("one less")
-        .to_string();
+    let fault = collisions.find(&scene, 0.1);
+    let fault = fault.expect_err("one less").to_string();
     assert_eq!(fault, "colliders has length 1: it has to be 2");
 }
 

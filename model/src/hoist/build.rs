@@ -139,15 +139,13 @@ impl HoistParams {
 mod tests {
     use super::*;
     use crate::linearized::Linearized;
+    use crate::testing::With;
 
     #[test]
     fn it_is_unstrained_whatever_the_angle() {
         for initial_angle in [0.0, 0.7, -1.5] {
-            let params = HoistParams {
-                initial_angle,
-                load_offset: 0.3,
-                ..HoistParams::default()
-            };
+            let params = HoistParams::default()
+                .with(|p| (p.initial_angle, p.load_offset) = (initial_angle, 0.3));
             let lin = Linearized::at(&params.build().expect("builds"), 0.0);
             assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-14));
         }
@@ -155,12 +153,8 @@ mod tests {
 
     #[test]
     fn equilibrium_carries_the_weight() {
-        let params = HoistParams {
-            mass_ratio: 1e5,
-            segment_mass: Some(0.5),
-            load_offset: 0.2,
-            ..HoistParams::default()
-        };
+        let params = HoistParams::default()
+            .with(|p| (p.mass_ratio, p.segment_mass, p.load_offset) = (1e5, Some(0.5), 0.2));
         let scene = params.hanging_equilibrium().expect("builds");
         let lin = Linearized::at(&scene, 0.0);
         for j in 0..=24 {
@@ -180,12 +174,8 @@ mod tests {
 
     #[test]
     fn a_heavy_top_hangs_on_the_anchor_alone() {
-        let params = HoistParams {
-            top_mass: Some(700.0),
-            apart: Apart::Anchor,
-            segments: 3,
-            ..HoistParams::default()
-        };
+        let params = HoistParams::default()
+            .with(|p| (p.top_mass, p.apart, p.segments) = (Some(700.0), Apart::Anchor, 3));
         let scene = params.hanging_equilibrium().expect("builds");
         assert_eq!(scene.bodies.mass, [700.0, 1.0, 1.0, 1000.0]);
         assert_eq!(scene.groups, [1, 0, 0, 0]);
@@ -211,10 +201,7 @@ mod tests {
         params.joint = JointKind::Paper;
         params.attachment = End::Clamped;
         assert_eq!(rows(&params), [4, 4, 4]);
-        params = HoistParams {
-            joint: JointKind::Spherical,
-            ..HoistParams::default()
-        };
+        params = HoistParams::default().with(|p| p.joint = JointKind::Spherical);
         assert_eq!(rows(&params), [3, 3, 3]);
     }
 
@@ -224,17 +211,10 @@ mod tests {
             let scene = params.build().expect("builds");
             scene.constraints[0].frames()[0].displacement(t)
         };
-        let slide = HoistParams {
-            move_x: 0.5,
-            move_start: 1.0,
-            ..HoistParams::default()
-        };
+        let slide = HoistParams::default().with(|p| (p.move_x, p.move_start) = (0.5, 1.0));
         assert_eq!(anchor(slide.clone(), 1.0), Vector3::zeros());
         assert_eq!(anchor(slide, 2.0), Vector3::new(0.5, 0.0, 0.0));
-        let circle = HoistParams {
-            circle_radius: 2.0,
-            ..HoistParams::default()
-        };
+        let circle = HoistParams::default().with(|p| p.circle_radius = 2.0);
         assert!(anchor(circle, 3.0).y > 0.5);
     }
 }

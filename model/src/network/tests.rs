@@ -1,10 +1,7 @@
 //! Geometry, rows, groups and faults of the networks.
 
 use super::*;
-use crate::Side;
-use crate::constraint::RowKind;
-use crate::linearized::Linearized;
-use crate::scene::Scene;
+use crate::testing::*;
 
 /// Every network in some sizes and forms.
 fn all() -> Vec<NetworkParams> {
@@ -77,10 +74,7 @@ fn loads_hang_at_the_bottom_and_in_the_middle() {
 #[test]
 fn rings_list_their_joints_from_end_to_end() {
     for points in [1, 2] {
-        let params = NetworkParams {
-            points,
-            ..NetworkParams::new(Network::Ring)
-        };
+        let params = NetworkParams::new(Network::Ring).with(|p| p.points = points);
         let scene = build(&params);
         for (k, joint) in scene.constraints[..params.segments].iter().enumerate() {
             let sides = joint.frames().iter().map(|frame| frame.side);

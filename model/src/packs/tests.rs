@@ -1,19 +1,12 @@
 //! Joints in packs beside single ones.
 
 use super::*;
-use crate::constraint::MAX_ROWS;
-use crate::{
-    Body, Cosserat, Frame, HoistParams, JointLaw, Linearized, Paper, RowLaw, update_windings,
-};
-use nalgebra::UnitQuaternion;
+use crate::testing::*;
 
 /// A cable whose joints bend and twist by about `angle`, of every number of joints in the last pack.
 fn cable(segments: usize, angle: f64, seed: u64) -> Scene {
-    let params = HoistParams {
-        segments,
-        anchor: crate::End::Clamped,
-        ..HoistParams::default()
-    };
+    let params =
+        HoistParams::default().with(|p| (p.segments, p.anchor) = (segments, crate::End::Clamped));
     let mut scene = params.build().expect("builds");
     let mut state = seed;
     let mut number = || {
@@ -194,10 +187,8 @@ fn eight_lanes_find_what_four_find() {
         dispatch_eight(level, transposed);
         for i in 0..=bodies {
             let pairs = p.get(i).into_iter().zip(q.get(i));
-            assert!(
-                { pairs }.all(|(a, b)| close(a, b)),
-                "{level} {segments} {i}"
-            );
+            let all_hold = { pairs }.all(|(a, b)| close(a, b));
+            assert!(all_hold, "{level} {segments} {i}");
         }
         let mut again = lin.packs.clone();
         let evaluation = Evaluation {
@@ -210,10 +201,8 @@ fn eight_lanes_find_what_four_find() {
         for joint in 0..again.count {
             let blocks = [&lin.packs, &again].map(|packs| packs.block(joint, 1));
             let pairs = blocks[0].iter().flatten().zip(blocks[1].iter().flatten());
-            assert!(
-                { pairs }.all(|(a, b)| close(*a, *b)),
-                "{level} {segments} {joint}"
-            );
+            let all_hold = { pairs }.all(|(a, b)| close(*a, *b));
+            assert!(all_hold, "{level} {segments} {joint}");
         }
     }
 }

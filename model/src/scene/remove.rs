@@ -212,10 +212,8 @@ mod tests {
         let driven = scene.controls[1].drives[0].constraint;
         assert_eq!(scene.constraint_names[driven], "rope-2");
         assert_eq!(scene.cables[0].bodies, before.cables[0].bodies);
-        assert_eq!(
-            scene.cables[0].joints.len() + 1,
-            before.cables[0].joints.len()
-        );
+        let found = scene.cables[0].joints.len() + 1;
+        assert_eq!(found, before.cables[0].joints.len());
         let all = scene.cables[0].joints.clone();
         let segments = scene.cables[0].bodies.clone();
         scene.remove(&segments, &all).expect("goes");

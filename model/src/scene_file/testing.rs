@@ -30,10 +30,8 @@ pub(super) fn says(message: &str, wanted: &str) {
 pub(super) fn check_faults(sound: &str, table: &str) {
     let rows = table.lines().map(str::trim_start);
     for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
-        let cells: Vec<_> = row
-            .split(" → ")
-            .map(|cell| cell.replace('⏎', "\n"))
-            .collect();
+        let cells = row.split(" → ");
+        let cells: Vec<_> = cells.map(|cell| cell.replace('⏎', "\n")).collect();
         let [old, new, wanted] = &cells[..] else {
             panic!("three cells: {row}");
         };
@@ -57,10 +55,7 @@ pub(crate) fn round_trip(scene: &Scene) {
     let source = SceneSource::Explicit(Box::new(text));
     for toml in [source.to_toml(), source.to_commented_toml()] {
         let toml = toml.expect("writes");
-        assert_eq!(
-            format!("{:?}", built(&toml)),
-            format!("{scene:?}"),
-            "\n{toml}"
-        );
+        let found = format!("{:?}", built(&toml));
+        assert_eq!(found, format!("{scene:?}"), "\n{toml}");
     }
 }

@@ -1,9 +1,8 @@
 //! Tests of scenes as one table, and of overrides.
 
-use super::testing::{check_faults, fault, says};
+use super::testing::{built, check_faults, fault, says};
 use super::*;
-use crate::HoistParams;
-use crate::cable::JointKind;
+use crate::testing::*;
 use proptest::prelude::*;
 
 fn hoist(source: &SceneSource) -> &HoistParams {
@@ -51,6 +50,43 @@ fn faults_say_where() {
         TEXT → [twist]⏎force = 1⏎[bend] → line … stands beside [bend]
     "##;
     check_faults("TEXT", faults);
+}
+
+/// A sound text and the table of its faults.
+macro_rules! faulty {
+    ($name:literal) => {{
+        let faults = include_str!(concat!("texts/", $name, ".faults"));
+        (include_str!(concat!("texts/", $name, ".toml")), faults)
+    }};
+}
+
+/// Each row of a table of faults is one in the sound text beside it.
+#[test]
+fn faults_name_line_key_and_cure() {
+    let cables = super::tests_cable::text();
+    let wound = include_str!("texts/wound.toml").replace("FRICTION", "");
+    let hoist = include_str!("../../../integrator/examples/segment_crane.toml");
+    let rope = include_str!("../../../integrator/examples/rope.toml");
+    for (sound, faults) in [
+        (cables.as_str(), include_str!("texts/cables.faults")),
+        (wound.as_str(), include_str!("texts/wound.faults")),
+        (hoist, include_str!("texts/winch.faults")),
+        (rope, include_str!("texts/rule.faults")),
+        faulty!("yard"),
+        faulty!("drives"),
+        faulty!("events"),
+        faulty!("picked"),
+        faulty!("links"),
+        faulty!("loads"),
+        faulty!("reeved"),
+    ] {
+        assert!(sound == wound || !built(sound).bodies.is_empty());
+        check_faults(sound, faults);
+    }
+    let passed =
+        include_str!("texts/reeved.toml").replace("point = [2, 0, -1]", "point = [2, 0, 1]");
+    let fault = "length = 20 → length = 20.0 → line … sheave 2 … does not touch the cable";
+    check_faults(&passed.replace(", turns = 1 }", " }"), fault);
 }
 
 #[test]

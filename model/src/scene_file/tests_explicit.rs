@@ -1,58 +1,10 @@
 //! Tests of explicit scenes.
 
-use nalgebra::Vector3;
+use crate::testing::*;
 
-use super::SceneSource;
-use super::testing::{built, check_faults, fault, reads_back, says};
-use crate::constraint::{Constraint, RowLaw};
-use crate::frame::Side;
-use crate::linearized::Linearized;
-use crate::motion::Motion;
-use crate::scene::Scene;
+use super::testing::{built, fault, reads_back, says};
 
-const CRANE: &str = r#"
-name = "crane"
-gravity = [0, 0, -9.81]
-load = "hook"
-
-[[body]]
-name = "link"
-mass = 2
-shape = { rod = { length = 1.0, radius = 0.01 } }
-position = [0.5, 0, 0]
-rotation = [0, -1.5707963267948966, 0]
-
-[[body]]
-name = "hook"
-mass = 50
-inertia = [1, 2, 2.5]
-position = [1.2, 0, 0]
-orientation = [0.6, 0, 0.8, 0]
-velocity = [0, 0, -1]
-
-[[joint]]
-name = "anchor"
-kind = "spherical"
-a = "world"
-b = "link"
-point = [0, 0, 0]
-stretch = 1e-7
-damping = 0.01
-motion = { smooth = { displacement = [0, 0.5, 0], duration = 2 } }
-
-[[joint]]
-name = "cable"
-kind = "cosserat"
-a = "link"
-b = "hook"
-point = [1, 0, 0]
-axis = [1, 0, 0]
-ea = 1e6
-ei = 10
-gj = 8.0
-length = 0.5
-group = 1
-"#;
+const CRANE: &str = include_str!("texts/joints.toml");
 
 fn load(text: &str) -> Scene {
     reads_back(&SceneSource::parse(text, &[]).expect("loads"));
@@ -108,88 +60,25 @@ fn overrides_reach_entries_by_name_and_number() {
 
 #[test]
 fn locks_and_papers_and_boxes() {
-    let text = r#"
-        [[body]]
-        name = "box"
-        mass = 12
-        shape = { box = { size = [1, 1, 1] } }
-        [[body]]
-        name = "ball"
-        mass = 1
-        shape = { sphere = { radius = 0.1 } }
-        [[joint]]
-        name = "weld"
-        kind = "lock"
-        a = "box"
-        b = "world"
-        point = [0, 0, 0.5]
-        rotation = 1e-3
-        motion = { circle = { radius = 1, period = 2, ramp = 2 } }
-        [[joint]]
-        name = "twist"
-        kind = "paper"
-        a = "box"
-        b = "ball"
-        point_a = [0, 0, -0.5]
-        point_b = [0, 0, 0.1]
-        twist = 0.5
-        twist_definition = "alternative"
-    "#;
-    let scene = load(text);
+    let scene = load(include_str!("texts/boxes.toml"));
     assert_eq!(scene.bodies.inertia[0][(0, 0)], 2.0);
     let weld = &scene.constraints[0];
-    assert_eq!(
-        (
-            weld.rows(),
-            weld.row(2).1.compliance,
-            weld.row(3).1.compliance
-        ),
-        (6, 0.0, 1e-3)
+    let found = (
+        weld.rows(),
+        weld.row(2).1.compliance,
+        weld.row(3).1.compliance,
     );
+    assert_eq!(found, (6, 0.0, 1e-3));
     assert_eq!(scene.constraints[1].rows(), 1);
 }
 
-const LINKS: &str = r#"
-[[body]]
-name = "bead"
-mass = 1
-shape = "particle"
-position = [0, 0, -1.5]
-[[body]]
-name = "ball"
-mass = 3
-shape = { sphere = { radius = 0.1 } }
-position = [0, 0.1, -3]
-[[joint]]
-name = "top"
-kind = "distance"
-a = "world"
-b = "bead"
-point_a = [0, 0, 0.5]
-point_b = [0, 0, 0]
-length = 2
-ea = 1e6
-transverse = true
-motion = { smooth = { displacement = [0, 0.5, 0], duration = 2 } }
-[[joint]]
-name = "low"
-kind = "distance"
-a = "bead"
-b = "ball"
-point_a = [0, 0, 0]
-point_b = [0, 0, 0.1]
-length = 1.25
-stretch = 1e-7
-damping = 0.5
-"#;
+const LINKS: &str = include_str!("texts/links.toml");
 
 #[test]
 fn distances_are_as_written() {
     let scene = load(LINKS);
-    assert_eq!(
-        scene.bodies.get(0).inertia,
-        crate::Body::particle(1.0).inertia
-    );
+    let found = scene.bodies.get(0).inertia;
+    assert_eq!(found, crate::Body::particle(1.0).inertia);
     let [Constraint::Distance(top), Constraint::Distance(low)] = scene.constraints[..] else {
         panic!("two distances");
     };
@@ -205,17 +94,4 @@ fn distances_are_as_written() {
     for i in 0..2 {
         assert!(crate::check_jacobian(&scene, i).max < 1e-9);
     }
-    let faults = r##"
-        length = 1.25 → length = -1.25 → line … joint `low`: length is -1.25: it has to be > 0 m
-        length = 2 → length = 0 → line … joint `top`: length is 0
-        length = 1.25 → length = nan → line … length is NaN
-        length = 1.25 →  → line … joint `low`: length: is needed
-        ea = 1e6 →  → line … joint `top` has no rows
-        ea = 1e6 → ea = 1e6⏎bend = 1 → line … need kind
-        stretch = 1e-7 → stretch = nan → line … compliance is NaN
-        stretch = 1e-7 → stretch = 1⏎rotation = 1 → line … is for locks
-        transverse = true → transverse = 1 → line … invalid type
-        point_a = [0, 0, 0]⏎point_b = [0, 0, 0.1] → point = [0, 0, 0] → line … give point_a and point_b
-    "##;
-    check_faults(LINKS, faults);
 }

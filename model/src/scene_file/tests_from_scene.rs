@@ -1,18 +1,11 @@
 //! Tests of scenes written and read back. Equality is that of the bits: Rust's debug text tells −0 from 0.
 
-use nalgebra::Vector3;
+use crate::testing::*;
 
+use super::SceneText;
 use super::keys::{self, Described};
 use super::testing::{reads_back, round_trip, says};
-use super::{SceneSource, SceneText};
-use crate::body::Body;
-use crate::constraint::{Constraint, Distance, RowLaw};
-use crate::contact_scenes::ContactScene;
-use crate::frame::Frame;
 use crate::named::NAMES;
-use crate::network::Network;
-use crate::reeved::Reeved;
-use crate::scene::Scene;
 
 #[test]
 fn every_named_scene() {
@@ -109,25 +102,18 @@ fn every_key_has_its_meaning() {
 fn comments_stand_before_their_keys() {
     let source = SceneSource::load("hoist", &[("radius", "0.02")]).expect("loads");
     let text = source.to_commented_toml().expect("writes");
-    assert!(
-        text.contains("\n# Length of the unstrained cable [m].\nlength = 10.0\n"),
-        "{text}"
-    );
-    assert!(
-        text.contains("\nradius = 0.02\n# Axial stiffness YA [N]."),
-        "{text}"
-    );
+    let says = text.contains("\n# Length of the unstrained cable [m].\nlength = 10.0\n");
+    assert!(says, "{text}");
+    let says = text.contains("\nradius = 0.02\n# Axial stiffness YA [N].");
+    assert!(says, "{text}");
     assert!(text.contains("\n# ea =    (not given)\n"), "{text}");
     let scene = source.build().expect("builds");
     let explicit = SceneText::from_scene(&scene).expect("a text");
     let text = SceneSource::Explicit(Box::new(explicit)).to_commented_toml();
     let text = text.expect("writes");
-    assert_eq!(
-        text.matches("# mass: Mass [kg]; a static or driven body needs none.\n")
-            .count(),
-        1,
-        "{text}"
-    );
+    let found = text.matches("# mass: Mass [kg]; a static or driven body needs none.\n");
+    let found = found.count();
+    assert_eq!(found, 1, "{text}");
     assert_eq!(text.matches("\n[[body]]\n").count(), 25);
     assert!(!text.contains("order"), "{text}");
 }

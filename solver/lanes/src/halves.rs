@@ -47,10 +47,8 @@ mod tests {
     #[inline(always)]
     fn joins<V: Halves>() {
         let n = V::Half::LANES;
-        let (lower, upper) = (
-            V::Half::from_fn(|i| i as f64),
-            V::Half::from_fn(|i| (n + i) as f64),
-        );
+        let lower = V::Half::from_fn(|i| i as f64);
+        let upper = V::Half::from_fn(|i| (n + i) as f64);
         let all: Vec<f64> = (0..2 * n).map(|i| i as f64).collect();
         let joined = V::join(lower, upper);
         assert_eq!(lanes(joined), all);

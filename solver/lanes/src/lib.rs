@@ -422,11 +422,8 @@ mod tests {
                 let found = out[out.len() - 11 * V::LANES + k * V::LANES + i];
                 // Fused multiply-adds differ by the rounding of a product below 32.
                 let rounding = if k < 9 { 0.0 } else { 32.0 * f64::EPSILON };
-                assert!(
-                    (found - exact).abs() <= rounding,
-                    "{} lanes, {k}: {found} {exact}",
-                    V::LANES
-                );
+                let off = (found - exact).abs();
+                assert!(off <= rounding, "{} lanes, {k}: {found} {exact}", V::LANES);
             }
         }
         assert_eq!(x.max_lane(), a[V::LANES - 1]);
@@ -516,10 +513,8 @@ mod tests {
             // The lanes of a level agree with each other bit for bit.
             let one = &out[..11];
             let two = &out[11..33];
-            assert!(
-                one.iter().zip(two.chunks(2)).all(|(a, b)| *a == b[0]),
-                "{level}"
-            );
+            let all_hold = one.iter().zip(two.chunks(2)).all(|(a, b)| *a == b[0]);
+            assert!(all_hold, "{level}");
         }
     }
 
@@ -535,11 +530,8 @@ mod tests {
             }
         }
         for level in Level::available() {
-            assert_eq!(
-                dispatch_wide(level, Width),
-                level.widest().max(4),
-                "{level}"
-            );
+            let found = dispatch_wide(level, Width);
+            assert_eq!(found, level.widest().max(4), "{level}");
         }
     }
 

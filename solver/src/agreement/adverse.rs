@@ -224,10 +224,8 @@ mod tests {
                 for _ in 0..2 {
                     let report = solver.solve(a, &b, &mut x).unwrap();
                     let error = backward_error(a, &b, &x).unwrap().normwise;
-                    assert!(
-                        !report.is_claim() || error < 1e-10,
-                        "{name} {size:e}: {error:e}"
-                    );
+                    let holds = !report.is_claim() || error < 1e-10;
+                    assert!(holds, "{name} {size:e}: {error:e}");
                 }
             }
         }

@@ -336,10 +336,8 @@ mod tests {
             for scale in [1.0, 1e100, 1e-100] {
                 let b: Vec<f64> = unbalanced.iter().map(|b| b * scale).collect();
                 let found = solved(0.0, 1000, &b);
-                assert!(
-                    matches!(found, Err(SolveError::Singular { .. })),
-                    "{partition:?} {scale:e}: {found:?}"
-                );
+                let refused = matches!(found, Err(SolveError::Singular { .. }));
+                assert!(refused, "{partition:?} {scale:e}: {found:?}");
             }
             assert_eq!(status(0.0, 1000, &balanced), Status::Converged);
             assert_eq!(status(0.0, 3, &unbalanced), Status::IterationLimit);

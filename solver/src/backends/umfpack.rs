@@ -348,13 +348,11 @@ mod tests {
         }
         for e in [Error::OutOfMemory, Error::SingularMatrix { rcond: 0.0 }] {
             let message = e.to_string();
-            assert_eq!(
-                named(&e, &a),
-                SolveError::Library {
-                    library: "UMFPACK",
-                    message
-                }
-            );
+            let expected = SolveError::Library {
+                library: "UMFPACK",
+                message,
+            };
+            assert_eq!(named(&e, &a), expected);
         }
     }
 }

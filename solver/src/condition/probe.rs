@@ -180,10 +180,8 @@ mod tests {
             let root = root_power(x);
             assert!(root.log2().fract() == 0.0 && root > 0.0, "{x}");
             let part = x.sqrt() / root;
-            assert!(
-                (1.0..2.0).contains(&part) || x < f64::MIN_POSITIVE,
-                "{x} {part}"
-            );
+            let holds = (1.0..2.0).contains(&part) || x < f64::MIN_POSITIVE;
+            assert!(holds, "{x} {part}");
         }
         assert_eq!([root_power(0.0), root_power(f64::INFINITY)], [1.0; 2]);
     }

@@ -123,10 +123,8 @@ mod tests {
     fn scales_are_powers_of_two_over_the_size() {
         for x in [1.0, 1.5, 1e-300, 1e300, f64::MIN_POSITIVE, 3.0, 0.7] {
             let scaled = x * over(x);
-            assert!(
-                (1.0..2.0).contains(&scaled) && over(x).log2().fract() == 0.0,
-                "{x}"
-            );
+            let holds = (1.0..2.0).contains(&scaled) && over(x).log2().fract() == 0.0;
+            assert!(holds, "{x}");
         }
         assert!(over(f64::MAX) > 0.0 && over(5e-324).is_finite());
         assert_eq!([over(0.0), over(f64::INFINITY)], [1.0; 2]);

@@ -161,10 +161,8 @@ fn stacks_that_are_pushed_and_recover_are_solved() {
                     let world = stack(&masses(ratio, place), 0.5, push, recovery, &mut random);
                     let problem = world.problem(relative);
                     let report = solve(&problem, &mut vec![0.0; problem.rates.len()]);
-                    assert!(
-                        report.solved,
-                        "{relative} {ratio} {place} {push} {report:?}"
-                    );
+                    let holds = report.solved;
+                    assert!(holds, "{relative} {ratio} {place} {push} {report:?}");
                 }
             }
         }
@@ -191,10 +189,8 @@ fn jammed_heaps_are_solved_or_said_not_to_be() {
         let problem = heap(6, 1e3, 1.0, seed % 2 == 0, &mut random).problem(1e-8);
         let mut r = vec![0.0; problem.rates.len()];
         let report = solve(&problem, &mut r);
-        assert!(
-            report.complementarity < 0.1 && report.cone < 1e-12,
-            "{report:?}"
-        );
+        let holds = report.complementarity < 0.1 && report.cone < 1e-12;
+        assert!(holds, "{report:?}");
         assert_eq!(report.solved, report.complementarity <= 1e-10);
         assert!(r.iter().all(|r| r.is_finite()));
     }
@@ -231,9 +227,8 @@ fn overlapping_contacts_share_their_impulse() {
     let one = single(0.0, [-2.0, 6.0, 8.0], 0.5);
     let copies = 5;
     let size = 3 * copies;
-    let operator: Vec<f64> = (0..size * size)
-        .map(|k| one.operator[3 * (k / size % 3) + k % size % 3])
-        .collect();
+    let operator = (0..size * size).map(|k| one.operator[3 * (k / size % 3) + k % size % 3]);
+    let operator: Vec<f64> = operator.collect();
     let problem = Problem::new(operator, one.rates.repeat(copies), vec![0.5; copies], 1e-8);
     let mut r = vec![0.0; size];
     let report = solve(&problem, &mut r);
@@ -330,10 +325,8 @@ fn methods_are_read_as_they_are_written() {
         assert_eq!(text.parse::<ConeMethod>().unwrap_err().part, part);
     }
     let told = "staggered".parse::<ConeMethod>().unwrap_err().to_string();
-    assert!(
-        told.contains("before the joints") && told.contains("`newton`"),
-        "{told}"
-    );
+    let holds = told.contains("before the joints") && told.contains("`newton`");
+    assert!(holds, "{told}");
 }
 
 /// Stacks of ten boxes of which some slide: the whole solved by blocks of what sticks, and at once.

@@ -88,9 +88,8 @@ impl Csc {
                 *size += (value * x).abs();
             }
         }
-        let errors = sums
-            .iter()
-            .map(|(residual, size)| residual.abs() / size.max(1e-300));
+        let errors = sums.iter();
+        let errors = errors.map(|(residual, size)| residual.abs() / size.max(1e-300));
         Ok((info, errors.fold(0.0, f64::max)))
     }
 }
@@ -189,10 +188,8 @@ fn singular_matrices_are_errors_that_leave_no_factors() {
     let (symbolic, mut numeric) = matrix.factored();
     matrix.values.fill(0.0);
     assert_eq!(matrix.refactor(&mut numeric, &symbolic), Err(singular));
-    assert_eq!(
-        matrix.solve(&mut numeric, &B),
-        Err(Error::InvalidNumericObject)
-    );
+    let found = matrix.solve(&mut numeric, &B);
+    assert_eq!(found, Err(Error::InvalidNumericObject));
     let demo = Csc::demo();
     demo.refactor(&mut numeric, &symbolic).unwrap();
     assert!(demo.solve(&mut numeric, &B).unwrap().1 < 1e-15);
@@ -236,10 +233,8 @@ fn numbers_beyond_32_bits_are_errors() {
     assert_eq!(ffi::index("row_idx", most), Ok(i32::MAX));
     for value in [most + 1, 1 << 32, usize::MAX] {
         let what = "row_idx";
-        assert_eq!(
-            ffi::index(what, value),
-            Err(Error::IndexOverflow { what, value })
-        );
+        let found = ffi::index(what, value);
+        assert_eq!(found, Err(Error::IndexOverflow { what, value }));
     }
 }
 
@@ -278,17 +273,13 @@ fn bad_numbers_are_errors_that_keep_the_factors() {
         assert_eq!(matrix.factor(&symbolic, &options).unwrap_err(), error);
         assert_eq!(matrix.solve(&mut numeric, &B).unwrap_err(), error);
         let analysed = matrix.analyse(&options).err();
-        assert_eq!(
-            analysed,
-            Some(error).filter(|error| *error != Error::DifferentPattern)
-        );
+        let expected = Some(error).filter(|error| *error != Error::DifferentPattern);
+        assert_eq!(analysed, expected);
     }
     assert_eq!(demo.solve(&mut numeric, &B[1..]), Err(mismatch("b", 5, 4)));
     let (p, r, v) = (&demo.col_ptr, &demo.row_idx, &demo.values);
-    assert_eq!(
-        numeric.solve(p, r, v, &B, &mut [0.0; 6]),
-        Err(mismatch("x", 5, 6))
-    );
+    let found = numeric.solve(p, r, v, &B, &mut [0.0; 6]);
+    assert_eq!(found, Err(mismatch("x", 5, 6)));
     let infinite = [0.0, 0.0, f64::INFINITY, 0.0, 0.0];
     assert_eq!(demo.solve(&mut numeric, &infinite), Err(not_finite("b", 2)));
     assert!(demo.solve(&mut numeric, &B).unwrap().1 < 1e-15);

@@ -79,14 +79,10 @@ fn the_stepper_steps_with_it() {
 fn it_stands_in_every_table_by_default() {
     let at = "tables";
     let line = good(PROGRAM, at, "backends");
-    let line = line
-        .lines()
-        .find(|l| l.contains("skyline"))
-        .expect("its row");
-    assert!(
-        line.contains("MIT OR Apache-2.0") && line.contains("definite"),
-        "{line}"
-    );
+    let mut line = line.lines();
+    let line = line.find(|l| l.contains("skyline")).expect("its row");
+    let holds = line.contains("MIT OR Apache-2.0") && line.contains("definite");
+    assert!(holds, "{line}");
     for command in [
         "bench --quick --segments 3 --ratios 10 --iterations 1 --time 0.2",
         "study kernels --quick --segments 3",
@@ -105,10 +101,8 @@ fn it_stands_in_every_table_by_default() {
     let page = std::fs::read_to_string(folder.join("target/taut/report.html")).expect("a page");
     let [red, green, blue] = SKYLINE.entry.colour;
     let stroke = format!("#{red:02X}{green:02X}{blue:02X}");
-    assert!(
-        page.contains("skyline") && page.contains(&stroke),
-        "{stroke}"
-    );
+    let holds = page.contains("skyline") && page.contains(&stroke);
+    assert!(holds, "{stroke}");
 }
 
 #[test]
@@ -118,11 +112,9 @@ fn its_options_are_its_own() {
         "options",
         "bench --quick --segments 3 --ratios 10 --time 0.2 --backends skyline:noise=16",
     );
-    assert!(
-        rows.iter()
-            .all(|(_, row)| row["options"] == "skyline:noise=16"),
-        "{rows:?}"
-    );
+    let mut all_hold = rows.iter();
+    let all_hold = all_hold.all(|(_, row)| row["options"] == "skyline:noise=16");
+    assert!(all_hold, "{rows:?}");
     for (backend, words) in [
         (
             "skyline:fast",
@@ -135,17 +127,11 @@ fn its_options_are_its_own() {
             "umfpack, cg, gauss-seidel, minres, dense, skyline",
         ),
     ] {
-        let output = run(
-            PROGRAM,
-            "options",
-            &format!("run hoist --backend {backend}"),
-        );
+        let line = &format!("run hoist --backend {backend}");
+        let output = run(PROGRAM, "options", line);
         assert_eq!(output.status.code(), Some(2), "{backend}");
-        assert!(
-            text(&output.stderr).contains(words),
-            "{}",
-            text(&output.stderr)
-        );
+        let says = text(&output.stderr).contains(words);
+        assert!(says, "{}", text(&output.stderr));
     }
 }
 

@@ -1,9 +1,8 @@
 //! Draws the system of a seed: a matrix of some kind, rank and scaling, written as a file might be,
 //! with explicit zeros, repeated entries, empty rows and blocks.
 
-use crate::random::Random;
+use crate::prelude::*;
 use taut_measure::matrix::market::Market;
-use taut_solver::DoubleDouble;
 
 /// Structure of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,7 +106,6 @@ struct Made {
 
 impl Drawn {
     /// Draws the system of `seed`.
-    #[must_use]
     pub fn of_seed(seed: u64) -> Self {
         let random = &mut Random::new(seed);
         let kind = KINDS[random.below(KINDS.len())];
@@ -142,9 +140,8 @@ impl Drawn {
             scale(&mut made, scaling, random);
         }
         let market = written(&mut made, random);
-        let signs = (0..made.a.len())
-            .map(|_| random.uniform().signum())
-            .collect();
+        let signs = (0..made.a.len()).map(|_| random.uniform().signum());
+        let signs = signs.collect();
         Self {
             kind,
             rank,
@@ -155,13 +152,11 @@ impl Drawn {
     }
 
     /// Rows.
-    #[must_use]
     pub fn dim(&self) -> usize {
         self.market.rows
     }
 
     /// Entries of both triangles.
-    #[must_use]
     pub fn entries(&self) -> Vec<(usize, usize, f64)> {
         let mirrored = |&(r, c, v): &(usize, usize, f64)| {
             let mirror = self.market.symmetric && r != c;
@@ -171,7 +166,6 @@ impl Drawn {
     }
 
     /// By rows, zeros included.
-    #[must_use]
     pub fn full(&self) -> Vec<Vec<f64>> {
         let n = self.dim();
         let mut a = vec![vec![0.0; n]; n];
@@ -182,14 +176,11 @@ impl Drawn {
     }
 
     /// b of an x of the sizes of the columns, with signs: without rounding where the entries are whole numbers.
-    #[must_use]
     pub fn right_hand_side(&self, a: &[Vec<f64>], columns: &[f64]) -> Vec<f64> {
         let of_row = |row: &Vec<f64>| {
             let x = columns.iter().zip(&self.signs).map(|(c, s)| c * s);
-            let terms = row
-                .iter()
-                .zip(x)
-                .map(|(&a, x)| DoubleDouble::from(a) * x.into());
+            let terms = row.iter();
+            let terms = terms.zip(x).map(|(&a, x)| DoubleDouble::from(a) * x.into());
             terms
                 .fold(DoubleDouble::default(), |sum, term| sum + term)
                 .to_f64()
@@ -198,7 +189,6 @@ impl Drawn {
     }
 
     /// Positive definite beyond doubt.
-    #[must_use]
     pub fn is_definite(&self) -> bool {
         let is_kept = self.scaling != Scaling::Scattered;
         self.kind == Kind::Definite && self.rank == Rank::Full && self.market.symmetric && is_kept
@@ -437,11 +427,8 @@ fn reduce(made: &mut Made, rank: Rank, random: &mut Random) {
         _ => from.iter().map(|_| random.uniform()).collect(),
     };
     if rank == Rank::Exact {
-        let largest = made
-            .a
-            .iter()
-            .flatten()
-            .fold(0.0, |m: f64, v| m.max(v.abs()));
+        let largest = made.a.iter();
+        let largest = largest.flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
         let unit = if largest > 1e3 { largest / 1e3 } else { 0.1 };
         made.a
             .iter_mut()
@@ -499,9 +486,8 @@ fn scale(made: &mut Made, scaling: Scaling, random: &mut Random) {
         Scaling::Both => (of(true, 40.0, random), of(true, 40.0, random)),
         Scaling::Graded => {
             let fall = -40.0 / n as f64;
-            let graded: Vec<f64> = (0..n)
-                .map(|r| 2.0_f64.powi((fall * r as f64) as i32))
-                .collect();
+            let graded = (0..n).map(|r| 2.0_f64.powi((fall * r as f64) as i32));
+            let graded: Vec<f64> = graded.collect();
             (graded.clone(), graded)
         }
     };

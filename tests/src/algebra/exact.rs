@@ -27,7 +27,6 @@ fn double(m: &BigInt, e: i64) -> f64 {
 }
 
 /// x of A x = b, rounded; none of a singular A.
-#[must_use]
 pub fn solution(a: &[Vec<f64>], b: &[f64]) -> Option<Vec<f64>> {
     let n = b.len();
     let of_row = |row: &Vec<f64>| row.iter().filter(|v| **v != 0.0).map(|v| parts(*v).1).min();
@@ -38,11 +37,8 @@ pub fn solution(a: &[Vec<f64>], b: &[f64]) -> Option<Vec<f64>> {
     };
     let columns: Vec<i64> = (0..n).map(of_column).collect::<Option<_>>()?;
     // b in units of its own: 2^unit.
-    let unit = (0..n)
-        .filter(|&r| b[r] != 0.0)
-        .map(|r| parts(b[r]).1 - rows[r])
-        .min()
-        .unwrap_or(0);
+    let unit = (0..n).filter(|&r| b[r] != 0.0);
+    let unit = unit.map(|r| parts(b[r]).1 - rows[r]).min().unwrap_or(0);
     let whole = |x: f64, e: i64| {
         let (m, of_x) = parts(x);
         if m == 0 {

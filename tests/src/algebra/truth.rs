@@ -68,10 +68,8 @@ impl Factor {
         let mut lu: Vec<Vec<DoubleDouble>> = b.iter().map(wide).collect();
         // Bounds of the roundoff in each entry, over the roundoff of a double-double: a small pivot that nothing was
         // subtracted from is as right as a large one.
-        let mut bound: Vec<Vec<f64>> = b
-            .iter()
-            .map(|row| row.iter().map(|v| v.abs()).collect())
-            .collect();
+        let bound = b.iter().map(|row| row.iter().map(|v| v.abs()).collect());
+        let mut bound: Vec<Vec<f64>> = bound.collect();
         let mut order = [(); 2].map(|()| (0..n).collect::<Vec<_>>());
         for k in 0..n {
             let places = (k..n).flat_map(|r| (k..n).map(move |c| (r, c)));
@@ -208,16 +206,14 @@ fn least_condition(
 
 impl Truth {
     /// Solves a drawn system and computes its conditions.
-    #[must_use]
     pub fn of(drawn: &Drawn) -> Self {
         let a = drawn.full();
         let n = a.len();
         let [rows, columns] = scales(&a);
         let b = drawn.right_hand_side(&a, &columns);
         let scaled = |r: usize, c: usize| rows[r] * a[r][c] * columns[c];
-        let matrix: Vec<Vec<f64>> = (0..n)
-            .map(|r| (0..n).map(|c| scaled(r, c)).collect())
-            .collect();
+        let matrix = (0..n).map(|r| (0..n).map(|c| scaled(r, c)).collect());
+        let matrix: Vec<Vec<f64>> = matrix.collect();
         let unknown = || {
             let [condition, scaled, least, of_solution, symmetrically_scaled] = [f64::INFINITY; 5];
             Self {
@@ -235,9 +231,8 @@ impl Truth {
             return unknown();
         };
         let unit = |at: usize| {
-            let column: Vec<_> = (0..n)
-                .map(|r| f64::from(u8::from(r == at)).into())
-                .collect();
+            let column = (0..n).map(|r| f64::from(u8::from(r == at)).into());
+            let column: Vec<_> = column.collect();
             factor.solve(&column)
         };
         let inverse: Vec<Vec<DoubleDouble>> = (0..n).map(unit).collect();
@@ -258,11 +253,8 @@ impl Truth {
                 *y = *y + d;
             }
         }
-        let x: Vec<f64> = y
-            .iter()
-            .zip(&columns)
-            .map(|(y, c)| y.to_f64() * c)
-            .collect();
+        let x = y.iter();
+        let x: Vec<f64> = x.zip(&columns).map(|(y, c)| y.to_f64() * c).collect();
         // Scattered, an inverse may be beyond all doubles.
         let inverses = (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
         let mut inverses = inverses.map(|(r, c)| of_scaled(r, c));
@@ -291,7 +283,6 @@ impl Truth {
 }
 
 /// Relative error of x, each component over the scale of its column, in the largest norm; none where nothing is right.
-#[must_use]
 pub fn scaled_error(x: &[f64], truth: &Truth) -> Option<f64> {
     let right = truth.x.as_ref()?;
     let off: Vec<f64> = x.iter().zip(right).map(|(x, right)| x - right).collect();
@@ -299,7 +290,6 @@ pub fn scaled_error(x: &[f64], truth: &Truth) -> Option<f64> {
 }
 
 /// Relative error of x in the largest norm; none where nothing is right.
-#[must_use]
 pub fn largest_error(x: &[f64], truth: &Truth) -> Option<f64> {
     let right = truth.x.as_ref()?;
     let off: Vec<f64> = x.iter().zip(right).map(|(x, right)| x - right).collect();

@@ -7,9 +7,7 @@
 
 use super::run::{Case, Moment, Part, Run};
 use super::{Choices, End, Form, G, RATE, contacts, paired, ropes};
-use nalgebra::Vector3;
-use taut_integrator::{ContactForce, StepError};
-use taut_model::SceneError;
+use crate::prelude::*;
 
 /// A violated invariant.
 #[derive(Debug, Clone)]
@@ -99,7 +97,6 @@ pub enum Outcome {
 }
 
 /// Runs the choices and judges all invariants, in their order, to the first that is violated.
-#[must_use]
 pub fn judge(choices: &Choices) -> Outcome {
     let judged = std::panic::catch_unwind(|| judged(choices));
     judged.unwrap_or_else(|panic| {
@@ -222,10 +219,8 @@ const TUMBLING: f64 = 1e-3;
 
 /// (Ω Δt)² of the fastest ringing of a load on its ropes without mass, or above: of the stiffnesses' sum.
 pub(super) fn ringing(case: &Case) -> f64 {
-    let masses = case
-        .scene
-        .dynamic_bodies()
-        .map(|i| case.scene.bodies.mass[i]);
+    let masses = case.scene.dynamic_bodies();
+    let masses = masses.map(|i| case.scene.bodies.mass[i]);
     let lightest = masses.fold(f64::INFINITY, f64::min);
     let steps = case.run.steps.first().into_iter().flat_map(|m| &m.parts);
     let stiffness: f64 = steps.map(|p| 1.0 / p.compliance.max(1e-300)).sum();
@@ -311,9 +306,8 @@ fn bounced(case: &Case, n: usize) -> f64 {
         return 0.0;
     }
     let pairs = case.run.steps[..=n].windows(2);
-    let bounces = pairs
-        .filter(|pair| presses(&pair[1]) && !presses(&pair[0]))
-        .count() as f64;
+    let bounces = pairs.filter(|pair| presses(&pair[1]) && !presses(&pair[0]));
+    let bounces = bounces.count() as f64;
     let slowest = G / case.rate();
     let energy = 0.5 * case.scene.mass() * slowest * slowest;
     bounces * energy * (ringing(case) / 3.0).min(1.0)
@@ -567,11 +561,8 @@ fn momentum(case: &Case) -> Fault {
     }
     let (run, rate) = (case.fine()?, case.rate());
     let gravity = case.scene.gravity;
-    let held = case
-        .scene
-        .constraints
-        .iter()
-        .any(|c| c.frames().iter().any(|f| f.body_index().is_none()));
+    let mut held = case.scene.constraints.iter();
+    let held = held.any(|c| c.frames().iter().any(|f| f.body_index().is_none()));
     // Ties to the world come later.
     let held = held || !case.scene.events.is_empty();
     first_of(run, |n, m| {
@@ -637,7 +628,6 @@ fn pushed(case: &Case) -> Fault {
 
 /// Order of convergence of a case in which nothing is sudden and no rope rings faster than the steps of the halvings, relaxes
 /// within them or is slack: the binary logarithm of how many times less the second halving of the step changes than the first.
-#[must_use]
 pub fn order(case: &Case) -> Option<f64> {
     let steps = case.run.steps.len().checked_sub(1)?;
     let [first, second] = (*case.halvings.get()?)?;

@@ -3,9 +3,7 @@
 use super::invariants::{Fault, order, ringing};
 use super::run::{Case, Moment, Run, options, sleep, steps};
 use super::{Choices, G, Other, RATE, Rope, scene};
-use nalgebra::Vector3;
-use taut_integrator::{StepOptions, Stepper};
-use taut_model::SceneSource;
+use crate::prelude::*;
 
 /// Contacts beyond which a scene is not run with shorter steps.
 const MANY: usize = 8;
@@ -71,32 +69,12 @@ pub(super) fn saved(case: &Case) -> Fault {
 
 pub(super) fn estimated(case: &Case) -> Fault {
     let own = options(&case.choices);
-    let other = StepOptions {
-        estimate: own.estimate.is_none().then_some(2),
-        ..own
-    };
+    let other = own.with(|o| o.estimate = o.estimate.is_none().then_some(2));
     differs(&case.run.steps, &again(case, other, steps())?, 0)
 }
 
 /// A load that hangs far away over a sheave with friction, and another that an event ties where it hangs.
-const FAR: &str = r#"
-[[body]]
-name = "far"
-mass = 10.0
-position = [50.2, 0.0, 0.0]
-[[massless_cable]]
-name = "far-rope"
-through = [
-    { body = "world", point = [46.0, 0.0, 5.0] },
-    { body = "world", point = [50.0, 0.0, 5.0], sheave = { radius = 0.2, axis = [0, 1, 0], friction = 0.1 } },
-    { body = "far" },
-]
-stretch = 1e-9
-[[event]]
-name = "far-tie"
-at = 0.5
-attach = [{ name = "far-link", a = { body = "world", point = [52.0, 0.0, 0.0] }, b = { body = "far" } }]
-"#;
+const FAR: &str = include_str!("far.toml");
 
 /// Machines that nothing connects do not know of each other: up to rounding, until shapes touch, which amplifies it.
 pub(super) fn beside(case: &Case) -> Fault {
@@ -134,10 +112,7 @@ pub(super) fn asleep(case: &Case) -> Fault {
     }
     let own = options(&case.choices);
     let (sleeps, distance) = (own.sleep.is_some(), sleep().distance);
-    let other = StepOptions {
-        sleep: (!sleeps).then(sleep),
-        ..own
-    };
+    let other = own.with(|o| o.sleep = (!sleeps).then(sleep));
     let other = again(case, other, steps())?;
     let slept = if sleeps { &case.run } else { &other };
     let since = slept.steps.iter().position(|m| m.report.asleep)?;
@@ -182,13 +157,9 @@ fn end(choices: &Choices, finer: usize, moved: f64) -> Option<Vector3<f64>> {
     let mut scene = scene::build(choices).ok()?;
     let load = scene.load?;
     scene.bodies.position[load] += Vector3::new(0.6, 0.0, 0.8) * moved;
-    let options = StepOptions {
-        dt: 1.0 / (RATE * finer as f64),
-        estimate: None,
-        sleep: None,
-        substeps: 1,
-        ..options(choices)
-    };
+    let options = options(choices)
+        .with(|o| (o.dt, o.estimate, o.sleep) = (1.0 / (RATE * finer as f64), None, None))
+        .with(|o| o.substeps = 1);
     let mut stepper = Stepper::new(scene, options).ok()?;
     for _ in 0..steps() * finer {
         stepper.step().ok()?;
@@ -240,11 +211,8 @@ fn refinements(case: &Case) -> Option<[f64; 2]> {
 
 /// How far the load gets \[m].
 fn moved(case: &Case) -> f64 {
-    let places = case
-        .run
-        .steps
-        .iter()
-        .map(|m| m.bodies.position[case.load()]);
+    let places = case.run.steps.iter();
+    let places = places.map(|m| m.bodies.position[case.load()]);
     let start = places.clone().next().unwrap_or_default();
     places.map(|x| (x - start).norm()).fold(0.0, f64::max)
 }
@@ -296,11 +264,8 @@ pub(super) fn refined(case: &Case) -> Fault {
     }
     let [first, second] = (*case.halvings.get_or_init(|| refinements(case)))?;
     let load = case.load();
-    let speeds = case
-        .run
-        .steps
-        .iter()
-        .map(|m| m.bodies.velocity[load].norm());
+    let speeds = case.run.steps.iter();
+    let speeds = speeds.map(|m| m.bodies.velocity[load].norm());
     // Oscillations faster than a step are not resolved.
     let rings = rope.map_or(0.0, |r| {
         let stretch = r.strain * r.length;

@@ -1,11 +1,8 @@
 //! A scene of choices, stepped, and what each step showed.
 
 use super::{Choices, RATE, TIME, scene};
-use crate::bits;
-use nalgebra::Vector3;
+use crate::prelude::*;
 use std::cell::OnceCell;
-use taut_integrator::{ContactForce, Guard, Sleep, StepError, StepOptions, StepReport, Stepper};
-use taut_model::{Bodies, Constraint, Scene, SceneError};
 
 /// A part of a cable without mass at the end of a step.
 #[derive(Debug, Clone)]
@@ -248,11 +245,7 @@ impl Case {
             return Some(&self.run);
         }
         let run = || {
-            let options = StepOptions {
-                dt: own.dt / substeps as f64,
-                substeps: 1,
-                ..own
-            };
+            let options = own.with(|o| (o.dt, o.substeps) = (o.dt / substeps as f64, 1));
             let stepper = Stepper::new(self.scene.clone(), options).ok()?;
             Some(Run::of(stepper, self.run.steps.len() * substeps))
         };

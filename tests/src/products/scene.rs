@@ -1,9 +1,8 @@
 //! Choices as a scene file.
 
 use super::{Choices, End, Form, G, Other, Rope};
-use nalgebra::Vector3;
+use crate::prelude::*;
 use std::fmt::Write;
-use taut_model::{Constraint, Linearized, Scene, SceneError, SceneSource};
 
 /// Half of a body's height \[m].
 fn half(form: Form) -> f64 {

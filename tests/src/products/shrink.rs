@@ -7,7 +7,6 @@ use super::{Choices, End, Form, Other, Rope};
 const MOST: usize = 200;
 
 /// Drops features and halves numbers as long as the same invariant stays violated.
-#[must_use]
 pub fn smallest(choices: &Choices, violation: &Violation) -> (Choices, Violation) {
     let (mut best, mut found) = (choices.clone(), violation.clone());
     let mut left = MOST;

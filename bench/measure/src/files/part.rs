@@ -239,18 +239,12 @@ mod tests {
         let held_file = File::create(&held).expect("writable");
         held_file.try_lock().expect("locked");
         let output = Output::open(&at.join("r.tape")).expect("writable");
-        assert!(
-            left.iter().all(|name| at.join(name).exists()),
-            "{:?}",
-            names(&at)
-        );
+        let all_hold = left.iter().all(|name| at.join(name).exists());
+        assert!(all_hold, "{:?}", names(&at));
         let writing = output.begin().expect("begun");
         drop(writing);
-        assert!(
-            left.iter().all(|name| at.join(name).exists()),
-            "{:?}",
-            names(&at)
-        );
+        let all_hold = left.iter().all(|name| at.join(name).exists());
+        assert!(all_hold, "{:?}", names(&at));
         output
             .write(|out| out.write_all(b"whole"))
             .expect("written");

@@ -265,10 +265,8 @@ mod tests {
         assert_eq!(schur.multipliers, Some(exact.clone()));
         let error = forward_error(schur.x.as_ref().expect("solved"), &exact);
         assert!(error < 1e-13, "{error:e}");
-        assert_eq!(
-            kkt.signs.iter().filter(|s| **s).count(),
-            asked.scene().bodies.len()
-        );
+        let found = kkt.signs.iter().filter(|s| **s).count();
+        assert_eq!(found, asked.scene().bodies.len());
         let places = |s: &Stepper| s.scene().bodies.clone();
         assert_eq!(places(&asked), places(&stepper(Form::Schur)));
         // Asked of a stepper with the other form it is the same system but for rounding.

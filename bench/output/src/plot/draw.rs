@@ -367,10 +367,8 @@ mod tests {
         let chart = crowded(&[[1.0, 0.1], [10.0, 10.0]]).with_orders();
         let ends = chart.series.iter().filter(|s| s.mark == Mark::Guide);
         let ends: Vec<_> = ends.map(|s| s.points.clone()).collect();
-        assert_eq!(
-            ends,
-            [[[1.0, 3.0], [10.0, 30.0]], [[1.0, 3.0], [10.0, 300.0]]]
-        );
+        let expected = [[[1.0, 3.0], [10.0, 30.0]], [[1.0, 3.0], [10.0, 300.0]]];
+        assert_eq!(ends, expected);
         let text = svg_for_page(&chart).expect("draws");
         for name in ["slope 1", "slope 2"] {
             assert_eq!(text.matches(name).count(), 1);
@@ -387,9 +385,7 @@ mod tests {
             ..Chart::default()
         };
         let text = svg(&[chart]).expect("draws");
-        assert!(
-            text.contains("\noff\n") && text.contains("\n0.4\n"),
-            "{text}"
-        );
+        let holds = text.contains("\noff\n") && text.contains("\n0.4\n");
+        assert!(holds, "{text}");
     }
 }

@@ -262,10 +262,8 @@ mod tests {
         }
         let looks: HashSet<Look> = (0..30).map(Look::by_place).collect();
         assert_eq!(looks.len(), 30);
-        let lines: HashSet<_> = (0..15)
-            .map(Look::by_place)
-            .map(|l| (l.colour, l.dash))
-            .collect();
+        let lines = (0..15).map(Look::by_place);
+        let lines: HashSet<_> = lines.map(|l| (l.colour, l.dash)).collect();
         assert_eq!(lines.len(), 15);
     }
 }

@@ -107,9 +107,7 @@ mod tests {
         };
         assert!(!shown(&row).contains("space"));
         let shown = shown(&row.space_part(0.25));
-        assert!(
-            shown.contains("space") && shown.contains("2.5e-1"),
-            "{shown}"
-        );
+        let holds = shown.contains("space") && shown.contains("2.5e-1");
+        assert!(holds, "{shown}");
     }
 }

@@ -76,10 +76,8 @@ fn shards_together_are_the_whole_study() {
         assert_eq!(cases.counts[2].load(Relaxed), 0);
         if of > 1 {
             let rest = Written::read(&files[1..]).expect("files of one study");
-            refused(
-                roots(&Cases::merged(rest.known)),
-                &["roots 1: -2.0", "all shards"],
-            );
+            let words = &["roots 1: -2.0", "all shards"];
+            refused(roots(&Cases::merged(rest.known)), words);
         }
     }
     let _ = fs::remove_dir_all(at);
@@ -97,16 +95,12 @@ fn a_file_that_ends_anywhere_is_taken_up_without_loss() {
         fs::write(&path, &bytes[..length]).expect("writable");
         let (found, run_again) = run(&path, Shard::WHOLE, true);
         let lines = bytes[..length].iter().filter(|b| **b == b'\n').count();
-        assert_eq!(
-            (found, run_again),
-            (whole.clone(), 18 - lines.saturating_sub(1))
-        );
+        let ours = (found, run_again);
+        assert_eq!(ours, (whole.clone(), 18 - lines.saturating_sub(1)));
         assert_eq!(fs::read(&path).expect("readable"), bytes, "{length}");
     }
-    refused(
-        open(&path, false, true),
-        &["whole.cases", "--resume", "delete"],
-    );
+    let words = &["whole.cases", "--resume", "delete"];
+    refused(open(&path, false, true), words);
     let (_, anew) = open(&path, false, false).expect("a file of cases");
     assert!(anew.known.is_empty());
     let _ = fs::remove_dir_all(at);
@@ -132,19 +126,15 @@ fn files_of_other_settings_and_files_without_cases_are_refused_and_left_as_they_
     for (change, words) in changes {
         let mut changed = header();
         change(&mut changed);
-        refused(
-            Journal::open(&path, changed.clone(), true, true),
-            &[&words[..], &["a.cases", "this run"]].concat(),
-        );
+        let all = &[&words[..], &["a.cases", "this run"]].concat();
+        refused(Journal::open(&path, changed.clone(), true, true), all);
         let _ = fs::remove_file(&other);
         let (journal, _) = Journal::open(&other, changed, false, true).expect("new");
         Cases::new(Shard::WHOLE, Known::new(), Some(journal))
             .finish()
             .expect("written");
-        refused(
-            Written::read(&[path.clone(), other.clone()]),
-            &[&words[..], &["b.cases", "a.cases"]].concat(),
-        );
+        let all = &[&words[..], &["b.cases", "a.cases"]].concat();
+        refused(Written::read(&[path.clone(), other.clone()]), all);
     }
     let damaged = [&good[..], b"{}\n", &good[..]].concat();
     for (bytes, words) in [
@@ -155,16 +145,12 @@ fn files_of_other_settings_and_files_without_cases_are_refused_and_left_as_they_
     ] {
         fs::write(&path, bytes).expect("writable");
         refused(open(&path, true, true), &[words, "a.cases"]);
-        refused(
-            Written::read(std::slice::from_ref(&path)),
-            &[words, "a.cases"],
-        );
+        let all = &[words, "a.cases"];
+        refused(Written::read(std::slice::from_ref(&path)), all);
         assert_eq!(fs::read(&path).expect("readable"), bytes);
     }
-    refused(
-        Written::read(std::slice::from_ref(&at)),
-        &["no file of cases"],
-    );
+    let all = &["no file of cases"];
+    refused(Written::read(std::slice::from_ref(&at)), all);
     refused(Written::read(&[at.join("none")]), &["cannot read", "none"]);
     let _ = fs::remove_dir_all(at);
 }

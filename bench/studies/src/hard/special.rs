@@ -104,10 +104,8 @@ mod tests {
     use std::f64::consts::PI;
 
     fn near(ours: f64, reference: f64, error: f64) {
-        assert!(
-            (ours - reference).abs() <= error * reference.abs(),
-            "{ours} {reference}"
-        );
+        let off = (ours - reference).abs();
+        assert!(off <= error * reference.abs(), "{ours} {reference}");
     }
 
     #[test]

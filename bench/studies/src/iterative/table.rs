@@ -175,10 +175,8 @@ mod tests {
         let all = verdicts(&rows);
         let warm = all.iter().find(|v| v.start == Start::Warm).unwrap();
         assert_eq!((warm.cases, warm.wins.len()), (2, 1));
-        assert_eq!(
-            (warm.wins[0].backend.as_str(), warm.wins[0].gain()),
-            ("b", Some(4.0))
-        );
+        let found = (warm.wins[0].backend.as_str(), warm.wins[0].gain());
+        assert_eq!(found, ("b", Some(4.0)));
         assert_eq!(warm.nearest, None);
         let losing = verdicts(&rows[2..]);
         let nearest = losing.iter().find_map(|v| v.nearest.clone()).unwrap();

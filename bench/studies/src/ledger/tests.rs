@@ -50,10 +50,8 @@ fn bending_of_a_cantilever_and_torsion_of_a_twisted_specimen_are_worth_all_of_it
         let (begin, end) = (own.poses[0].1, own.poses[own.poses.len() - 1].1);
         let held = own.lever * end.angle_to(&begin);
         let worth = worth(&question, part);
-        assert!(
-            worth > 100.0 * held && worth > 1e-4,
-            "{name}: {worth}, {held}"
-        );
+        let holds = worth > 100.0 * held && worth > 1e-4;
+        assert!(holds, "{name}: {worth}, {held}");
     }
 }
 
@@ -123,10 +121,8 @@ fn a_scene_that_is_lost_has_no_ledger() {
     whole.options.stiffness = GeometricStiffness::Off;
     let error = ledger(&question(whole, 2.0), &ProgressBar::hidden());
     let error = error.expect_err("lost").to_string();
-    assert!(
-        error.starts_with("the whole scene does not run to its end: "),
-        "{error}"
-    );
+    let says = error.starts_with("the whole scene does not run to its end: ");
+    assert!(says, "{error}");
 }
 
 #[test]
@@ -168,8 +164,6 @@ fn modes_never_end_a_ledger() {
     };
     assert!(modes::rows(&whole).is_err());
     let error = ledger(&question(whole, 1.0), &ProgressBar::hidden()).expect_err("no load");
-    assert!(
-        error.to_string().contains("no load that forces move"),
-        "{error}"
-    );
+    let says = error.to_string().contains("no load that forces move");
+    assert!(says, "{error}");
 }

@@ -367,10 +367,8 @@ mod tests {
 
     #[test]
     fn nets_are_as_square_as_may_be() {
-        assert_eq!(
-            [6, 24, 100, 1000].map(sides),
-            [(2, 3), (4, 6), (10, 10), (25, 40)]
-        );
+        let found = [6, 24, 100, 1000].map(sides);
+        assert_eq!(found, [(2, 3), (4, 6), (10, 10), (25, 40)]);
     }
 
     /// Every file of two runs is the same, every system reads back, and mass ratios make them harder.
@@ -411,10 +409,8 @@ mod tests {
             let entry = entries.iter().find(|e| e["name"] == name)?;
             number(entry, "condition")
         };
-        let (easy, hard) = (
-            of("chain6_bent_r1e0_material"),
-            of("chain6_bent_r1e6_stiff"),
-        );
+        let easy = of("chain6_bent_r1e0_material");
+        let hard = of("chain6_bent_r1e6_stiff");
         assert!(hard > easy.map(|c| 100.0 * c), "{easy:?} {hard:?}");
         std::fs::remove_dir_all(folder).expect("removed");
     }

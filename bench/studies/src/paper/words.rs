@@ -321,9 +321,7 @@ mod tests {
         let row = json!({ "a": 1.25, "n": 6, "text": "x", "is": true, "none": null, "r": 1e5 });
         let text =
             "{a} {a:.1} {a:+.2} {a:.0e} {n} {text} {is} {none}{r:ratio} {r:decade} {a:share}";
-        assert_eq!(
-            filled(text, &row),
-            "1.25 1.2 +1.25 1e0 6 x yes 1e5 5.00 125.00 %"
-        );
+        let found = filled(text, &row);
+        assert_eq!(found, "1.25 1.2 +1.25 1e0 6 x yes 1e5 5.00 125.00 %");
     }
 }

@@ -225,15 +225,11 @@ mod tests {
             let load = scene.bodies.position[SEGMENTS];
             assert!((load.z / length + 1.0 - DROP).abs() < 1e-12, "{load}");
             // The S across does not quite come back.
-            assert!(
-                load.x.abs() < 1e-12 && load.y.abs() < 5e-3 * length,
-                "{load}"
-            );
+            let holds = load.x.abs() < 1e-12 && load.y.abs() < 5e-3 * length;
+            assert!(holds, "{load}");
             let middle = scene.bodies.position[SEGMENTS / 4];
-            assert!(
-                middle.x > 0.05 * length && middle.y > 0.005 * length,
-                "{middle}"
-            );
+            let holds = middle.x > 0.05 * length && middle.y > 0.005 * length;
+            assert!(holds, "{middle}");
         }
     }
 
@@ -256,9 +252,8 @@ mod tests {
     #[test]
     fn the_kick_has_its_speed_and_three_components() {
         let kicked = scene(Shock::Kick { speed: 5.0 }, 1e3, 10.0).unwrap();
-        let moving: Vec<_> = (0..=SEGMENTS)
-            .filter(|&i| kicked.bodies.velocity[i].norm() > 0.0)
-            .collect();
+        let moving = (0..=SEGMENTS).filter(|&i| kicked.bodies.velocity[i].norm() > 0.0);
+        let moving: Vec<_> = moving.collect();
         assert_eq!(moving, (8..16).collect::<Vec<_>>());
         let v = kicked.bodies.velocity[8];
         assert!((v.norm() - 5.0).abs() < 1e-14 && v.amin() > 0.5, "{v}");

@@ -51,13 +51,11 @@ fn controls_drive_together_and_one_by_one() {
     let names: Vec<_> = drive.about().controls.into_iter().map(|c| c.0).collect();
     assert_eq!(names, ["trolley_speed", "rope_1_speed", "rope_2_speed"]);
     let begun = load(&drive);
-    assert_eq!(
-        ask(
-            &mut drive,
-            r#"{"set": {"control": "trolley_speed", "value": 0.5}}"#
-        ),
-        None
+    let found = ask(
+        &mut drive,
+        r#"{"set": {"control": "trolley_speed", "value": 0.5}}"#,
     );
+    assert_eq!(found, None);
     drive.advance(2.0, &|| true);
     assert!(load(&drive) > begun + 0.5);
     assert_eq!(drive.status().controls[0], [Some(0.5)]);
@@ -88,10 +86,8 @@ fn solvers_schemes_and_masses_change_on_the_way() {
     assert_eq!(ask(&mut drive, r#"{"mass": 1234}"#), None);
     assert!(drive.generation() > generation);
     let status = drive.status();
-    assert_eq!(
-        (&*status.solver, &*status.scheme),
-        ("dense:double/kkt", "spook")
-    );
+    let found = (&*status.solver, &*status.scheme);
+    assert_eq!(found, ("dense:double/kkt", "spook"));
     let layout = drive.about().layout;
     assert_eq!(layout.bodies[layout.load.expect("a load")].mass, 1234.0);
     let time = drive.stepper().time();
@@ -205,10 +201,8 @@ fn a_choice_that_ends_the_run_locks_nothing() {
         "third-difference:a=1e5:gamma=-4e4",
     ] {
         let refused = ask(&mut drive, &format!(r#"{{"scheme": "{scheme}"}}"#));
-        assert!(
-            refused.is_some_and(|text| text.contains("at most 100")),
-            "{scheme}"
-        );
+        let says = refused.is_some_and(|text| text.contains("at most 100"));
+        assert!(says, "{scheme}");
     }
     assert_eq!(*drive.stepper().options(), sound);
     let speed = r#"{"set": {"control": "trolley_speed", "value": 1e300}}"#;
@@ -244,10 +238,8 @@ fn a_restart_falls_back_to_what_has_made_steps() {
     assert_eq!(drive.stepper().options().dt, StepOptions::default().dt);
     let fallback = status.fallback.expect("it tells");
     assert!(fallback.contains("makes no step"), "{fallback}");
-    assert!(
-        fallback.contains("began anew with `dense") && fallback.ends_with("`spook`"),
-        "{fallback}"
-    );
+    let holds = fallback.contains("began anew with `dense") && fallback.ends_with("`spook`");
+    assert!(holds, "{fallback}");
     // Until the options hold that were chosen.
     assert_eq!(ask(&mut drive, r#""restart""#), None);
     assert_eq!(drive.status().fallback, None);
@@ -264,10 +256,8 @@ fn a_restart_that_is_stopped_leaves_the_run() {
     let (steps, time) = (drive.status().steps, drive.stepper().time());
     let refused = ask(&mut drive, r#""restart""#).expect("stopped");
     assert!(refused.contains("asked to end"), "{refused}");
-    assert_eq!(
-        (drive.status().steps, drive.stepper().time()),
-        (steps, time)
-    );
+    let found = (drive.status().steps, drive.stepper().time());
+    assert_eq!(found, (steps, time));
     stop.store(false, std::sync::atomic::Ordering::Relaxed);
     assert_eq!(ask(&mut drive, r#""restart""#), None);
     assert_eq!(drive.status().steps, 1);

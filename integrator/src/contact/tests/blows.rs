@@ -1,7 +1,7 @@
 //! The law of impact for bodies of any mass in steps of any length.
 
 use super::{G, add, block, bouncing, capsule, cylinder, ground, options, rough};
-use crate::testing::{centre, link, on_earth};
+use crate::testing::{With, centre, link, on_earth};
 use crate::{Guard, Stepper};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;

@@ -2,7 +2,7 @@
 
 use super::{G, add, block, ground, options, rough, tilt};
 use crate::Stepper;
-use crate::testing::{centre, on_earth, origin};
+use crate::testing::{With, centre, on_earth, origin};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use taut_model::collide::Shape;

@@ -1,9 +1,6 @@
 //! Energies that are infinite, no number, or hidden behind larger ones.
 
-use crate::testing::{centre, on_earth, origin};
-use crate::{StepError, StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::{Body, RowLaw, Scene, Spherical};
+use crate::testing::*;
 
 /// A point of this mass (kg) on a joint of this compliance (m/N), which moves at this speed (m/s).
 fn hung(mass: f64, compliance: f64, speed: f64, energy_tolerance: Option<f64>) -> Stepper {
@@ -16,11 +13,8 @@ fn hung(mass: f64, compliance: f64, speed: f64, energy_tolerance: Option<f64>) -
         stretch: RowLaw::new(compliance, 0.0),
     };
     scene.add_constraint("joint", joint, 0);
-    let options = StepOptions {
-        energy_tolerance,
-        guard: None,
-        ..StepOptions::default()
-    };
+    let options =
+        StepOptions::default().with(|o| (o.energy_tolerance, o.guard) = (energy_tolerance, None));
     Stepper::new(scene, options).unwrap()
 }
 

@@ -1,19 +1,11 @@
 use super::*;
 use crate::contact::tests::{add_box, ground};
-use crate::testing::{centre, dense, on_earth, origin};
-use nalgebra::Vector3;
-use taut_model::collide::Surface;
-use taut_model::{
-    CableEnd, Frame, GantryParams, JointKind, Lock, Material, Motor, RowLaw, Segments, Slider,
-};
+use crate::testing::*;
 
 const WEIGHT: f64 = 9.81;
 
 fn gantry() -> Stepper {
-    let params = GantryParams {
-        segments: 4,
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default().with(|p| p.segments = 4);
     Stepper::new(params.build().unwrap(), dense()).unwrap()
 }
 
@@ -162,10 +154,8 @@ fn handles_are_of_one_body_and_one_stepper() {
         Ok(edit.add_constraint("rail", again, 0))
     });
     assert!(stepper.constraint_index(new.unwrap()).is_ok());
-    assert_eq!(
-        stepper.constraint_index(rail),
-        Err(StepError::Gone { kind: "constraint" })
-    );
+    let found = stepper.constraint_index(rail);
+    assert_eq!(found, Err(StepError::Gone { kind: "constraint" }));
 }
 
 /// The gantry's hoist follows its handle when the trolley's control goes, and no number can drive the wrong winch.
@@ -201,10 +191,8 @@ fn a_control_keeps_its_handle_while_numbers_shift() {
         Ok(edit.add_control(Control::of("second", rail, 1.0)))
     });
     let message = twice.unwrap_err().to_string();
-    assert!(
-        message.contains("`second`") && message.contains("`new-rail`"),
-        "{message}"
-    );
+    let holds = message.contains("`second`") && message.contains("`new-rail`");
+    assert!(holds, "{message}");
     assert_eq!(stepper.scene().controls.len(), 2);
 }
 
@@ -285,11 +273,8 @@ fn a_winch_rope_added_later_hangs_and_holds() {
         .change(|edit| {
             let bottom = edit.scene().bodies.position[1];
             let ends = [CableEnd::Pinned(centre(0)), CableEnd::Pinned(centre(1))];
-            let cable = Cable {
-                segments: Segments::Equal(6),
-                joint: JointKind::Spherical,
-                ..Cable::round("rope", &Material::STEEL, 0.005, ends)
-            };
+            let cable = Cable::round("rope", &Material::STEEL, 0.005, ends)
+                .with(|p| (p.segments, p.joint) = (Segments::Equal(6), JointKind::Spherical));
             assert!(bottom.z < -5.0);
             edit.add_cable(&cable)
         })

@@ -1,18 +1,12 @@
 use super::{ErrorEstimate, ErrorPart};
-use crate::{StepError, StepOptions, Stepper};
-use nalgebra::Vector3;
-use taut_model::{GantryParams, HoistParams, Scene};
-use taut_solver::{Backend, CgOptions};
+use crate::testing::*;
+use taut_solver::CgOptions;
 
 /// A hoist whose anchor moves by a metre in a second.
 fn jerked(segments: usize) -> Scene {
-    let hoist = HoistParams {
-        segments,
-        mass_ratio: 1e3,
-        equilibrium: true,
-        move_x: 1.0,
-        ..HoistParams::default()
-    };
+    let hoist = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.equilibrium) = (segments, 1e3, true))
+        .with(|p| p.move_x = 1.0);
     hoist.build().expect("built")
 }
 
@@ -57,12 +51,8 @@ fn the_order_is_that_of_the_scheme() {
         estimate,
         ..StepOptions::paper()
     };
-    let swing = HoistParams {
-        segments: 2,
-        mass_ratio: 1.0,
-        initial_angle: 0.2,
-        ..HoistParams::default()
-    };
+    let swing = HoistParams::default()
+        .with(|p| (p.segments, p.mass_ratio, p.initial_angle) = (2, 1.0, 0.2));
     let scene = || swing.build().expect("built");
     let (fine, _) = run(scene(), paper(32, None), 120);
     let (coarse, estimate) = run(scene(), paper(1, Some(2)), 120);
@@ -89,10 +79,8 @@ fn the_coarse_run_follows_controls_and_changes() {
         }
         let error = stepper.step().expect("steps").error.expect("estimated");
         assert!(!error.lost && error.time >= last, "{k}: {error:?}");
-        assert_eq!(
-            error.unseen, 0,
-            "{k}: it was set between two steps of the coarse run"
-        );
+        let what = format!("{k}: it was set between two steps of the coarse run");
+        assert_eq!(error.unseen, 0, "{what}");
         last = error.time;
     }
     assert!((1e-7..1e-3).contains(&last), "{last}");
@@ -115,19 +103,13 @@ fn steps_that_are_not_compared_are_counted() {
 #[test]
 fn few_iterations_show() {
     let error = |backend: Backend| {
-        let options = StepOptions {
-            refinements: usize::from(!backend.is_iterative()),
-            backend,
-            ..with(Some(2))
-        };
+        let options = with(Some(2))
+            .with(|o| (o.refinements, o.backend) = (usize::from(!backend.is_iterative()), backend));
         let mut stepper = Stepper::new(jerked(12), options).expect("built");
         let steps = (0..60).map(|_| stepper.step().expect("steps").error);
         steps.last().flatten().expect("estimated").algebra
     };
-    let few = CgOptions {
-        iterations: 4,
-        ..CgOptions::default()
-    };
+    let few = CgOptions::default().with(|p| p.iterations = 4);
     let [direct, few] = [Backend::Banded, Backend::ConjugateGradient(few)].map(error);
     assert!(direct < 1e-12 && few > 1e3 * direct, "{direct} {few}");
 }
@@ -136,10 +118,8 @@ fn few_iterations_show() {
 fn an_estimate_needs_two_steps() {
     for every in [0, 1, 1001] {
         let error = Stepper::new(jerked(2), with(Some(every))).err();
-        assert!(
-            matches!(error, Some(StepError::InvalidOption { .. })),
-            "{error:?}"
-        );
+        let refused = matches!(error, Some(StepError::InvalidOption { .. }));
+        assert!(refused, "{error:?}");
     }
 }
 
@@ -162,12 +142,8 @@ fn the_largest_part_is_known() {
         ([1.0, 2.0, 3.0], ErrorPart::Segments),
     ] {
         let [time, algebra, segments] = parts;
-        let error = ErrorEstimate {
-            time,
-            algebra,
-            segments,
-            ..ErrorEstimate::default()
-        };
+        let error = ErrorEstimate::default()
+            .with(|p| (p.time, p.algebra, p.segments) = (time, algebra, segments));
         assert_eq!(error.largest(), largest, "{error:?}");
     }
 }

@@ -1,12 +1,6 @@
-use super::*;
+use super::{Rest, *};
 use crate::contact::tests::add;
-use crate::testing::{brake, centre, event, link, on_earth, origin, reeled};
-use taut_model::collide::Surface;
-use taut_model::{
-    Action, Body, ContactScene, ContactSceneParams, Frame, GantryParams, Hinge, HoistParams,
-    Motion, Motor, RowLaw, When, Winch,
-};
-use taut_solver::{Backend, DenseOptions};
+use crate::testing::*;
 
 const SLEEP: Sleep = Sleep {
     distance: 1e-3,
@@ -29,10 +23,7 @@ fn both(scene: &Scene) -> [Stepper; 2] {
 }
 
 fn gantry() -> Scene {
-    let params = GantryParams {
-        segments: 4,
-        ..GantryParams::default()
-    };
+    let params = GantryParams::default().with(|p| p.segments = 4);
     params.build().unwrap()
 }
 
@@ -135,11 +126,7 @@ fn apart(scene: &Scene, steps: usize) -> (f64, usize) {
 
 #[test]
 fn asleep_and_awake_are_no_farther_apart_than_the_distance() {
-    let hoist = HoistParams {
-        segments: 4,
-        mass_ratio: 100.0,
-        ..HoistParams::default()
-    };
+    let hoist = HoistParams::default().with(|p| (p.segments, p.mass_ratio) = (4, 100.0));
     let decaying = held(9.81, 2.0, RowLaw::new(0.1, 0.1), Vector3::zeros());
     // Its load swings by a tenth of a millimetre.
     let mut kicked = gantry();
@@ -282,10 +269,7 @@ fn stepper_time(steps: usize) -> f64 {
 /// A driven box comes along and pushes a stack over.
 #[test]
 fn a_stack_sleeps_until_it_is_hit() {
-    let params = ContactSceneParams {
-        count: Some(3),
-        ..ContactSceneParams::new(ContactScene::Stack)
-    };
+    let params = ContactSceneParams::new(ContactScene::Stack).with(|p| p.count = Some(3));
     let mut scene = params.build().unwrap();
     let size = Vector3::repeat(params.length / 3.0);
     let at = Vector3::new(-1.2 * size.x, 0.0, 1.6 * size.z);
@@ -371,10 +355,7 @@ fn held_out(force_limit: f64) -> Scene {
     let arm = scene.add_body("arm", arm);
     let axis = Vector3::y();
     let hinge = Hinge {
-        motor: Some(Motor {
-            force_limit,
-            ..Motor::speed(0.0)
-        }),
+        motor: Some(Motor::speed(0.0).with(|p| p.force_limit = force_limit)),
         ..Hinge::new([
             origin().along(&axis),
             Frame::body(arm, -Vector3::x()).along(&axis),
@@ -391,10 +372,7 @@ fn what_gives_way_at_its_limit_stays_awake() {
     let kinds: [(&str, Held); 3] = [
         ("brake", |limit| on_a_winch(brake(limit))),
         ("winch", |force_limit| {
-            on_a_winch(Winch {
-                force_limit,
-                ..Winch::new()
-            })
+            on_a_winch(Winch::new().with(|w| w.force_limit = force_limit))
         }),
         // A weight would need less torque the farther the arm sinks.
         ("motor", |force_limit| {
@@ -426,11 +404,8 @@ fn a_motor_that_stalls_at_its_limit_sleeps() {
             law: RowLaw::RIGID,
         });
     }
-    let stop = link(
-        [Frame::world(Vector3::new(1.0, 0.0, 1.0)), centre(0)],
-        1.0,
-        RowLaw::new(1e-4, 0.2),
-    );
+    let frames = [Frame::world(Vector3::new(1.0, 0.0, 1.0)), centre(0)];
+    let stop = link(frames, 1.0, RowLaw::new(1e-4, 0.2));
     scene.add_constraint("stop", stop, 0);
     let [mut stepper, _] = both(&scene);
     assert!(falls_asleep(&mut stepper, 2400).is_some());

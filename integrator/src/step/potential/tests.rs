@@ -1,7 +1,6 @@
 use super::*;
 use crate::step::guarded::Pass;
-use crate::{Scheme, StepOptions, Stepper};
-use taut_model::HoistParams;
+use crate::testing::*;
 
 /// The derivative of Ψ is −λ', with compliance and without, inside the limits and at them; with e = ε it is g²/(2ε).
 #[test]
@@ -13,10 +12,8 @@ fn the_force_is_the_derivative_of_the_energy() {
             for g in [-4.0, -0.3, 0.01, 0.7, 5.0] {
                 let at = |g: f64| energy(g, lambda, own, soft, limits);
                 let slope = (at(g + h).0 - at(g - h).0) / (2.0 * h);
-                assert!(
-                    (slope + at(g).1).abs() < 1e-8,
-                    "{own} {soft} {limits:?} {g}"
-                );
+                let off = (slope + at(g).1).abs();
+                assert!(off < 1e-8, "{own} {soft} {limits:?} {g}");
                 assert!(limits.0 <= at(g).1 && at(g).1 <= limits.1);
                 if own == soft && limits == none {
                     assert!((at(g).0 - g * g / (2.0 * own)).abs() < 1e-14 * g * g / own);
@@ -28,15 +25,9 @@ fn the_force_is_the_derivative_of_the_energy() {
 
 /// A swinging cable of four segments after its first pass, its search about to begin.
 fn after_a_pass(damping: f64, ea: Option<f64>) -> (Step, f64) {
-    let params = HoistParams {
-        segments: 4,
-        initial_angle: 1.0,
-        seed: 1,
-        seed_rate: 2.0,
-        damping,
-        ea,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default()
+        .with(|p| (p.segments, p.initial_angle, p.seed) = (4, 1.0, 1))
+        .with(|p| (p.seed_rate, p.damping, p.ea) = (2.0, damping, ea));
     let options = StepOptions::default().with(|o| o.scheme = Scheme::LinearlyImplicit);
     let dt = options.dt;
     let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();
@@ -57,10 +48,8 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Step, f64) {
 
 /// Φ after a `part` of the step.
 fn potential_at(inner: &mut Step, part: f64, step: &BodyVectors, dt: f64) -> f64 {
-    let (from, rows) = (
-        inner.guarded.search.from.clone(),
-        inner.multipliers.mu.len(),
-    );
+    let from = inner.guarded.search.from.clone();
+    let rows = inner.multipliers.mu.len();
     inner.system_data.dv.combine((1.0, &from), (part, step));
     inner.guarded.substep_start.restore(&mut inner.scene.bodies);
     inner.move_bodies(dt).unwrap();
@@ -88,10 +77,8 @@ fn the_slope_is_that_of_the_potential() {
         let [more, less] = [h, -h].map(|part| potential_at(&mut inner, part, &step, dt));
         let difference = (more - less) / (2.0 * h);
         assert!(slope < 0.0);
-        assert!(
-            (difference / slope - 1.0).abs() < 1e-5,
-            "{difference} {slope}"
-        );
+        let off = (difference / slope - 1.0).abs();
+        assert!(off < 1e-5, "{difference} {slope}");
     }
 }
 
@@ -163,10 +150,8 @@ fn changes_turn_further() {
             let expected = turned * axis_after(last);
             let [off, plain] = [further, change].map(|c| axis_after(last + c).angle(&expected));
             let second_order = (change.norm() * dt).powi(2);
-            assert!(
-                off < second_order + 1e-7,
-                "{spin} {h}: {off} {second_order}"
-            );
+            let holds = off < second_order + 1e-7;
+            assert!(holds, "{spin} {h}: {off} {second_order}");
             assert!(plain > 0.05 * change.norm() * dt, "{plain}");
         }
     }

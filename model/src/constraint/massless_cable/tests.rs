@@ -1,7 +1,6 @@
 use super::*;
 use crate::constraint::testing::{BAR, LAW, Poses};
-use crate::constraint::{Constraint, RowKind};
-use crate::{Body, Linearized, Motion, Scene, Side};
+use crate::testing::*;
 
 /// A cable from the world through bodies and back to a world point that moves, attached off the centres.
 fn scene(seed: u64) -> Scene {
@@ -62,7 +61,7 @@ fn tension_is_the_same_in_all_spans() {
     let mut scene = Scene::new("sheave");
     scene.add_body("sheave", Body::particle(1.0).at(-Vector3::z()));
     let at = |x| Frame::world(Vector3::new(x, 0.0, 0.0));
-    let frames = vec![at(-1.0), Frame::body(0, Vector3::zeros()), at(1.0)];
+    let frames = vec![at(-1.0), centre(0), at(1.0)];
     let cable = MasslessCable::new(frames, 2.0, RowLaw::RIGID);
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
     let lin = Linearized::at(&scene, 0.0);
@@ -86,10 +85,8 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
         ..MasslessCable::new(Vec::new(), 2.0, RowLaw::new(1e-3, 0.0))
     };
     assert_eq!((cable.length_at(0.0), cable.length_at(1.0)), (2.0, 1.5));
-    assert_eq!(
-        (cable.length_at(9.0), cable.compliance_at(1.0)),
-        (1.0, 0.75e-3)
-    );
+    let found = (cable.length_at(9.0), cable.compliance_at(1.0));
+    assert_eq!(found, (1.0, 0.75e-3));
     assert_eq!(cable.bounds(0.0), Some((0, -100.0, 0.0)));
     cable.rebase(1.0);
     assert_eq!((cable.length, cable.law.compliance), (1.5, 0.75e-3));
@@ -99,10 +96,8 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
         }
     };
     set(&mut cable, &|w| w.brake = true);
-    assert_eq!(
-        (cable.length_at(3.0), cable.bounds(3.0).expect("bounds").1),
-        (1.5, -300.0)
-    );
+    let found = (cable.length_at(3.0), cable.bounds(3.0).expect("bounds").1);
+    assert_eq!(found, (1.5, -300.0));
     // Stretched by 0.9 m it pulls with 1200 N: the brake slips to 300 N.
     let paid = cable.settle(0.9, 300.0, 3.0);
     assert!((cable.length - 1.5 - paid).abs() < 1e-15);
@@ -112,46 +107,30 @@ fn a_winch_changes_length_and_compliance_within_its_range() {
     assert_eq!(cable.settle(0.5 * excess, 300.0, 3.0), 0.0);
     // The drum is empty at 4 m, and holds any tension then.
     assert!(cable.settle(50.0, 300.0, 3.0) > 0.0);
-    assert_eq!(
-        (cable.length, cable.bounds(3.0).expect("bounds").1),
-        (4.0, f64::NEG_INFINITY)
-    );
+    let found = (cable.length, cable.bounds(3.0).expect("bounds").1);
+    assert_eq!(found, (4.0, f64::NEG_INFINITY));
 }
 
 #[test]
 fn a_winch_rests_until_its_time() {
-    let cable = MasslessCable {
-        winch: Some(Winch {
-            speed: -0.5,
-            since: 5.0,
-            ..Winch::new()
-        }),
-        ..MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
-    };
+    let cable = MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
+        .with(|p| p.winch = Some(Winch::new().with(|w| (w.speed, w.since) = (-0.5, 5.0))));
     let lengths = [-1.0, 0.0, 5.0, 6.0].map(|t| cable.length_at(t));
     assert_eq!(lengths, [10.0, 10.0, 10.0, 9.5]);
 }
 
 #[test]
 fn a_winch_that_a_run_begins_with_was_running_unless_at_its_stop() {
-    let winch = |speed, shortest| Winch {
-        speed,
-        shortest,
-        ..Winch::new()
-    };
+    let winch = |speed, shortest| Winch::new().with(|w| (w.speed, w.shortest) = (speed, shortest));
     for (winch, before) in [
         (winch(-0.5, 1.0), 10.5),
         (winch(0.5, 1.0), 9.5),
         (winch(-0.5, 10.0), 10.0),
     ] {
-        let cable = MasslessCable {
-            winch: Some(winch),
-            ..MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
-        };
-        assert_eq!(
-            (cable.length_at(-1.0), cable.length_at(0.0)),
-            (before, 10.0)
-        );
+        let cable =
+            MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID).with(|p| p.winch = Some(winch));
+        let found = (cable.length_at(-1.0), cable.length_at(0.0));
+        assert_eq!(found, (before, 10.0));
     }
 }
 
@@ -159,10 +138,7 @@ fn a_winch_that_a_run_begins_with_was_running_unless_at_its_stop() {
 fn a_running_winch_is_a_rate() {
     let mut scene = scene(4);
     if let Constraint::MasslessCable(cable) = &mut scene.constraints[0] {
-        cable.winch = Some(Winch {
-            speed: 0.7,
-            ..Winch::new()
-        });
+        cable.winch = Some(Winch::new().with(|w| w.speed = 0.7));
         cable.frames.pop();
     }
     let mut lin = Linearized::at(&scene, 0.0);
@@ -182,7 +158,7 @@ fn spans_of_length_zero_are_finite() {
         frame.side = Side::World(Motion::Fixed);
         frame.point = Vector3::zeros();
     }
-    scene.constraints[0].frames_mut()[2] = Frame::body(1, Vector3::zeros());
+    scene.constraints[0].frames_mut()[2] = centre(1);
     scene.bodies.position[1] = Vector3::zeros();
     let lin = Linearized::at(&scene, 0.0);
     assert_eq!(*lin.phi, [-5.0]);

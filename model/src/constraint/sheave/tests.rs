@@ -1,8 +1,6 @@
 use super::*;
 use crate::constraint::testing::{BAR, LAW, Poses};
-use crate::constraint::{Constraint, MasslessCable};
-use crate::{Body, Frame, Linearized, Scene};
-use nalgebra::UnitQuaternion;
+use crate::testing::*;
 use std::f64::consts::PI;
 
 /// A cable through points (side, point, radius; 0 is a point) about the axis y, with its scene.
@@ -15,16 +13,12 @@ fn scene(bodies: Vec<Body>, through: &[(Option<usize>, Vector3<f64>, f64, f64)])
         let frame = side.map_or(Frame::world(point), |i| Frame::body(i, point));
         frame.along(&(Vector3::y() * sense))
     };
-    let frames = through
-        .iter()
-        .map(|&(side, point, _, s)| frame(side, point, s));
-    let sheaves = through
-        .iter()
-        .map(|&(_, _, r, _)| (r > 0.0).then(|| Sheave::new(r)));
-    let cable = MasslessCable {
-        sheaves: sheaves.collect(),
-        ..MasslessCable::new(frames.collect(), 1.0, LAW)
-    };
+    let frames = through.iter();
+    let frames = frames.map(|&(side, point, _, s)| frame(side, point, s));
+    let sheaves = through.iter();
+    let sheaves = sheaves.map(|&(_, _, r, _)| (r > 0.0).then(|| Sheave::new(r)));
+    let cable =
+        MasslessCable::new(frames.collect(), 1.0, LAW).with(|p| p.sheaves = sheaves.collect());
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
     scene
 }

@@ -1,9 +1,6 @@
 //! The sign of a cable's tension: whatever it is made of, held by and laid like.
 
-use crate::cable::{Cable, CableEnd, JointKind, Segments};
-use crate::frame::{Frame, Side};
-use crate::{Body, Constraint, Material, Scene};
-use nalgebra::Vector3;
+use crate::testing::*;
 
 /// A straight cable along `along` (m), whose ends are pinned or clamped to a body each, and its name.
 fn laid(
@@ -17,7 +14,7 @@ fn laid(
     let a = scene.add_body("a", Body::sphere(0.2, 10.0));
     let b = scene.add_body("b", Body::sphere(0.2, 900.0).at(along));
     let end = |body: usize, pinned: bool| {
-        let frame = Frame::body(body, Vector3::zeros());
+        let frame = centre(body);
         if pinned {
             CableEnd::Pinned(frame)
         } else {

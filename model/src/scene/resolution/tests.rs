@@ -1,23 +1,16 @@
 //! Splits and merges that the rule asks for.
 
 use super::*;
-use crate::{Body, Cable, CableEnd, Collider, Material, Segments};
-use nalgebra::UnitQuaternion;
+use crate::testing::*;
 
 /// Eight segments of 1 m on a circle: neighbours meet at `bend` (rad).
 fn arc(bend: f64, rule: Resolution) -> Scene {
     let mut scene = Scene::new("arc");
     let end = Vector3::z() * -8.0;
     let load = scene.add_body("load", Body::sphere(0.2, 50.0).at(end));
-    let frames = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
-    let cable = Cable {
-        segments: Segments::Equal(8),
-        resolution: Some(rule),
-        ..Cable::round("rope", &Material::STEEL, 0.01, frames.map(CableEnd::Pinned))
-    };
+    let frames = [origin(), centre(load)];
+    let cable = Cable::round("rope", &Material::STEEL, 0.01, frames.map(CableEnd::Pinned))
+        .with(|p| (p.segments, p.resolution) = (Segments::Equal(8), Some(rule)));
     let parts = scene.add_cable(&cable).expect("laid");
     for (k, body) in parts.bodies.into_iter().enumerate() {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), bend * k as f64);
@@ -71,12 +64,7 @@ fn due(scene: &Scene, speed: f64, time: f64, touching: Option<usize>) -> [Vec<us
 }
 
 fn rule() -> Resolution {
-    Resolution {
-        phase: 0.0,
-        shortest: 0.25,
-        longest: 4.0,
-        ..Resolution::default()
-    }
+    Resolution::default().with(|p| (p.phase, p.shortest, p.longest) = (0.0, 0.25, 4.0))
 }
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -101,10 +89,7 @@ fn a_bend_beyond_the_rule_splits_and_far_below_merges() {
 
 #[test]
 fn a_phase_below_the_rule_splits_and_far_above_merges() {
-    let rule = Resolution {
-        phase: 0.25,
-        ..rule()
-    };
+    let rule = rule().with(|p| p.phase = 0.25);
     // c Δt/φ is 0.04 s times the speed: 1 m, and 4 m for two of 1 m to merge.
     for (speed, splits, merges) in [
         (24.9, &ALL[..], &NONE[..]),
@@ -121,24 +106,16 @@ fn a_phase_below_the_rule_splits_and_far_above_merges() {
 fn what_touches_is_fine() {
     let scene = arc(0.0, rule());
     let third = scene.cables[0].bodies[3];
-    assert_eq!(
-        due(&scene, 100.0, 1.0, Some(third)),
-        [vec![3], vec![0, 4, 6]]
-    );
-    let last = Resolution {
-        shortest: 0.6,
-        ..rule()
-    };
+    let found = due(&scene, 100.0, 1.0, Some(third));
+    assert_eq!(found, [vec![3], vec![0, 4, 6]]);
+    let last = rule().with(|p| p.shortest = 0.6);
     let scene = arc(0.0, last);
     assert_eq!(due(&scene, 100.0, 1.0, Some(third))[0], NONE);
 }
 
 #[test]
 fn merges_wait_for_the_pause_and_splits_do_not() {
-    let rule = Resolution {
-        since: 0.95,
-        ..rule()
-    };
+    let rule = rule().with(|p| p.since = 0.95);
     assert_eq!(due(&arc(0.0, rule.clone()), 100.0, 1.0, None)[1], NONE);
     assert_eq!(due(&arc(0.0, rule.clone()), 100.0, 1.06, None)[1].len(), 4);
     assert_eq!(due(&arc(0.21, rule), 100.0, 1.0, None)[0], ALL);
@@ -162,18 +139,10 @@ fn splits_are_not_contagious() {
 
 #[test]
 fn what_is_too_short_merges_whatever_the_bend() {
-    let coarse = Resolution {
-        shortest: 1.5,
-        ..rule()
-    };
-    assert_eq!(
-        due(&arc(0.3, coarse.clone()), 100.0, 1.0, None)[1],
-        [0, 2, 4, 6]
-    );
-    let none = Resolution {
-        longest: 1.9,
-        ..coarse
-    };
+    let coarse = rule().with(|p| p.shortest = 1.5);
+    let [_, found] = due(&arc(0.3, coarse.clone()), 100.0, 1.0, None);
+    assert_eq!(found, [0, 2, 4, 6]);
+    let none = coarse.with(|p| p.longest = 1.9);
     assert_eq!(due(&arc(0.3, none), 100.0, 1.0, None)[1], NONE);
 }
 
@@ -252,10 +221,7 @@ fn what_holds_other_things_stays() {
     let mut scene = arc(0.21, rule());
     let bodies = scene.cables[0].bodies.clone();
     let point = scene.bodies.position[bodies[2]];
-    let frames = [
-        Frame::world(point),
-        Frame::body(bodies[2], Vector3::zeros()),
-    ];
+    let frames = [Frame::world(point), centre(bodies[2])];
     let stretch = crate::RowLaw::RIGID;
     scene.add_constraint("hook", crate::Spherical { frames, stretch }, 0);
     scene.load = Some(bodies[5]);
@@ -279,10 +245,7 @@ fn ends_that_are_clamped_bend() {
                 "rope",
                 &Material::STEEL,
                 0.01,
-                [
-                    held(Frame::world(Vector3::zeros())),
-                    CableEnd::Free(Vector3::x() * 2.0),
-                ],
+                [held(origin()), CableEnd::Free(Vector3::x() * 2.0)],
             )
         };
         let parts = scene.add_cable(&cable).expect("laid");

@@ -1,17 +1,11 @@
 //! Refusals of validation, and their words.
 
 use super::*;
-use crate::constraint::{Cosserat, JointLaw, RowLaw};
-use crate::{HoistParams, JointKind};
-use nalgebra::Vector3;
+use crate::testing::*;
 
 /// Error of validation for a small hoist after a change.
 fn after(change: impl FnOnce(&mut Scene)) -> String {
-    let params = HoistParams {
-        segments: 2,
-        joint: JointKind::Paper,
-        ..HoistParams::default()
-    };
+    let params = HoistParams::default().with(|p| (p.segments, p.joint) = (2, JointKind::Paper));
     let mut scene = params.build().expect("builds");
     change(&mut scene);
     let error = scene.validate().expect_err("the change is a fault");
@@ -92,7 +86,7 @@ fn faults_of_bodies() {
 #[test]
 fn faults_of_joints() {
     let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
-    let body = |i| Frame::body(i, Vector3::zeros());
+    let body = |i| centre(i);
     says(
         after(|s| s.constraints[0].frames_mut()[1] = body(7)),
         "number 7",

@@ -2,24 +2,16 @@
 
 use super::*;
 use crate::constraint::testing::Poses;
-use crate::constraint::{JointLaw, RowLaw, Spherical, Winch};
-use crate::{Body, Cable, CableEnd, Frame, Linearized, Material, Segments};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::testing::*;
 
 /// Six segments of 1 m along `to` with a winch, held at both ends, each turned about its axis by 0.2 rad more than the
 /// one before.
 fn cable(to: Vector3<f64>, held: fn(Frame) -> CableEnd) -> Scene {
     let mut scene = Scene::new("winding");
     let load = scene.add_body("load", Body::sphere(0.2, 50.0).at(to));
-    let ends = [
-        Frame::world(Vector3::zeros()),
-        Frame::body(load, Vector3::zeros()),
-    ];
-    let cable = Cable {
-        segments: Segments::Equal(6),
-        winch: Some(Winch::new()),
-        ..Cable::round("rope", &Material::NYLON, 0.02, ends.map(held))
-    };
+    let ends = [origin(), centre(load)];
+    let cable = Cable::round("rope", &Material::NYLON, 0.02, ends.map(held))
+        .with(|p| (p.segments, p.winch) = (Segments::Equal(6), Some(Winch::new())));
     let parts = scene.add_cable(&cable).expect("laid");
     for (k, body) in parts.bodies.into_iter().enumerate() {
         let turn = UnitQuaternion::from_axis_angle(&-Vector3::z_axis(), 0.2 * (k as f64 + 0.5));
@@ -65,16 +57,11 @@ fn wind(scene: &mut Scene) -> [usize; 2] {
 /// Length of cable off the drum by its masses, and sum of the twists.
 fn measures(scene: &Scene) -> [f64; 2] {
     let parts = &scene.cables[0];
-    let mass: f64 = parts
-        .bodies
-        .iter()
-        .map(|body| scene.bodies.mass[*body])
-        .sum();
+    let mass = parts.bodies.iter();
+    let mass: f64 = mass.map(|body| scene.bodies.mass[*body]).sum();
     let rows = Linearized::at(scene, 0.0);
-    let twisted = parts
-        .joints
-        .iter()
-        .filter(|c| rows.row_range(**c).len() == 6);
+    let twisted = parts.joints.iter();
+    let twisted = twisted.filter(|c| rows.row_range(**c).len() == 6);
     let twist = twisted.map(|c| rows.phi[rows.row_range(*c).end - 1]).sum();
     [mass / stock(scene).density, twist]
 }
@@ -103,21 +90,16 @@ fn what_hangs_at_rest_stays_at_rest() {
         let before = scene.bodies.position[parts.bodies[2]];
         let count = wind(&mut scene);
         assert_eq!(count[0] + count[1], 1);
-        let kept = scene
-            .body_names
-            .iter()
-            .position(|name| name == "rope-3")
-            .expect("there");
+        let mut kept = scene.body_names.iter();
+        let kept = kept.position(|name| name == "rope-3").expect("there");
         assert_eq!(scene.bodies.position[kept], before);
         let rows = Linearized::at(&scene, 0.0);
         let mut below = 6.0 + by;
         for (n, joint) in scene.cables[0].joints.iter().enumerate() {
             let row = rows.row_range(*joint).start + if n == 0 { 0 } else { 2 };
             let strained = (rows.phi[row] / rows.compliance[row]).abs();
-            assert!(
-                (strained / tension(below) - 1.0).abs() < 1e-8,
-                "{n}: {strained}"
-            );
+            let off = (strained / tension(below) - 1.0).abs();
+            assert!(off < 1e-8, "{n}: {strained}");
             if let Some(body) = scene.cables[0].bodies.get(n) {
                 below -= scene.bodies.mass[*body] / density;
             }
@@ -173,10 +155,8 @@ fn a_cable_wound_in_and_out_is_a_cable() {
         assert!((0.49..=1.51).contains(&lead.first) || whole == 0);
     }
     assert!(splits > 30 && merges > 30, "{splits} {merges}");
-    let breaks = scene
-        .events
-        .iter()
-        .all(|event| event.name.ends_with("breaks"));
+    let mut breaks = scene.events.iter();
+    let breaks = breaks.all(|event| event.name.ends_with("breaks"));
     assert!(breaks);
 }
 
@@ -202,10 +182,8 @@ fn others_hold_on_to_the_material() {
         assert_eq!(wind(&mut scene), count);
         // The segments have turned by what they were twisted against each other.
         let moved = at(&scene) - held + Vector3::z() * by;
-        assert!(
-            moved.norm() < 0.25 * 0.05 && moved.z.abs() < 1e-12,
-            "{moved}"
-        );
+        let holds = moved.norm() < 0.25 * 0.05 && moved.z.abs() < 1e-12;
+        assert!(holds, "{moved}");
     }
 }
 
@@ -214,10 +192,8 @@ fn a_winch_without_cable_is_refused() {
     let mut scene = cable(-Vector3::z() * 6.0, CableEnd::Pinned);
     scene.cables.clear();
     let fault = scene.validate().expect_err("a fault").to_string();
-    assert!(
-        fault.contains("`rope-start`: is a winch without a cable"),
-        "{fault}"
-    );
+    let says = fault.contains("`rope-start`: is a winch without a cable");
+    assert!(says, "{fault}");
     assert_eq!(scene.winding_due(0), None);
 }
 

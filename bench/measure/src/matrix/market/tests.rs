@@ -15,14 +15,10 @@ fn entries_are_read_as_they_stand() {
     let text = "%%matrixmarket MATRIX Coordinate Real General\r\n% made by hand\r\n\r\n3 2 4\r\n\
                 1 1 -0.0\r\n% between\r\n3 2 1D-3\r\n  2\t1  4.9406564584124654e-324 \r\n1 1 2\r\n\r\n";
     let market = parse(text.as_bytes()).expect("reads");
-    assert_eq!(
-        (market.rows, market.columns, market.symmetric),
-        (3, 2, false)
-    );
-    assert_eq!(
-        market.entries,
-        [(0, 0, -0.0), (2, 1, 1e-3), (1, 0, 5e-324), (0, 0, 2.0)]
-    );
+    let found = (market.rows, market.columns, market.symmetric);
+    assert_eq!(found, (3, 2, false));
+    let expected = [(0, 0, -0.0), (2, 1, 1e-3), (1, 0, 5e-324), (0, 0, 2.0)];
+    assert_eq!(market.entries, expected);
     assert!(market.entries[0].2.is_sign_negative());
     let marked = format!("\u{feff}{text}");
     assert_eq!(parse(marked.as_bytes()).expect("reads"), market);
@@ -42,25 +38,19 @@ fn arrays_go_by_columns() {
         let text = format!("%%MatrixMarket matrix array {head}\n{body}\n");
         parse(text.as_bytes()).expect("reads").entries
     };
-    assert_eq!(
-        entries("real general", "2 1\n0\n5"),
-        [(0, 0, 0.0), (1, 0, 5.0)]
-    );
-    assert_eq!(
-        entries("integer general", "2 2\n1\n2\n0\n4"),
-        [(0, 0, 1.0), (1, 0, 2.0), (1, 1, 4.0)]
-    );
-    assert_eq!(
-        entries("real symmetric", "3 3\n1\n2\n3\n4\n5\n6"),
-        [
-            (0, 0, 1.0),
-            (1, 0, 2.0),
-            (2, 0, 3.0),
-            (1, 1, 4.0),
-            (2, 1, 5.0),
-            (2, 2, 6.0)
-        ]
-    );
+    let found = entries("real general", "2 1\n0\n5");
+    assert_eq!(found, [(0, 0, 0.0), (1, 0, 5.0)]);
+    let found = entries("integer general", "2 2\n1\n2\n0\n4");
+    assert_eq!(found, [(0, 0, 1.0), (1, 0, 2.0), (1, 1, 4.0)]);
+    let expected = [
+        (0, 0, 1.0),
+        (1, 0, 2.0),
+        (2, 0, 3.0),
+        (1, 1, 4.0),
+        (2, 1, 5.0),
+        (2, 2, 6.0),
+    ];
+    assert_eq!(entries("real symmetric", "3 3\n1\n2\n3\n4\n5\n6"), expected);
 }
 
 /// The text is refused in that line, with those words.
@@ -102,11 +92,8 @@ fn headers_that_do_not_serve_say_why_and_what_to_do() {
     says(&real("99999999999999999999 1 1\n"), 2, "can be held");
     says(&real("1 1 9223372036854775807\n"), 2, "can be held");
     let array = "%%MatrixMarket matrix array real general\n";
-    says(
-        &format!("{array}1000000000000 1000000000000\n"),
-        2,
-        "coordinates",
-    );
+    let line = &format!("{array}1000000000000 1000000000000\n");
+    says(line, 2, "coordinates");
     says(&format!("{array}2 1\n1 2\n"), 3, "has 2 numbers");
     let symmetric = "%%MatrixMarket matrix coordinate real symmetric\n";
     says(&format!("{symmetric}2 3 1\n"), 2, "as many rows");
@@ -136,11 +123,8 @@ fn entries_that_make_no_sense_say_why_and_what_to_do() {
     says(&real("2 2 3\n1 1 1\n2 2 2\n"), 5, "after 2 of the 3");
     let integer = "%%MatrixMarket matrix coordinate integer general\n";
     says(&format!("{integer}1 1 1\n1 1 1.5\n"), 3, "integer");
-    says(
-        &format!("{integer}1 1 1\n1 1 9007199254740993\n"),
-        3,
-        "`real`",
-    );
+    let name = &format!("{integer}1 1 1\n1 1 9007199254740993\n");
+    says(name, 3, "`real`");
     for power in [54, 63, 64] {
         let text = format!("{integer}1 1 1\n1 1 {}\n", 1_i128 << power);
         let market = parse(text.as_bytes()).expect("a double holds it");
@@ -191,10 +175,8 @@ proptest! {
         let text = write::vector(&v, &["any numbers".to_owned()]);
         let back = parse(text.as_bytes()).expect("reads");
         let bits = |v: f64| v.to_bits();
-        prop_assert_eq!(
-            back.entries.iter().map(|e| bits(e.2)).collect::<Vec<_>>(),
-            v.iter().copied().map(bits).collect::<Vec<_>>()
-        );
+        let found = back.entries.iter().map(|e| bits(e.2)).collect::<Vec<_>>();
+        prop_assert_eq!(found, v.iter().copied().map(bits).collect::<Vec<_>>());
     }
 
     #[test]

@@ -135,11 +135,8 @@ fn a_faulty_folder_is_refused_with_the_file_at_fault() {
     refused(INDEX, &without("7,"), &["schur_2_values.mtx", "× 3", "× 2"]);
     refused("kkt_1.mtx", &|_| None, &["kkt_1.mtx", "cannot be read"]);
     refused("schur_2_rhs.mtx", &|_| None, &["schur_2_rhs.mtx"]);
-    refused(
-        "schur_1_values.mtx",
-        &cut,
-        &["schur_1_values.mtx", "cut off"],
-    );
+    let all = &["schur_1_values.mtx", "cut off"];
+    refused("schur_1_values.mtx", &cut, all);
     refused("kkt_2_rhs.mtx", &cut, &["kkt_2_rhs.mtx"]);
     let dense = swapped("coordinate real symmetric", "coordinate real general");
     refused("schur_1.mtx", &dense, &["schur_1.mtx"]);

@@ -556,16 +556,12 @@ mod tests {
     #[test]
     fn faults_name_their_place_and_what_is_near() {
         let fault = |text: &str| value(text).unwrap_err().to_string();
-        assert_eq!(
-            fault("larges(z)"),
-            "`larges(z)`: no function is called `larges`: perhaps `largest`"
-        );
+        let expected = "`larges(z)`: no function is called `larges`: perhaps `largest`";
+        assert_eq!(fault("larges(z)"), expected);
         assert_eq!(fault("2 * y"), "`2 * y`: no value is called `y`");
         assert_eq!(fault("(2"), "`(2`: `)` is missing before ``");
-        assert_eq!(
-            fault("hypot(1)"),
-            "`hypot(1)`: `hypot` takes 2 arguments, not 1"
-        );
+        let found = fault("hypot(1)");
+        assert_eq!(found, "`hypot(1)`: `hypot` takes 2 arguments, not 1");
         assert!(fault("z + 1").contains("reduce it"), "{}", fault("z + 1"));
         let deep = fault(&"(".repeat(20_000));
         assert!(deep.contains("nested"), "{}", &deep[deep.len() - 100..]);

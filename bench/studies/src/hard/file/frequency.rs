@@ -85,9 +85,8 @@ mod tests {
 
     #[test]
     fn passages_of_a_wave() {
-        let wave: Vec<f64> = (0..300)
-            .map(|n| (0.05 * f64::from(n) - 0.02).sin())
-            .collect();
+        let wave = (0..300).map(|n| (0.05 * f64::from(n) - 0.02).sin());
+        let wave: Vec<f64> = wave.collect();
         for (upwards, period) in [(true, std::f64::consts::TAU), (false, std::f64::consts::PI)] {
             let found = passages(&wave, upwards, 1.0);
             // The first one is too close to the start.

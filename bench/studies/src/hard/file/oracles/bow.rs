@@ -118,14 +118,10 @@ mod tests {
         ] {
             near(continuum(load, TORSION, FLEXIBLE, 200), printed);
         }
-        near(
-            continuum(600.0, TORSION, [0.0; 2], 200),
-            [47.1513, 15.6851, 53.4686],
-        );
-        near(
-            continuum(600.0, 0.14058, FLEXIBLE, 200),
-            [46.8919, 15.5578, 53.6074],
-        );
+        let values = [47.1513, 15.6851, 53.4686];
+        near(continuum(600.0, TORSION, [0.0; 2], 200), values);
+        let values = [46.8919, 15.5578, 53.6074];
+        near(continuum(600.0, 0.14058, FLEXIBLE, 200), values);
     }
 
     #[test]

@@ -39,10 +39,8 @@ mod tests {
             (10.0, 0.4450044022, 0.8106090249, 81.949325),
         ] {
             let [a, b, c] = elastica(alpha);
-            assert!(
-                (a - x).abs() < 2e-10 && (b - y).abs() < 2e-10,
-                "{alpha}: {a} {b}"
-            );
+            let holds = (a - x).abs() < 2e-10 && (b - y).abs() < 2e-10;
+            assert!(holds, "{alpha}: {a} {b}");
             assert!((c.to_degrees() - slope).abs() < 1e-6, "{alpha}: {c}");
         }
     }

@@ -29,9 +29,7 @@ mod tests {
         assert!((places[16] - 0.4).abs() < 1e-13 && (places[32] - 1.0).abs() < 1e-13);
         let lengths = places.windows(2).map(|pair| pair[1] - pair[0]);
         let [least, most] = [f64::min, f64::max].map(|of| lengths.clone().reduce(of).unwrap());
-        assert!(
-            least > 0.0 && (2.0..25.0).contains(&(most / least)),
-            "{least} {most}"
-        );
+        let holds = least > 0.0 && (2.0..25.0).contains(&(most / least));
+        assert!(holds, "{least} {most}");
     }
 }
