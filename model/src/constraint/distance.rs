@@ -147,6 +147,7 @@ mod tests {
     use crate::constraint::{Constraint, RowKind};
     use crate::linearized::Linearized;
     use crate::scene::Scene;
+    use crate::testing::*;
     use crate::{Body, Motion};
     use nalgebra::UnitQuaternion;
 

@@ -149,6 +149,7 @@ mod tests {
     use super::*;
     use crate::constraint::testing::{BAR, LAW, Poses, Sample};
     use crate::constraint::{Constraint, RowKind};
+    use crate::testing::*;
     use crate::{Body, Linearized, Motion, Scene, check_jacobian};
     use nalgebra::UnitQuaternion;
 

@@ -200,10 +200,12 @@ impl Constraint {
 
 #[cfg(test)]
 mod tests {
+    use super::{Loads, Wrench};
     use crate::constraint::testing::{Poses, bent};
     use crate::constraint::{
         Constraint, Cosserat, JointLaw, MasslessCable, RowLaw, Winch, samples,
     };
+    use crate::testing::*;
     use crate::{Body, Frame, Mobility, Scene};
     use nalgebra::{UnitQuaternion, Vector3};
 

@@ -97,6 +97,7 @@ mod tests {
     use super::*;
     use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
+    use crate::testing::*;
     use crate::{Body, Linearized, Scene};
     use nalgebra::Vector3;
 

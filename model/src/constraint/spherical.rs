@@ -36,6 +36,7 @@ mod tests {
     use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, phi};
     use crate::scene::Scene;
+    use crate::testing::*;
     use nalgebra::{UnitQuaternion, Vector3};
 
     impl Sample for Spherical {
