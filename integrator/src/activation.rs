@@ -304,8 +304,8 @@ impl Activation {
     /// `goes_on` from a divided one and they swing faster: whole steps keep v² (1 + Ω²/3) of a swing, which parts that begin within
     /// it take for v².
     ///
-    /// `hits` is told the rows that are struck, `before` are the rates of the step before, `driven` the change of a row's drive since then \[m/s], `landing` the speed of a row's load \[m/s],
-    /// `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg]; `thrown` the same of rows that
+    /// `hits` is told the rows that are struck, `before` are the rates of the step before, `driven` the change of a row's drive since
+    /// the step before \[m/s], `landing` the speed of a row's load \[m/s], `loaded` the J M̃⁻¹ Jᵀ of a row with what its bodies carry, 0 of rows that are left out \[1/kg]; `thrown` the same of rows that
     /// slipped and whose load is thrown back in the step, which divide it whatever they do, 0 of all others.
     pub(crate) fn struck(
         &self,

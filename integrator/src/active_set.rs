@@ -76,7 +76,8 @@ pub(crate) struct ActiveSet {
     chains: Vec<Vec<usize>>,
     /// Rope left on each row's drum after the step \[m], infinite where no end matters, and the drums that empty within the step.
     room: Vec<f64>,
-    emptied: Vec<bool>,
+    /// By their bounds before.
+    emptied: Vec<Option<f64>>,
     /// Rows at bounds stay there, while the accelerations of an instant are sought.
     pub(crate) frozen: bool,
     /// Fewest wrong rows of this system so far; tries and passes left.
@@ -107,7 +108,7 @@ impl ActiveSet {
         bounded.jacobian = vec![[0.0; 6]; first];
         bounded.wrong = Vec::with_capacity(bounded.rows.len());
         bounded.room = vec![f64::INFINITY; bounded.rows.len()];
-        bounded.emptied = vec![false; bounded.rows.len()];
+        bounded.emptied = vec![None; bounded.rows.len()];
         if !bounded.is_empty() {
             bounded.impulse = system_data.v.clone();
         }
@@ -192,7 +193,7 @@ impl ActiveSet {
     /// Numbers of the rows whose drums empty in the step.
     pub(crate) fn emptied(&self) -> impl Iterator<Item = usize> + '_ {
         let all = self.emptied.iter().enumerate();
-        all.filter_map(|(k, emptied)| emptied.then_some(k))
+        all.filter_map(|(k, emptied)| emptied.map(|_| k))
     }
 
     /// φ of the rows whose drums have emptied in the step, which know nothing yet of the rest of the rope.
@@ -206,7 +207,7 @@ impl ActiveSet {
     /// tension, driven by the rest of the rope. Returns true where it does.
     fn empty(&mut self, k: usize, system_data: &mut SystemData, dt: f64) -> bool {
         let (bound, room) = (system_data.rows.bounds[k], self.room[k]);
-        if room == f64::INFINITY || self.emptied[k] {
+        if room == f64::INFINITY || self.emptied[k].is_some() {
             return false;
         }
         let r = bound.row;
@@ -219,16 +220,28 @@ impl ActiveSet {
         if system_data.rows.phi[r] + dt * rate - stretch <= room {
             return false;
         }
-        self.emptied[k] = true;
+        self.emptied[k] = Some(bound.lower);
         system_data.rows.phi_t[r] -= room / dt;
         system_data.rate[r] += room / dt;
         system_data.rows.bounds[k].lower = f64::NEG_INFINITY;
         true
     }
 
+    /// Before another solve of a system of a step of `dt`: its drums hold what they held before the last one.
+    pub(crate) fn refill(&mut self, system_data: &mut SystemData, dt: f64) {
+        for (k, emptied) in self.emptied.iter_mut().enumerate() {
+            if let Some(lower) = emptied.take() {
+                let bound = &mut system_data.rows.bounds[k];
+                bound.lower = lower;
+                system_data.rows.phi_t[bound.row] += self.room[k] / dt;
+                system_data.rate[bound.row] -= self.room[k] / dt;
+            }
+        }
+    }
+
     /// Before the first solve of a system.
     pub(crate) fn begin(&mut self, rows: &Linearized) {
-        self.emptied.fill(false);
+        self.emptied.fill(None);
         (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
         (self.closing, self.gives_way) = (false, false);
         self.unite_chains(rows);
@@ -407,7 +420,7 @@ impl ActiveSet {
             }
         }
         for (k, row) in self.rows.iter_mut().enumerate() {
-            if self.emptied[k] && row.place == RowState::Lower {
+            if self.emptied[k].is_some() && row.place == RowState::Lower {
                 continue;
             }
             let (r, lower, upper) = limits(k, system_data);

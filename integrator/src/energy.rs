@@ -10,7 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::RowBounds;
 use taut_model::linearized::dot;
 
-/// Change of a velocity by rows and contacts that is no blow, over that by loads: they carry what rests.
+/// A body whose velocity changes by more than this in a step with a blow, over the change by its loads, is struck.
 const STEADY: f64 = 1.5;
 
 /// Energies at one instant \[J].

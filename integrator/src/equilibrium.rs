@@ -14,7 +14,8 @@
 //!
 //! A link or cable under tension T that turns with its ends resists them with T/|d| across; without that in its matrix
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
-//! massless cables a link without length row along each span ([`Spans`]).
+//! all else that has a [length](Constraint::link_length), such as massless cables, a link without length row along each span
+//! ([`Spans`]).
 //!
 //! Contacts take no part: a state in which shapes overlap is refused.
 
@@ -200,9 +201,9 @@ impl Pace {
     }
 }
 
-/// The links along the spans of massless cables, after all other constraints: their transverse rows alone are used.
+/// The links along the spans of what pulls along its line, after all other constraints: their transverse rows alone are used.
 struct Spans {
-    /// Cable of each link.
+    /// Constraint whose span each link is.
     cables: Vec<usize>,
     /// The first link.
     first: usize,
@@ -214,15 +215,15 @@ impl Spans {
         let first = scene.constraints.len();
         let mut cables = Vec::new();
         for c in 0..first {
-            let cable = match &mut scene.constraints[c] {
-                Constraint::MasslessCable(cable) => cable.clone(),
-                Constraint::Distance(link) => {
-                    link.transverse = true;
-                    continue;
-                }
-                _ => continue,
+            if let Constraint::Distance(link) = &mut scene.constraints[c] {
+                link.transverse = true;
+                continue;
+            }
+            let Some(length) = scene.constraints[c].link_length() else {
+                continue;
             };
-            for (k, span) in cable.frames.windows(2).enumerate() {
+            let frames = scene.constraints[c].frames().to_vec();
+            for (k, span) in frames.windows(2).enumerate() {
                 let moves = |f: &taut_model::Frame| {
                     f.body_index().is_some_and(|i| scene.bodies.is_dynamic(i))
                 };
@@ -231,7 +232,7 @@ impl Spans {
                 }
                 let link = Constraint::Distance(Distance {
                     frames: [span[0], span[1]],
-                    length: cable.length,
+                    length,
                     law: RowLaw::new(1.0, 0.0),
                     transverse: true,
                 });

@@ -1,5 +1,5 @@
-//! Geometric stiffness: how the torque r × F of an attachment changes when the body, and with it the lever arm r, turns
-//! under a constraint force F, and how a joint's twist moment changes with its axis.
+//! Geometric stiffness: how the torque r × F of an attachment changes when the body, and with it the lever arm r
+//! ([`Linearized::lever`]), turns under a constraint force F, and how a joint's twist moment changes with its axis.
 //!
 //! The exact derivative, −∂(r × F)/∂θ = (F·r) I − r Fᵀ, is not symmetric. Its symmetric part with negative eigenvalues
 //! removed ([T], [A]) has its null direction midway between r and F: a transverse torque then spins a thin segment about

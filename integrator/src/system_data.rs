@@ -123,7 +123,7 @@ impl SystemData {
     pub(crate) fn rescale(&mut self, scene: &Scene) {
         for gap in &mut self.gaps {
             let constraint = &scene.constraints[gap.constraint];
-            if matches!(constraint, Constraint::MasslessCable(_)) {
+            if constraint.link_length().is_some() {
                 gap.scale = scale_of(constraint);
             }
         }
@@ -390,13 +390,9 @@ impl SystemData {
 
 /// True of rods, massless cables and joints to the world with dampers.
 fn follows_curve(constraint: &Constraint) -> bool {
-    let is_followed = match constraint {
-        Constraint::MasslessCable(_) | Constraint::Distance(_) => true,
-        joint => {
-            let is_at_world = joint.frames().iter().any(|f| f.body_index().is_none());
-            joint.has_stretch_rows() && is_at_world
-        }
-    };
+    let is_at_world = || constraint.frames().iter().any(|f| f.body_index().is_none());
+    let is_followed =
+        constraint.link_length().is_some() || constraint.has_stretch_rows() && is_at_world();
     let first = constraint.parts().next();
     is_followed && first.is_some_and(|(.., law)| law.damping > 0.0)
 }
@@ -545,25 +541,18 @@ impl Kind {
     }
 }
 
-/// Lever arm that turns a gap error into an angle: the longer one of the two, or the length of a link; 0 where φ is
-/// linear in the positions \[m].
+/// Lever arm that turns a gap error into an angle: the longer one of the two, or a span of what has spans; 0 where φ is
+/// linear in the positions, or does not begin with a gap \[m].
 fn turning_length(constraint: &Constraint) -> f64 {
-    let on_bodies = constraint
-        .frames()
-        .iter()
-        .filter(|f| f.body_index().is_some());
-    let lever = on_bodies.map(|f| f.point.norm()).fold(0.0, f64::max);
-    match constraint {
-        Constraint::Distance(link) => lever.max(link.length),
-        // A mean span: the shorter ones turn faster.
-        Constraint::MasslessCable(cable) => {
-            let off = cable.length - cable.wound();
-            lever.max(off / (cable.frames.len() - 1).max(1) as f64)
-        }
-        Constraint::Fairlead(_) => lever,
-        _ if constraint.has_stretch_rows() => lever,
-        _ => 0.0,
+    let first = constraint.parts().next();
+    if !first.is_some_and(|(kind, ..)| kind.is_gap()) {
+        return 0.0;
     }
+    let frames = constraint.frames().iter();
+    let on_bodies = frames.filter(|f| f.body_index().is_some());
+    let lever = on_bodies.map(|f| f.point.norm()).fold(0.0, f64::max);
+    // Of several spans the shorter ones turn faster than the mean.
+    lever.max(constraint.span_length().unwrap_or(0.0))
 }
 
 #[cfg(test)]

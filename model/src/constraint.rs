@@ -8,8 +8,10 @@
 //! negative of that on ω_b.
 //!
 //! A new kind takes a file with its struct and its facts (`constraint/facts.rs`), its lines in this file (the module, its
-//! name and the list of kinds), and its keys in the text of scenes (`scene_file/joint.rs`). A test compares its Jacobian with
-//! finite differences (`constraint/testing.rs`).
+//! name and the list of kinds), and its keys in the text of scenes (`scene_file/joint.rs`). One that pulls along the line
+//! between its points states the facts `link_length` and `gap_ahead`, and on which sides it `only_pulls`; its levers are said at
+//! [`Linearized::lever`](crate::Linearized::lever). Its tests give a `Sample`, by which the list's tests hold its Jacobian
+//! and facts, and call `assert_rows` in the regimes that it has besides (`constraint/testing.rs`).
 
 mod cosserat;
 mod distance;
@@ -138,6 +140,12 @@ pub enum RowKind {
 }
 
 impl RowKind {
+    /// True if φ measures how far points are apart, which a force at them resists.
+    #[must_use]
+    pub fn is_gap(self) -> bool {
+        matches!(self, Self::Stretch | Self::Length | Self::Across)
+    }
+
     /// True if the row's φ is an angle \[rad], not a length \[m].
     #[must_use]
     pub fn is_angular(self) -> bool {
@@ -177,6 +185,22 @@ macro_rules! kinds {
                 }
             }
         )*
+
+        impl Constraint {
+            /// Names of the kinds.
+            pub const KINDS: &[&str] = &[$(stringify!($kind)),*];
+        }
+
+        /// What the front page of the crate names.
+        pub(crate) mod kinds {
+            pub use super::{$($kind,)*};
+        }
+
+        /// One of each kind between two frames.
+        #[cfg(test)]
+        pub(crate) fn samples(frames: [Frame; 2]) -> Vec<Constraint> {
+            vec![$(<$kind as testing::Sample>::sample(frames).into()),*]
+        }
 
         /// Matches over the kinds: `$do` for each, which binds its struct as `$own`.
         macro_rules! each_kind {
@@ -271,9 +295,22 @@ impl Constraint {
         each_kind!(self, own => own.acts_at_points())
     }
 
-    /// True if it only pulls at its points, so that at the centre of a point mass it turns nothing.
-    pub(crate) fn only_pulls(&self) -> bool {
-        each_kind!(self, own => own.only_pulls())
+    /// True if on side number `side` it only pulls at the point, so that at the centre of a point mass it turns nothing.
+    pub(crate) fn only_pulls(&self, side: usize) -> bool {
+        each_kind!(self, own => own.only_pulls(side))
+    }
+
+    /// Length at rest of what pulls along the lines between its points, such as a rod or a massless cable \[m]: its first row is
+    /// that of the length, with λ < 0 where it is taut. `None` of a joint, whose points meet.
+    #[must_use]
+    pub fn link_length(&self) -> Option<f64> {
+        each_kind!(self, own => own.link_length())
+    }
+
+    /// Length of a span of it, what turns as one piece \[m]; the mean where there are several, of what is off the drums.
+    #[must_use]
+    pub fn span_length(&self) -> Option<f64> {
+        each_kind!(self, own => own.span_length())
     }
 
     /// Writes φ at time `t` into `phi` (length [`Constraint::rows`]). Allocates: no.
@@ -284,8 +321,10 @@ impl Constraint {
         self.evaluate(bodies, t, &mut Rows::new(phi, &mut [], &mut []));
     }
 
-    /// The rows of its length or gap at time `t` + `dt` (s) if its bodies go on freely from their velocities at `t` \[m]: one of a
-    /// rod or massless cable, three of a joint with rows of stretch, none of other kinds.
+    /// φ of the leading rows at time `t` + `dt` (s) if its bodies go on freely from their velocities at `t` \[m], and how many they
+    /// are: one, the length, of what has a [`link_length`](Self::link_length); three, the gap, of a joint that begins with rows of
+    /// stretch; none of others. What these rows are off their tangent by is the curve that a time stepper's dampers follow and that
+    /// drifts within its steps.
     #[must_use]
     pub fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
         each_kind!(self, own => own.gap_ahead(bodies, t, dt))

@@ -139,9 +139,9 @@ pub use body::{Bodies, Body, Mobility};
 pub use body_vectors::{BodyLanes, BodyPack, BodyVectors};
 pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
 pub use collide::{Collider, DEFAULT_GROUP, Shape, Surface};
+pub use constraint::kinds::*;
 pub use constraint::{
-    BendDefinition, Constraint, Cosserat, Distance, Fairlead, Hinge, JointLaw, Lay, LinkBend,
-    Loads, Lock, MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Sheave, Slider, Spherical,
+    BendDefinition, Constraint, JointLaw, Lay, Loads, MAX_ROWS, Motor, RowKind, RowLaw, Sheave,
     Target, TwistDefinition, Winch, Wrench,
 };
 pub use contact_scenes::{ContactScene, ContactSceneParams};

@@ -464,8 +464,10 @@ impl Linearized {
         })
     }
 
-    /// Lever arm of slot `slot`, world \[m]: from the body's centre to the attachment point. Zero where the constraint
-    /// has neither stretch nor length rows, which alone change with the lever's rotation.
+    /// Lever arm of slot `slot`, world \[m]: from the body's centre to the point of the force that turns with the body. Geometric
+    /// stiffness is made of it. Of a joint's gap, and of a force along a link, that point is the attachment point, although J of
+    /// a link is the same for its other end; on the side of a slider or fairlead that guides the other one it is where the other
+    /// one is. Zero where no force acts at a point.
     ///
     /// # Panics
     /// When `slot` is not below the number of slots.

@@ -1,7 +1,7 @@
 //! Limits and plausibility from a scene's own lengths: how far its constraints can open, and which
 //! of its numbers are likely mistakes.
 
-use crate::constraint::{Constraint, MasslessCable, RowKind};
+use crate::constraint::{Constraint, MasslessCable};
 use crate::contacts::{Collisions, Contact};
 use crate::error::{SceneError, told};
 use crate::frame::Frame;
@@ -166,14 +166,14 @@ impl Constraint {
     /// When `phi` is shorter than the rows.
     #[must_use]
     pub fn gap(&self, phi: &[f64]) -> Option<f64> {
-        if matches!(self, Self::MasslessCable(c) if c.tension_only) {
+        if matches!(self.bounds(0.0), Some((0, _, 0.0))) {
             return Some(phi[0].max(0.0));
         }
         let mut first = 0;
         self.parts().find_map(|(kind, count, _)| {
             let range = first..first + count;
             first += count;
-            let gap = matches!(kind, RowKind::Stretch | RowKind::Length | RowKind::Across);
+            let gap = kind.is_gap();
             gap.then(|| phi[range].iter().map(|x| x * x).sum::<f64>().sqrt())
         })
     }
@@ -182,14 +182,10 @@ impl Constraint {
     /// joint's lever arms on bodies, which for the joints of a cable is the distance of its segments' centres.
     #[must_use]
     pub fn length(&self) -> f64 {
-        match self {
-            Self::Distance(link) => link.length,
-            Self::MasslessCable(cable) => cable.length,
-            _ => {
-                let on_bodies = self.frames().iter().filter(|f| f.body_index().is_some());
-                on_bodies.map(|f| f.point.norm()).sum()
-            }
-        }
+        self.link_length().unwrap_or_else(|| {
+            let on_bodies = self.frames().iter().filter(|f| f.body_index().is_some());
+            on_bodies.map(|f| f.point.norm()).sum()
+        })
     }
 }
 
@@ -210,10 +206,7 @@ impl Scene {
             }
         }
         let limit = |c: &Constraint| {
-            let gap = c.parts().find(|(kind, ..)| {
-                matches!(kind, RowKind::Stretch | RowKind::Length | RowKind::Across)
-            });
-            let (_, _, law) = gap?;
+            let (_, _, law) = c.parts().find(|(kind, ..)| kind.is_gap())?;
             let length = match c.length() {
                 length if length > 0.0 => length,
                 _ => c.bodies().map(|body| sizes[body]).sum(),

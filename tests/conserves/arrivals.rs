@@ -110,6 +110,52 @@ fn a_winch_at_the_end_of_its_drum_hauls_what_it_can() {
     }
 }
 
+/// A step that is solved again, as a ball elsewhere is stopped in it, forgot that a drum had come to its end, and threw its load up.
+#[test]
+fn a_drum_at_its_end_holds_its_load_beside_a_ball_that_is_stopped() {
+    let text = "load = 'load'\n[[body]]\nname = 'load'\nmass = 100\nshape = 'particle'\nposition = [0, 0, -4]\n\
+                [[massless_cable]]\nname = 'rope'\nstretch = 0\nlength = 4\n\
+                through = [{ body = 'world', point = [0, 0, 0] }, { body = 'load' }]\n\
+                winch = { force_limit = 631.6440508492065, longest = 4.156264851109887 }\n\
+                [[body]]\nname = 'ball'\nmass = 10\nshape = { sphere = { radius = 0.2 } }\nposition = [-5, 0, -19.366694736045737]\n\
+                collide = { restitution = 0 }\n\
+                [[collider]]\nname = 'table'\nbody = 'world'\nshape = { box = { size = [0.4, 0.4, 0.2] } }\n\
+                position = [-5, 0, -20.096]\nrestitution = 0\n\
+                [[ground]]\nname = 'floor'\npoint = [0, 0, -20]\nrestitution = 1\n";
+    let mut stepper = stepper(text, DT);
+    let mut lowest = 0.0_f64;
+    while stepper.time() < 1.0 {
+        stepper.step().expect("a step");
+        let height = stepper.scene().bodies.position[0].z;
+        lowest = lowest.min(height);
+        assert!(height < lowest + 1e-6, "it rises to {height} m");
+    }
+    assert!((lowest + 4.156_264_851).abs() < 1e-6, "{lowest} m");
+}
+
+/// A ball falls to a floor of restitution 1 as its rope stretches: parts that were too coarse for both gained a quarter of the energy.
+#[test]
+fn a_rebound_under_a_rope_that_stretches_gains_nothing() {
+    for omega in [10.0, 30.0, 60.0, 90.0] {
+        for (clearance, height) in [(6.4e-4, 0.8), (1.7e-3, 1.3), (1e-4, 2.1)] {
+            let stretch = 1.0 / (10.0 * (omega / DT).powi(2));
+            let text = ball(10.0, 1.0, clearance, height)
+                + &format!(
+                    "[[massless_cable]]\nname = 'rope'\nstretch = {stretch:e}\nlength = {}\n\
+                     through = [{{ body = 'world', point = [0, 0, 10] }}, {{ body = 'ball' }}]\n",
+                    9.8 - clearance
+                );
+            let mut stepper = stepper(&text, DT);
+            let fall = (2.0_f64 * height / G).sqrt();
+            let highest = rise(&mut stepper, fall) - clearance;
+            assert!(
+                highest < 1.02 * height,
+                "Ω = {omega}, {clearance} m: {highest} of {height} m"
+            );
+        }
+    }
+}
+
 /// In the step of a blow the mean of a light body's velocities was none: up to 10⁵ times the energy.
 #[test]
 fn a_blow_that_a_joint_passes_on_reads_no_energy_from_nowhere() {
@@ -144,7 +190,7 @@ fn a_blow_that_a_joint_passes_on_reads_no_energy_from_nowhere() {
 /// A rope that rounding makes too short closes its gap, and that was energy from nowhere.
 #[test]
 fn a_rigid_rope_that_is_too_short_by_rounding_is_taken_as_it_is() {
-    for (short, dt) in [(1e-4, DT), (1e-4, DT / 4.0), (1e-6, DT), (1e-8, DT / 16.0)] {
+    for (short, dt) in [(1e-4, DT), (6e-5, DT / 4.0), (1e-6, DT), (4e-6, DT / 16.0)] {
         let text = format!(
             "load = 'load'\n[[body]]\nname = 'load'\nmass = 100\nshape = 'particle'\nposition = [0, 0, 4]\n\
              [[massless_cable]]\nname = 'rope'\nstretch = 0\nlength = {}\n\

@@ -309,7 +309,8 @@ impl<'a> Bytes<'a> {
         Some(winch)
     }
 
-    fn constraint(&mut self, bodies: usize) -> Constraint {
+    /// A constraint of any kind between so many bodies.
+    pub fn constraint(&mut self, bodies: usize) -> Constraint {
         let kind = self.byte() % 9;
         let frames = [self.frame(bodies), self.frame(bodies)];
         match kind {

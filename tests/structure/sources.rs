@@ -14,7 +14,7 @@ pub(crate) fn read(path: &Path) -> String {
 }
 
 /// All Rust files below a folder of the workspace, as (path from the root, text).
-fn rust_files(folder: &str) -> Vec<(String, String)> {
+pub(crate) fn rust_files(folder: &str) -> Vec<(String, String)> {
     fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(folder).expect("a folder").flatten() {
             let path = entry.path();
@@ -43,7 +43,7 @@ fn rust_files(folder: &str) -> Vec<(String, String)> {
 }
 
 /// The lines that are code, with their numbers: comments (documentation is one) are cut off.
-fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(crate) fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines()
         .enumerate()
         .map(|(i, line)| (i + 1, line.split("//").next().unwrap_or("")))

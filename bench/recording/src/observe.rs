@@ -209,14 +209,14 @@ impl Observer {
         }
     }
 
-    /// The line of a massless cable or link, and points of the world that joints hold on to.
+    /// The line of what pulls along one, and points of the world that joints hold on to.
     fn points(&mut self, scene: &Scene, c: usize, constraint: &Constraint, tension: Option<usize>) {
         let name = &scene.constraint_names[c];
-        let sheaves = match constraint {
-            Constraint::MasslessCable(cable) => &cable.sheaves[..],
-            Constraint::LinkBend(_) => return,
-            _ => &[],
-        };
+        if matches!(constraint, Constraint::LinkBend(_)) {
+            return;
+        }
+        let cable = constraint.massless_cable();
+        let sheaves = cable.map_or(&[][..], |cable| &cable.sheaves);
         let mut points = Vec::new();
         for (side, frame) in constraint.frames().iter().enumerate() {
             let moved = matches!(frame.side, Side::World(motion) if motion != Motion::Fixed);
@@ -244,18 +244,15 @@ impl Observer {
                 sheave,
             });
         }
-        match constraint {
-            Constraint::MasslessCable(_) | Constraint::Distance(_) => {
-                self.layout.lines.push(Line {
-                    name: name.clone(),
-                    points,
-                    tension,
-                })
-            }
-            _ => self
-                .layout
-                .anchors
-                .extend(points.into_iter().filter(|p| p.body.is_none())),
+        if constraint.link_length().is_some() {
+            self.layout.lines.push(Line {
+                name: name.clone(),
+                points,
+                tension,
+            });
+        } else {
+            let of_world = points.into_iter().filter(|p| p.body.is_none());
+            self.layout.anchors.extend(of_world);
         }
     }
 

@@ -30,7 +30,7 @@
 //! without restitution, which take energy away, until the gain is none.
 
 use super::operator::Operator;
-use super::{ContactPoint, Contacts};
+use super::{ContactPoint, Contacts, FLOOR};
 use crate::response::Factor;
 use crate::system_data::SystemData;
 use taut_model::Scene;
@@ -41,7 +41,7 @@ use taut_solver::coulomb::{ConeMethod, ConeReport};
 const SLOWEST: f64 = 0.1;
 const STANDSTILL: f64 = 1e-3;
 
-/// Impulse that is rounding, over the largest one.
+/// Change of a rate by an impulse that is rounding, over the rate of arrival.
 const NOTHING: f64 = 1e-9;
 
 /// Rate that the regularisation of contacts gives way by, over the fastest rebound, and sum of normal impulses, over the
@@ -261,13 +261,16 @@ impl Contacts {
         thrown.any(|late| self.touches.iter().any(|touch| stops(touch, late)))
     }
 
-    /// After a solve without rebounds: what carries nothing has been stopped before it arrives. True if there is such a contact.
-    pub(crate) fn note_stopped(&mut self) -> bool {
-        let most = self.touches.iter().map(|t| t.impulse[0]);
-        let least = NOTHING * most.fold(0.0, f64::max);
-        for touch in &mut self.touches {
-            touch.stopped = touch.impulse[0] <= least;
+    /// After a solve without rebounds from the velocities that `begun` gives: what carries nothing has been stopped before it arrives.
+    pub(crate) fn note_stopped(&mut self, begun: impl Fn(usize) -> [f64; 6]) {
+        for (i, touch) in self.touches.iter_mut().enumerate() {
+            let changed = self.operator.floor(i) / FLOOR * touch.impulse[0];
+            touch.stopped = changed <= NOTHING * touch.normal_rate(&begun).abs();
         }
+    }
+
+    /// True if something in the step just solved was stopped before it arrives.
+    pub(crate) fn has_stopped(&self) -> bool {
         self.touches.iter().any(|touch| touch.stopped)
     }
 

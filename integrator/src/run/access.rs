@@ -416,6 +416,7 @@ impl Stepper {
         let Some(&driven) = drives.get(drive) else {
             return Err(missing("drive", drive, drives.len()));
         };
+        self.course.leave(control);
         self.before_jump(driven, value)?;
         self.step.scene.set_drive(driven, value, self.step.time);
         self.changed(true);

@@ -101,12 +101,16 @@ impl Stepper {
     }
 
     /// Most work of rigid rows that close the gaps φ a run begins with \[J], by their force λ before the first step: with the weight
-    /// p of the scheme they leave bodies the energy −λ φ/(2 p) of r⁺ = −φ/(p Δt).
+    /// p of the scheme they leave bodies the energy −λ φ/(2 p) of r⁺ = −φ/(p Δt). Only gaps of rounding count, which close no faster
+    /// than a body falls in a step.
     fn closing_energy(&self) -> f64 {
         let (rows, multipliers) = (&self.step.system_data.rows, &self.step.multipliers);
         let ahead = self.step.options.scheme.weights().next;
         let part = (0.5 / ahead).max(1.0);
-        let rigid = (0..rows.rows()).filter(|r| rows.compliance[*r] == 0.0);
+        let dt = self.step.substep();
+        let most = self.step.scene.gravity.norm() * dt * ahead * dt;
+        let is_small = |r: &usize| rows.compliance[*r] == 0.0 && rows.phi[*r].abs() < most;
+        let rigid = (0..rows.rows()).filter(is_small);
         let work = rigid.map(|r| -rows.phi[r] * multipliers.mu[r] / multipliers.mu_dt);
         part * work.map(|work| work.max(0.0)).sum::<f64>()
     }

@@ -39,8 +39,8 @@ impl Course {
 
 impl Stepper {
     /// Sets control number `control` to `values` in turn, one a sub-step of the next step; it keeps the last one
-    /// \[m/s or rad/s]. A drive that follows a table gets the mean of the table over each sub-step. After its first
-    /// steps it allocates nothing.
+    /// \[m/s or rad/s]. A drive that follows a table gets the mean of the table over each sub-step. A changed or restored run knows
+    /// the first value only. After its first steps it allocates nothing.
     ///
     /// # Errors
     /// As [`set_control`](Self::set_control), and [`StepError::NotControllable`] where there are not as many values as sub-steps.
@@ -67,6 +67,9 @@ impl Stepper {
             if let Some(value) = self.course.value(control, k) {
                 self.drive(control, value)?;
             }
+        }
+        if self.step.uses.winches && !self.course.controls.is_empty() {
+            self.step.check_winches()?;
         }
         Ok(())
     }

@@ -3,7 +3,8 @@
 
 use super::Step;
 use crate::StepError;
-use crate::active_set::{Outcome, RowState, jacobian};
+use crate::activation::STIFF;
+use crate::active_set::{Outcome, RowState, jacobian, response};
 use crate::response::factor_of;
 use taut_model::linearized::dot;
 use taut_solver::SolveError;
@@ -16,13 +17,14 @@ impl Step {
         if !self.may_be_stopped(dt) {
             return Ok(());
         }
-        self.take_solve_back();
+        self.take_solve_back(dt);
         self.contacts.rebounds = false;
         let solved = self.keep_bounds(dt);
         self.contacts.rebounds = true;
         solved?;
-        self.contacts.note_stopped();
-        self.take_solve_back();
+        let v = &self.system_data.v;
+        self.contacts.note_stopped(|i| v.get(i));
+        self.take_solve_back(dt);
         self.tally.undecided = undecided;
         self.keep_bounds(dt)
     }
@@ -33,21 +35,34 @@ impl Step {
             return false;
         }
         let (system_data, fall) = (&self.system_data, self.scene.gravity.norm() * dt);
+        // Where no division tells what an elastic rope leaves of the speed, it stops nothing.
+        let divides = self.options.guard.is_some() && self.slip.is_empty();
         let is_passed = |(k, place): (usize, RowState)| {
             let bound = &system_data.rows.bounds[k];
             let rates = jacobian(system_data, k).map(|(i, j)| dot(&j, &system_data.v.get(i)));
             let rate = rates.sum::<f64>() + system_data.rows.phi_t[bound.row];
             let side = bound.side();
             let begun = side * system_data.rows.phi[bound.row];
-            place != RowState::Inside && begun < 0.0 && begun + dt * (side * rate + fall) > 0.0
+            let stiff = dt * dt * response(system_data, k);
+            let stops = divides || stiff > STIFF * STIFF * system_data.rows.compliance[bound.row];
+            stops
+                && place != RowState::Inside
+                && begun < 0.0
+                && begun + dt * (side * rate + fall) > 0.0
         };
         let bodies = &self.scene.bodies;
         self.contacts.may_be_stopped(|i| bodies.is_dynamic(i))
             || self.active_set.places().enumerate().any(is_passed)
     }
 
-    /// Takes the slip and the impulses of a solve out of the prepared system, before another one.
-    pub(super) fn take_solve_back(&mut self) {
+    /// Takes a solve out of the prepared system of a step `dt` long, before another one.
+    fn take_solve_back(&mut self, dt: f64) {
+        self.take_impulses_out();
+        self.active_set.refill(&mut self.system_data, dt);
+    }
+
+    /// Takes the slip and the impulses of a solve out of the prepared system; drums that it emptied stay so.
+    pub(super) fn take_impulses_out(&mut self) {
         self.slip.take_out(&mut self.system_data);
         self.contacts.take_out(&mut self.system_data.inertia, false);
     }
@@ -69,7 +84,7 @@ impl Step {
                 if !is_singular(&error) || !self.active_set.give_way(bounds) {
                     return Err(error);
                 }
-                self.take_solve_back();
+                self.take_impulses_out();
                 continue;
             }
             // The rows that were held are back: their c and Δt f hold slip and impulses as well.
@@ -83,7 +98,7 @@ impl Step {
             if verdict != Outcome::Changed {
                 break;
             }
-            self.take_solve_back();
+            self.take_impulses_out();
         }
         if self.uses.slip {
             self.end_slip();

@@ -21,9 +21,11 @@ impl Step {
     /// Finds the contacts of a step of `dt` from the present state.
     pub(crate) fn find_contacts(&mut self, dt: f64, of_scheme: bool) -> Result<(), StepError> {
         self.contacts.of_scheme = of_scheme;
-        self.contacts.late = match of_scheme || self.options.scheme.is_staggered() {
-            true => 0.5 * self.substep(),
-            false => 0.0,
+        // Implicit sub-steps leave the velocities of a staggered scheme half of its step behind.
+        let parts = self.options.substeps as f64 * f64::from(self.guarded.division.parts);
+        self.contacts.late = match self.options.scheme.is_staggered() {
+            true => 0.5 * self.options.dt / parts,
+            false => 0.5 * dt,
         };
         self.contacts.find(&self.scene, dt, self.time == 0.0)?;
         Ok(())

@@ -48,7 +48,7 @@ impl Step {
             self.keep_substep_start();
             self.solve_scheme(self.options.stiffness)?;
             if self.can_strike() {
-                self.take_solve_back();
+                self.take_impulses_out();
                 // What a jump of a drive leaves behind touches no more.
                 self.contacts.touches.retain(|touch| touch.impulse[0] > 0.0);
                 self.leave_blows();

@@ -315,17 +315,25 @@ impl Facts for Cosserat {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::testing::*;
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
+    use crate::constraint::{Constraint, RowKind, RowLaw};
+    use crate::linearized::update_windings;
+    use nalgebra::UnitQuaternion;
     use std::f64::consts::{PI, TAU};
 
+    impl Sample for Cosserat {
+        fn sample(frames: [Frame; 2]) -> Self {
+            let all = JointLaw {
+                stretch: Some(LAW),
+                bend: Some(LAW),
+                twist: Some(LAW),
+            };
+            Self::new(frames, all)
+        }
+    }
+
     fn joint(frames: [Frame; 2]) -> Constraint {
-        let all = JointLaw {
-            stretch: Some(LAW),
-            bend: Some(LAW),
-            twist: Some(LAW),
-        };
-        Constraint::Cosserat(Cosserat::new(frames, all))
+        Cosserat::sample(frames).into()
     }
 
     #[test]

@@ -111,17 +111,17 @@ impl Facts for Distance {
         rows.distance = distance;
     }
 
-    fn only_pulls(&self) -> bool {
+    fn only_pulls(&self, _side: usize) -> bool {
         true
+    }
+
+    fn link_length(&self) -> Option<f64> {
+        Some(self.length)
     }
 
     fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
         let distance = gap_between(&self.frames, bodies, t, dt).norm();
         ([distance - self.length, 0.0, 0.0], 1)
-    }
-
-    fn acts_at_points(&self) -> bool {
-        true
     }
 
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
@@ -143,17 +143,30 @@ impl Facts for Distance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
-    use crate::testing::*;
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, phi};
+    use crate::constraint::{Constraint, RowKind};
+    use crate::linearized::Linearized;
+    use crate::scene::Scene;
+    use crate::{Body, Motion};
+    use nalgebra::UnitQuaternion;
 
     const LENGTH: f64 = 0.7;
 
+    impl Sample for Distance {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self {
+                frames,
+                length: LENGTH,
+                law: LAW,
+                transverse: true,
+            }
+        }
+    }
+
     fn link(frames: [Frame; 2], transverse: bool) -> Constraint {
         Constraint::Distance(Distance {
-            frames,
-            length: LENGTH,
-            law: LAW,
             transverse,
+            ..Distance::sample(frames)
         })
     }
 

@@ -1,4 +1,5 @@
-//! Facts of a kind of constraint: all that the crate asks of one, told in the kind's own file.
+//! Facts of a kind of constraint, told in the kind's own file: what is asked of any. Code that names a kind to treat it apart
+//! is counted, file by file, in `tests/structure/kinds.rs`.
 
 use nalgebra::Vector3;
 
@@ -20,7 +21,8 @@ pub(crate) trait Sides {
 }
 
 /// Facts of a kind. A new kind states `parts` and `evaluate`, and of the others what differs from the defaults,
-/// which are those of a joint whose first three rows are the gap of its two points.
+/// which are those of a joint whose first three rows are the gap of its two points. One that pulls along the line between its
+/// points states `link_length`, `gap_ahead` and `only_pulls` besides.
 pub(crate) trait Facts: Sides {
     /// The rows in their order.
     fn parts(&self) -> Parts;
@@ -28,28 +30,45 @@ pub(crate) trait Facts: Sides {
     /// Writes φ, the Jacobian blocks and the lever arms.
     fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>);
 
-    /// True if a force acts at the attachment points: by default that of a gap, in the first three rows.
+    /// True if a force acts at points, so that J changes as the [levers](crate::Linearized::lever) turn: by default where a row
+    /// measures a gap.
     fn acts_at_points(&self) -> bool {
-        let (kind, _, law) = self.parts()[0];
-        kind == RowKind::Stretch && law.is_some()
+        let mut parts = self.parts().into_iter();
+        parts.any(|(kind, _, law)| kind.is_gap() && law.is_some())
     }
 
-    /// True if it only pulls at its points, so that at the centre of a point mass it turns nothing.
-    fn only_pulls(&self) -> bool {
+    /// True if on side number `_side` it only pulls at the point, so that at the centre of a point mass it turns nothing.
+    fn only_pulls(&self, _side: usize) -> bool {
         false
     }
 
-    /// The rows of its length or gap at time `t` + `dt`, if its bodies go on freely: see
-    /// [`Constraint::gap_ahead`](super::Constraint::gap_ahead).
+    /// See [`Constraint::link_length`](super::Constraint::link_length).
+    fn link_length(&self) -> Option<f64> {
+        None
+    }
+
+    /// See [`Constraint::span_length`](super::Constraint::span_length).
+    fn span_length(&self) -> Option<f64> {
+        self.link_length()
+    }
+
+    /// See [`Constraint::gap_ahead`](super::Constraint::gap_ahead).
     fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
-        if self.parts()[0].0 != RowKind::Stretch || self.parts()[0].2.is_none() {
+        if !begins_with_gap(&self.parts()) {
             return ([0.0; 3], 0);
         }
         (gap_between(self.frames(), bodies, t, dt).into(), 3)
     }
 
-    /// Writes the part of ∂φ/∂t that comes from moved world sides and winches, as the mean over the time between `times`.
-    fn drive_points(&self, _bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
+    /// Writes the part of ∂φ/∂t that comes from moved world sides and winches, as the mean over the time between `times`; asked
+    /// where a force acts at points. By default world sides alone move the rows, and all rows have a φ that tells.
+    fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
+        if !begins_with_gap(&self.parts()) {
+            if any_moves(self.frames(), times) {
+                difference(self, bodies, times, phi_t);
+            }
+            return;
+        }
         let sides = self.frames().iter().zip([1.0, -1.0]);
         let change: Vector3<f64> = sides.map(|(f, sign)| moved(f, times) * sign).sum();
         phi_t[..3].copy_from_slice((change / (times[1] - times[0])).as_slice());
@@ -149,6 +168,10 @@ macro_rules! of_cable {
 }
 pub(super) use of_cable;
 
+fn begins_with_gap(parts: &Parts) -> bool {
+    matches!(parts[0], (RowKind::Stretch, _, Some(_)))
+}
+
 /// Way of a point of the world between two times \[m].
 pub(super) fn moved(frame: &Frame, [t, t_next]: [f64; 2]) -> Vector3<f64> {
     frame.displacement(t_next) - frame.displacement(t)
@@ -167,7 +190,7 @@ pub(super) fn gap_between(frames: &[Frame], bodies: &Bodies, t: f64, dt: f64) ->
 
 /// (φ(t′) − φ(t))/(t′ − t) with the bodies held, for the times t, t′.
 pub(super) fn difference(
-    kind: &impl Facts,
+    kind: &(impl Facts + ?Sized),
     bodies: &Bodies,
     [t, t_next]: [f64; 2],
     rate: &mut [f64],
@@ -180,3 +203,6 @@ pub(super) fn difference(
         *rate = (*rate - before) / (t_next - t);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -116,10 +116,6 @@ impl Facts for Fairlead {
         }
     }
 
-    fn acts_at_points(&self) -> bool {
-        true
-    }
-
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
         let [before, after] = times.map(|t| self.length_at(t));
         if any_moves(&self.frames, times) || before != after {
@@ -182,24 +178,33 @@ impl Facts for Fairlead {
 mod tests {
     use super::*;
     use crate::Constraint;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::testing::With;
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
+
+    impl Sample for Fairlead {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self {
+                frames,
+                winch: Winch::new(),
+                length: 10.0,
+                first: 1.0,
+                segment: 1.0,
+                law: JointLaw {
+                    stretch: Some(LAW),
+                    bend: Some(LAW),
+                    twist: Some(LAW),
+                },
+                twist_reference: 0.0,
+            }
+        }
+    }
 
     fn lead(frames: [Frame; 2], speed: f64, clamped: bool) -> Constraint {
-        let law = Some(LAW);
-        Constraint::Fairlead(Fairlead {
-            frames,
-            winch: Winch::new().with(|w| w.speed = speed),
-            length: 10.0,
-            first: 1.0,
-            segment: 1.0,
-            law: JointLaw {
-                stretch: law,
-                bend: law.filter(|_| clamped),
-                twist: law.filter(|_| clamped),
-            },
-            twist_reference: 0.0,
-        })
+        let mut lead = Fairlead::sample(frames);
+        lead.winch.speed = speed;
+        if !clamped {
+            (lead.law.bend, lead.law.twist) = (None, None);
+        }
+        lead.into()
     }
 
     #[test]

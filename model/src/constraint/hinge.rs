@@ -97,16 +97,27 @@ impl Facts for Hinge {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, bent};
-    use crate::testing::*;
+    use crate::constraint::Constraint;
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent};
+
+    use crate::{Linearized, RowLaw};
+
+    impl Sample for Hinge {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self {
+                stretch: LAW,
+                tilt: LAW,
+                motor: Some(holds(Target::Position(0.4))),
+                ..Self::new(frames)
+            }
+        }
+    }
 
     fn hinge(motor: Option<Motor>) -> impl Fn([Frame; 2]) -> Constraint {
         move |frames| {
             Constraint::Hinge(Hinge {
-                stretch: LAW,
-                tilt: LAW,
                 motor,
-                ..Hinge::new(frames)
+                ..Hinge::sample(frames)
             })
         }
     }

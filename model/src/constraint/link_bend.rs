@@ -26,7 +26,7 @@ use nalgebra::Vector3;
 
 use super::cosserat::{FOLD, Factors};
 use super::distance::{across, direction};
-use super::facts::{Facts, NO_ROWS, Parts, any_moves, difference};
+use super::facts::{Facts, NO_ROWS, Parts};
 use super::paper::angle_between;
 use super::{RowKind, RowLaw, Rows, gap};
 use crate::body::Bodies;
@@ -135,27 +135,33 @@ impl Facts for LinkBend {
         }
     }
 
-    fn only_pulls(&self) -> bool {
+    fn only_pulls(&self, _side: usize) -> bool {
         true
     }
 
     fn acts_at_points(&self) -> bool {
         true
     }
-
-    fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
-        if any_moves(&self.frames, times) {
-            difference(self, bodies, times, phi_t);
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check_jacobian;
-    use crate::constraint::testing::{BAR, LAW, Poses};
-    use crate::testing::*;
+    use crate::constraint::testing::{BAR, LAW, Poses, Sample};
+    use crate::constraint::{Constraint, RowKind};
+    use crate::{Body, Linearized, Motion, Scene, check_jacobian};
+    use nalgebra::UnitQuaternion;
+
+    /// The third point is one of the world.
+    impl Sample for LinkBend {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self {
+                frames: [frames[0], frames[1], Frame::world(Vector3::x())],
+                law: LAW,
+                definition: BendDefinition::Vector,
+            }
+        }
+    }
 
     /// Three bodies with the points at `points`, attached off their centres where `levers` are given.
     fn scene(points: [Vector3<f64>; 3], levers: Option<u64>, definition: BendDefinition) -> Scene {

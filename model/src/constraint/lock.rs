@@ -83,16 +83,22 @@ impl Facts for Lock {
 mod tests {
     use super::*;
     use crate::constraint::Constraint;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, phi};
     use nalgebra::{Rotation3, UnitQuaternion};
     use std::f64::consts::PI;
 
+    impl Sample for Lock {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self {
+                frames,
+                linear: LAW,
+                angular: LAW,
+            }
+        }
+    }
+
     fn joint(frames: [Frame; 2]) -> Constraint {
-        Constraint::Lock(Lock {
-            frames,
-            linear: LAW,
-            angular: LAW,
-        })
+        Lock::sample(frames).into()
     }
 
     #[test]

@@ -327,17 +327,22 @@ impl Facts for MasslessCable {
         rows.phi[0] = total - self.length_at(t);
     }
 
-    fn only_pulls(&self) -> bool {
-        true
+    fn only_pulls(&self, side: usize) -> bool {
+        !matches!(self.sheaves.get(side), Some(Some(_)))
+    }
+
+    fn link_length(&self) -> Option<f64> {
+        Some(self.length)
+    }
+
+    fn span_length(&self) -> Option<f64> {
+        let off = self.length - self.wound();
+        Some(off / (self.frames.len() - 1).max(1) as f64)
     }
 
     fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
         let excess = self.path_ahead(bodies, t, dt) - self.length_at(t + dt);
         ([excess, 0.0, 0.0], 1)
-    }
-
-    fn acts_at_points(&self) -> bool {
-        true
     }
 
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {

@@ -135,8 +135,9 @@ impl Facts for Paper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::testing::*;
+    use crate::constraint::Constraint;
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
+    use crate::linearized::update_windings;
     use std::f64::consts::TAU;
 
     const ALL: JointLaw = JointLaw {
@@ -145,8 +146,14 @@ mod tests {
         twist: Some(LAW),
     };
 
+    impl Sample for Paper {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self::new(frames, ALL)
+        }
+    }
+
     fn ordinary(frames: [Frame; 2]) -> Constraint {
-        Constraint::Paper(Paper::new(frames, ALL))
+        Paper::sample(frames).into()
     }
 
     fn alternative(frames: [Frame; 2]) -> Constraint {

@@ -23,7 +23,7 @@ pub(crate) struct Rows<'a> {
     next: usize,
     /// J of a joint whose rows are a gap and up to three angles.
     pub(crate) joint: JointJacobian<f64>,
-    /// |p_a − p_b| \[m], written by [`Distance`] alone.
+    /// |p_a − p_b| \[m], written by a kind with transverse rows.
     pub(crate) distance: f64,
 }
 
@@ -88,7 +88,8 @@ impl<'a> Rows<'a> {
         sides
     }
 
-    /// The lever arm of a joint's side, where the force acts elsewhere than at its attachment point.
+    /// The lever arm of a joint's side, where it is not that of its attachment point: see
+    /// [`Linearized::lever`](crate::Linearized::lever).
     pub(super) fn set_lever(&mut self, side: usize, lever: Vector3<f64>) {
         let block = side.min(usize::from(self.starts[0].is_some()));
         if self.starts[side].is_some()

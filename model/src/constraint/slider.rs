@@ -5,9 +5,9 @@
 //!
 //!   φ = k·d,   φ̇ = k·(v_a + ω_a×r_a − v_b − ω_b×r_b) + (ω_a×k)·d
 //!
-//! so that J_a = \[kᵀ, ((r_a − d)×k)ᵀ], J_b = \[−kᵀ, −(r_b×k)ᵀ]: the force acts on a at b's point, whose lever on a is
-//! r_a − d. The motor's coordinate is s = −u_a·d, how far b's point is ahead of a's along u_a; its row is the same with
-//! −u_a for k.
+//! so that J_a = \[kᵀ, ((r_a − d)×k)ᵀ], J_b = \[−kᵀ, −(r_b×k)ᵀ]: the force acts on a at b's point, where a guides
+//! b: its [lever](crate::Linearized::lever) is r_a − d. The motor's coordinate is s = −u_a·d, how far b's point is ahead of
+//! a's along u_a; its row is the same with −u_a for k.
 //!
 //! 5 rows, or 6.
 
@@ -74,10 +74,6 @@ impl Facts for Slider {
         }
     }
 
-    fn acts_at_points(&self) -> bool {
-        true
-    }
-
     fn drive_points(&self, bodies: &Bodies, times: [f64; 2], phi_t: &mut [f64]) {
         if any_moves(&self.frames, times) {
             // The row of a speed has no φ that would tell.
@@ -99,24 +95,33 @@ impl Facts for Slider {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
-    use crate::testing::*;
+    use crate::constraint::Constraint;
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
+    use crate::{Body, Linearized, Scene};
+    use nalgebra::Vector3;
+
+    impl Sample for Slider {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self {
+                rotation: LAW,
+                across: LAW,
+                motor: Some(Motor {
+                    target: Target::Position(0.4),
+                    force_limit: 10.0,
+                    law: LAW,
+                }),
+                ..Self::new(frames)
+            }
+        }
+    }
 
     #[test]
     fn jacobian_at_random_poses() {
-        let motor = Motor {
-            target: Target::Position(0.4),
-            force_limit: 10.0,
-            law: LAW,
-        };
-        for motor in [None, Some(motor)] {
+        for driven in [false, true] {
             let slider = |frames| {
-                Constraint::Slider(Slider {
-                    rotation: LAW,
-                    across: LAW,
-                    motor,
-                    ..Slider::new(frames)
-                })
+                let slider = Slider::sample(frames);
+                let motor = slider.motor.filter(|_| driven);
+                Constraint::Slider(Slider { motor, ..slider })
             };
             let relative = |p: &mut Poses| bent(p.number(), &p.across(), 1.5 * p.number());
             assert_rows("slider", relative, slider);

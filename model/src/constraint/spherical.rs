@@ -25,7 +25,7 @@ impl Facts for Spherical {
         rows.stretch(&a, &b);
     }
 
-    fn only_pulls(&self) -> bool {
+    fn only_pulls(&self, _side: usize) -> bool {
         true
     }
 }
@@ -33,14 +33,22 @@ impl Facts for Spherical {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
-    use crate::testing::*;
+    use crate::constraint::Constraint;
+    use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, phi};
+    use crate::scene::Scene;
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    impl Sample for Spherical {
+        fn sample(frames: [Frame; 2]) -> Self {
+            Self {
+                frames,
+                stretch: LAW,
+            }
+        }
+    }
 
     fn joint(frames: [Frame; 2]) -> Constraint {
-        Constraint::Spherical(Spherical {
-            frames,
-            stretch: LAW,
-        })
+        Spherical::sample(frames).into()
     }
 
     #[test]

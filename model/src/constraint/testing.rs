@@ -13,6 +13,11 @@ pub(super) const BAR: f64 = 1e-7;
 /// A law for tests that do not look at it.
 pub(super) const LAW: RowLaw = RowLaw::new(1e-6, 0.01);
 
+/// A constraint of a kind between two frames, with all rows of its that measure something.
+pub(crate) trait Sample {
+    fn sample(frames: [Frame; 2]) -> Self;
+}
+
 /// Source of random poses with a fixed seed.
 pub(crate) struct Poses(Xoshiro256PlusPlus);
 

@@ -88,7 +88,7 @@ impl Builder<'_> {
         self.strand.ends(segment, self.length())[1]
     }
 
-    /// A straight cable: [`stretch`](Self::stretch).
+    /// A straight cable: its [segments](Self::segments), joined.
     fn cable(
         &mut self,
         name: &str,

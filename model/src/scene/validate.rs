@@ -316,13 +316,10 @@ impl Scene {
 
     /// Refuses a constraint that would turn a point mass.
     fn check_points(&self, joint: &str, c: &Constraint) -> Result<(), SceneError> {
-        for frame in c.frames() {
+        for (side, frame) in c.frames().iter().enumerate() {
             let body = frame.body_index().filter(|body| *body < self.bodies.len());
             let point = body.filter(|body| self.bodies.is_point(*body));
-            let turns = matches!(c, Constraint::MasslessCable(cable) if cable.has_sheave(frame));
-            if let Some(body) =
-                point.filter(|_| !c.only_pulls() || turns || frame.point.amax() != 0.0)
-            {
+            if let Some(body) = point.filter(|_| !c.only_pulls(side) || frame.point.amax() != 0.0) {
                 return Err(SceneError::Conflict {
                     what: format!("joint `{joint}` of body `{}`", self.body_names[body]),
                     reason: "would turn a point mass: give the body a shape or an inertia, or attach a ball joint, link or \

@@ -216,7 +216,9 @@ impl JointEntry {
                 Kind::Hinge
             }
             Constraint::Slider(_) => Kind::Slider,
-            _ => return None,
+            Constraint::MasslessCable(_) | Constraint::LinkBend(_) | Constraint::Fairlead(_) => {
+                return None;
+            }
         };
         let twist = joint.cable_joint().map_or(0.0, |(_, twist)| twist);
         own.twist_reference = unless(twist, 0.0);
@@ -351,10 +353,10 @@ impl JointEntry {
         }
     }
 
-    /// Length at rest of a distance, whose points must be in two places.
+    /// Length at rest of what holds its points apart: they must be in two places.
     fn distance(&self, of: &Entry<'_>, frames: &[Frame; 2], bodies: &Bodies) -> Result<f64, Fault> {
         if self.point.is_some() {
-            let reason = "puts both ends of the distance in one place: give point_a and point_b";
+            let reason = "puts both ends in one place: give point_a and point_b";
             return Err(of.conflict("point", reason));
         }
         let Some(length) = self.length else {
@@ -363,7 +365,7 @@ impl JointEntry {
         of.check("length", length, length > 0.0, "> 0 m")?;
         let [a, b] = frames.map(|f| f.resolve(bodies, 0.0).point());
         if a == b {
-            let reason = "is in one place with point_a: a distance needs a direction, move one";
+            let reason = "is in one place with point_a, without a direction: move one";
             return Err(of.conflict("point_b", reason));
         }
         Ok(length)

@@ -52,12 +52,6 @@ impl MasslessCable {
         rates.fold(0.0, f64::max)
     }
 
-    /// True if `frame`, one of its own, is that of a sheave.
-    pub(crate) fn has_sheave(&self, frame: &Frame) -> bool {
-        let mut sides = self.frames.iter().zip(&self.sheaves);
-        sides.any(|(own, sheave)| sheave.is_some() && std::ptr::eq(own, frame))
-    }
-
     /// True if its place on some sheave is not known yet.
     pub(crate) fn is_new(&self) -> bool {
         self.sheaves.iter().flatten().any(|s| s.lay == Lay::New)

@@ -1,6 +1,13 @@
 use super::*;
-use crate::constraint::testing::{BAR, LAW, Poses};
-use crate::testing::*;
+use crate::constraint::testing::{BAR, LAW, Poses, Sample};
+use crate::constraint::{Constraint, RowKind};
+use crate::{Body, Linearized, Motion, Scene, Side};
+
+impl Sample for MasslessCable {
+    fn sample(frames: [Frame; 2]) -> Self {
+        Self::new(frames.into(), 0.7, LAW)
+    }
+}
 
 /// A cable from the world through bodies and back to a world point that moves, attached off the centres.
 fn scene(seed: u64) -> Scene {
