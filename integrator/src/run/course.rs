@@ -78,7 +78,7 @@ impl Stepper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{centre, dense, on_earth, reeled, winch};
+    use crate::testing::{With, centre, dense, on_earth, reeled, winch};
     use nalgebra::Vector3;
     use taut_model::{Body, Control, Frame, RowLaw};
 

@@ -144,11 +144,7 @@ impl Facts for Distance {
 mod tests {
     use super::*;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, phi};
-    use crate::constraint::{Constraint, RowKind};
-    use crate::linearized::Linearized;
-    use crate::scene::Scene;
-    use crate::{Body, Motion};
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
 
     const LENGTH: f64 = 0.7;
 

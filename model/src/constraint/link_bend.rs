@@ -148,9 +148,7 @@ impl Facts for LinkBend {
 mod tests {
     use super::*;
     use crate::constraint::testing::{BAR, LAW, Poses, Sample};
-    use crate::constraint::{Constraint, RowKind};
-    use crate::{Body, Linearized, Motion, Scene, check_jacobian};
-    use nalgebra::UnitQuaternion;
+    use crate::testing::*;
 
     /// The third point is one of the world.
     impl Sample for LinkBend {

@@ -135,9 +135,9 @@ impl Facts for Paper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
     use crate::linearized::update_windings;
+    use crate::testing::*;
     use std::f64::consts::TAU;
 
     const ALL: JointLaw = JointLaw {

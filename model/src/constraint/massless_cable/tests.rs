@@ -1,7 +1,6 @@
 use super::*;
 use crate::constraint::testing::{BAR, LAW, Poses, Sample};
-use crate::constraint::{Constraint, RowKind};
-use crate::{Body, Linearized, Motion, Scene, Side};
+use crate::testing::*;
 
 impl Sample for MasslessCable {
     fn sample(frames: [Frame; 2]) -> Self {
