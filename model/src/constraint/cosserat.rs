@@ -316,10 +316,8 @@ impl Facts for Cosserat {
 mod tests {
     use super::*;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
-    use crate::constraint::{Constraint, RowKind, RowLaw};
     use crate::linearized::update_windings;
     use crate::testing::*;
-    use nalgebra::UnitQuaternion;
     use std::f64::consts::{PI, TAU};
 
     impl Sample for Cosserat {

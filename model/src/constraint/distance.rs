@@ -144,12 +144,7 @@ impl Facts for Distance {
 mod tests {
     use super::*;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, phi};
-    use crate::constraint::{Constraint, RowKind};
-    use crate::linearized::Linearized;
-    use crate::scene::Scene;
     use crate::testing::*;
-    use crate::{Body, Motion};
-    use nalgebra::UnitQuaternion;
 
     const LENGTH: f64 = 0.7;
 

@@ -148,10 +148,7 @@ impl Facts for LinkBend {
 mod tests {
     use super::*;
     use crate::constraint::testing::{BAR, LAW, Poses, Sample};
-    use crate::constraint::{Constraint, RowKind};
     use crate::testing::*;
-    use crate::{Body, Linearized, Motion, Scene, check_jacobian};
-    use nalgebra::UnitQuaternion;
 
     /// The third point is one of the world.
     impl Sample for LinkBend {

@@ -200,14 +200,9 @@ impl Constraint {
 
 #[cfg(test)]
 mod tests {
-    use super::{Loads, Wrench};
+    use crate::constraint::samples;
     use crate::constraint::testing::{Poses, bent};
-    use crate::constraint::{
-        Constraint, Cosserat, JointLaw, MasslessCable, RowLaw, Winch, samples,
-    };
     use crate::testing::*;
-    use crate::{Body, Frame, Mobility, Scene};
-    use nalgebra::{UnitQuaternion, Vector3};
 
     const LAMBDA: [f64; 6] = [-3.0, 5.0, 2.0, 7.0, -4.0, 1.5];
 

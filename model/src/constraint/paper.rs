@@ -135,7 +135,6 @@ impl Facts for Paper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
     use crate::linearized::update_windings;
     use crate::testing::*;

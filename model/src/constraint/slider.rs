@@ -95,11 +95,8 @@ impl Facts for Slider {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, bent, phi};
     use crate::testing::*;
-    use crate::{Body, Linearized, Scene};
-    use nalgebra::Vector3;
 
     impl Sample for Slider {
         fn sample(frames: [Frame; 2]) -> Self {

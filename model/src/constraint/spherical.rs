@@ -33,11 +33,8 @@ impl Facts for Spherical {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::Constraint;
     use crate::constraint::testing::{LAW, Poses, Sample, assert_rows, phi};
-    use crate::scene::Scene;
     use crate::testing::*;
-    use nalgebra::{UnitQuaternion, Vector3};
 
     impl Sample for Spherical {
         fn sample(frames: [Frame; 2]) -> Self {

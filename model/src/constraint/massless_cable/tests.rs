@@ -1,8 +1,6 @@
 use super::*;
 use crate::constraint::testing::{BAR, LAW, Poses, Sample};
-use crate::constraint::{Constraint, RowKind};
 use crate::testing::*;
-use crate::{Body, Linearized, Motion, Scene, Side};
 
 impl Sample for MasslessCable {
     fn sample(frames: [Frame; 2]) -> Self {
