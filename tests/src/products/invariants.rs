@@ -1,6 +1,6 @@
 //! Invariants of every run, as a table of named functions.
 //!
-//! Tolerances are those of the documentation. [`EnergyBalance`](taut_integrator::EnergyBalance) is
+//! Tolerances are those of the documentation. [`EnergyBalance`] is
 //! off by less than 4·10⁻² of the motion's own energy in shocks and 10⁻³ elsewhere; sleep moves
 //! nothing by more than its distance; friction is regularised by 10⁻⁹ of a contact's own response.
 //! Ten thousand times rounding is allowed.
