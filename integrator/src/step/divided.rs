@@ -311,11 +311,16 @@ impl Step {
         let Constraint::MasslessCable(cable) = &self.scene.constraints[constraint] else {
             return 0.0;
         };
-        let Some(winch) = cable.winch.filter(|winch| !winch.brake) else {
+        let Some(winch) = cable.winch.as_ref().filter(|winch| !winch.brake) else {
             return 0.0;
         };
-        let (dt, speed) = (self.substep(), winch.speed.abs());
-        let way = (cable.length_at(self.time) - cable.length_at(self.time - dt)).abs();
+        let (dt, end) = (self.substep(), cable.length_at(self.time));
+        let is_inside = winch.shortest < end && end < winch.longest;
+        if is_inside && winch.since <= self.time - dt {
+            return 0.0;
+        }
+        let speed = winch.speed.abs();
+        let way = (end - cable.length_at(self.time - dt)).abs();
         let stops = way > 0.0 && way < WHOLE * speed * dt;
         if stops { speed } else { 0.0 }
     }
