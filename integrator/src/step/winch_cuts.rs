@@ -157,8 +157,10 @@ pub(super) fn leave_room(
         };
         if let Some(winch) = cable.winch.filter(|w| w.longest < f64::INFINITY) {
             bounded.leave_room(k, (winch.longest - cable.length_at(end)).max(0.0));
-            let bounds = scene.constraints[bound.constraint].bounds(begin);
-            bound.lower = bounds.map_or(bound.lower, |(_, lower, _)| lower);
+            if bound.lower == f64::NEG_INFINITY {
+                let bounds = scene.constraints[bound.constraint].bounds(begin);
+                bound.lower = bounds.map_or(bound.lower, |(_, lower, _)| lower);
+            }
         }
     }
 }
