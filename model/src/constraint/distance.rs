@@ -98,11 +98,6 @@ impl Facts for Distance {
         ]
     }
 
-    // Each step asks this, and looks for no row.
-    fn acts_at_points(&self) -> bool {
-        true
-    }
-
     fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
         let [a, b] = rows.resolve(&self.frames, bodies, t);
         let (distance, n) = direction(&gap(&a, &b));

@@ -301,11 +301,6 @@ impl Facts for MasslessCable {
         [(RowKind::Length, 1, Some(self.law)), NO_ROWS, NO_ROWS]
     }
 
-    // Each step asks this, and looks for no row.
-    fn acts_at_points(&self) -> bool {
-        true
-    }
-
     fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
         if !self.sheaves.is_empty() {
             return self.evaluate_over_sheaves(bodies, t, rows);
