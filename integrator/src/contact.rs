@@ -336,6 +336,8 @@ pub(crate) struct Contacts {
     pub(crate) blow: [BodyVectors; 2],
     wanted: Vec<f64>,
     pub(crate) joints: Vec<f64>,
+    /// Rates of contacts without what arrives \[m/s].
+    carried: Vec<f64>,
 }
 
 impl Contacts {
@@ -367,6 +369,7 @@ impl Contacts {
             blow: [(); 2].map(|()| BodyVectors::new(bodies)),
             wanted: Vec::new(),
             joints: Vec::new(),
+            carried: Vec::new(),
         }
     }
 
@@ -381,7 +384,7 @@ impl Contacts {
     }
 
     /// Contacts of the last sub-step, by their keys, with the means of their forces over it.
-    pub(crate) fn told<'a>(
+    pub(crate) fn reported<'a>(
         &'a self,
         system_data: &'a SystemData,
     ) -> impl Iterator<Item = (Vector3<f64>, ContactForce)> + 'a {

@@ -438,8 +438,6 @@ fn eliminate(rows: &mut [f64], count: usize) -> bool {
 #[cfg(test)]
 pub(crate) mod tests;
 #[cfg(test)]
-mod tests_braked;
-#[cfg(test)]
 mod tests_energy;
 #[cfg(test)]
 mod tests_lifting;

@@ -32,3 +32,33 @@ fn contacts_beside_motors_and_ropes_undo_nothing() {
 fn ropes_and_their_winches_throw_no_higher() {
     holds(include_str!("cases/ropes.toml"));
 }
+
+#[test]
+fn what_rests_throws_back_as_the_ground_does() {
+    holds(include_str!("cases/supports.toml"));
+}
+
+#[test]
+fn what_arrives_in_one_step_gains_nothing() {
+    holds(include_str!("cases/arrivals.toml"));
+}
+
+#[test]
+fn forces_of_an_instant_have_their_impulse() {
+    holds(include_str!("cases/instants.toml"));
+}
+
+#[test]
+fn blows_follow_their_law_beside_what_holds_or_slips() {
+    holds(include_str!("cases/blows.toml"));
+}
+
+#[test]
+fn contacts_carry_and_decide_what_formulas_say() {
+    holds(include_str!("cases/contacts.toml"));
+}
+
+#[test]
+fn what_lies_or_rides_stays_in_its_place() {
+    holds(include_str!("cases/riding.toml"));
+}

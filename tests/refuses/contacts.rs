@@ -48,55 +48,12 @@ fn live(scene: Scene, dt: f64) -> Result<f64, StepError> {
 }
 
 #[test]
-fn what_overlaps_at_the_start_comes_apart_slowly() {
-    let unit = Vector3::repeat(1.0);
-    let pairs = [
-        // In the same place, one inside the other, half in the ground, all of it.
-        [(unit, 0.5), (unit, 0.5)],
-        [(unit, 0.5), (unit * 0.2, 0.5)],
-        [(unit, 0.0), (unit, 1.0)],
-        [(unit, -3.0), (unit, 5.0)],
-    ];
-    for pair in pairs {
-        let mut scene = ground(Surface::default());
-        for (k, (size, height)) in pair.into_iter().enumerate() {
-            let text = &format!("box-{k}");
-            add_box(&mut scene, text, size, 1.0, Vector3::z() * height);
-        }
-        let fastest = live(scene, DT).expect("contacts that come apart");
-        // They recover with at most 0.5 m/s a contact, and may fall for a second.
-        assert!(fastest < 10.5, "{pair:?}: {fastest}");
-    }
-}
-
-#[test]
-fn needles_and_plates_lie_on_the_ground() {
-    for size in [[1e-6, 1.0, 1e-6], [1.0, 1.0, 1e-6], [1e-3, 1.0, 1e-3]] {
-        let mut scene = ground(Surface::default());
-        let size = Vector3::from(size);
-        add_box(&mut scene, "thin", size, 1.0, Vector3::z() * (0.5 * size.z));
-        let fastest = live(scene, DT).expect("a thin body at rest");
-        assert!(fastest < 1e-3, "{size}: {fastest}");
-    }
+fn a_leaf_whose_thickness_is_lost_in_rounding_is_refused() {
     let mut scene = ground(Surface::default());
     let size = Vector3::new(1e-10, 1.0, 1.0);
     add_box(&mut scene, "leaf", size, 1.0, Vector3::z());
     let text = refusal(scene);
     assert!(text.contains("lost in rounding"), "{text}");
-}
-
-#[test]
-fn any_friction_holds_or_lets_go() {
-    for friction in [0.0, 1e-12, 1e6] {
-        let mut scene = ground(Surface::default().with(|s| s.friction = friction));
-        let at = Vector3::z() * 0.5;
-        let number = add_box(&mut scene, "load", Vector3::repeat(1.0), 1.0, at);
-        scene.colliders[number].surface.friction = friction;
-        let body = scene.colliders[number].body.expect("a body");
-        scene.bodies.velocity[body].x = 1.0;
-        let fastest = live(scene, DT).expect("a sliding box");
-        assert!(fastest <= 1.0 + 1e-9, "{friction}: {fastest}");
-    }
 }
 
 #[test]

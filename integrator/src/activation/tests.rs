@@ -77,38 +77,6 @@ fn drift_is_taken_back_over_the_whole_step() {
     }
 }
 
-/// A load on a winch that hauls in from the start: one that moves with its rope feels the weight and no start; one that
-/// rests swings about the speed, as far as an undamped rope throws it.
-#[test]
-fn a_winch_that_runs_from_the_start_kicks_only_what_rests() {
-    let (mass, speed) = (33.0, -0.45);
-    let at = Vector3::new(1.8173, 0.0, -4.9787);
-    for dt in [DT, DT / 4.0] {
-        for start in [speed, 0.0] {
-            let law = RowLaw::new(5.3e-9, 0.0);
-            let mut scene = hung(mass, [at, Vector3::zeros()], 5.3, law, Some(winch(speed)));
-            scene.bodies.velocity[0] = at.normalize() * start;
-            let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
-            for step in 0..(0.5 / dt) as usize {
-                let x = stepper.scene().bodies.position[0];
-                stepper.step().unwrap();
-                let v = stepper.scene().bodies.velocity[0];
-                let (length, along) = (x.norm(), x.normalize());
-                let rate = v.dot(&along);
-                let across = (v - along * rate).norm_squared();
-                let exact = mass * (-along.z * G + across / length);
-                let found = -stepper.multipliers()[0] / dt;
-                if start == speed {
-                    let off = (found / exact - 1.0).abs();
-                    assert!(off < 0.03, "{step}: {found} of {exact} N");
-                }
-                let swing = if start == speed { 0.05 } else { 1.02 };
-                assert!((rate / speed - 1.0).abs() < swing, "{step}: {rate} m/s");
-            }
-        }
-    }
-}
-
 /// A rod made in flight stops a load along it: without rebound where it is stiff, with a rebound that the steps resolve where it
 /// is soft.
 #[test]

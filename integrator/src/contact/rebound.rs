@@ -22,6 +22,10 @@
 //! rebounds is the one that it leaves, which the step knows as the rate without contacts. Newton's law on the approach
 //! before it would gain energy, for a rod turns a rate along it into one across it.
 //!
+//! **What other contacts carry.** A body that rests on the floor, or that a motor presses against a stop, does not move by the
+//! acceleration without contacts before it is struck. Where a body that something bounces on touches something else, the rates that
+//! blows fall in are those with the impulses of the contacts that nothing arrives at.
+//!
 //! **What arrives second.** Each contact aims by its own gap, as if nothing stopped its shapes before: a rope that is caught above a
 //! floor, or a mat on it. Where something may, the step is solved without rebounds first. What carries nothing then has not arrived.
 //!
@@ -37,12 +41,15 @@ use taut_model::Scene;
 use taut_solver::SolveError;
 use taut_solver::coulomb::{ConeMethod, ConeReport};
 
-/// Speed of arrival below which nothing bounces, over |g| Δt, and the least \[m/s].
+/// Speed of arrival below which nothing bounces, over |g| Δt and the change in the step, and the least \[m/s].
 const SLOWEST: f64 = 0.1;
 const STANDSTILL: f64 = 1e-3;
 
 /// Change of a rate by an impulse that is rounding, over the rate of arrival.
 const NOTHING: f64 = 1e-9;
+
+/// Rate at which what arrives is taken to part while the impulses of other contacts are found, over the fastest.
+const AWAY: f64 = 1e3;
 
 /// Rate that the regularisation of contacts gives way by, over the fastest rebound, and sum of normal impulses, over the
 /// momentum, beyond which no impulses make the rebound.
@@ -63,7 +70,7 @@ impl ContactPoint {
     }
 
     /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` are the rates that the
-    /// step begins with, `free` those that it ends with without contacts. Nothing `rebounds` in a solve after one that jammed.
+    /// step begins with, `free` those that it ends with without what arrives. Nothing `rebounds` in a solve after one that jammed.
     ///
     /// The normal rate at the beginning is w = before + a `late`, and a = (free − before)/Δt: rates are half a step behind, in implicit
     /// sub-steps half of the whole one. The gap φ + w t + ½ a t² closes at t = T with the rate w + a T; from there the
@@ -92,7 +99,9 @@ impl ContactPoint {
         };
         // The scheme's rates are known with its impulses.
         self.shift = [a.map(|a| a * (0.5 * (dt - time) - late)); 2];
-        if e == 0.0 || !self.hit || !arrives || !rebounds || self.stopped {
+        // What is pressed down bounces no longer than a fall does.
+        let is_slow = -before[0] < SLOWEST * a[0].abs() * dt;
+        if e == 0.0 || is_slow || !self.hit || !arrives || !rebounds || self.stopped {
             return;
         }
         let parting = e * root;
@@ -134,8 +143,62 @@ impl Operator {
 }
 
 impl Contacts {
-    /// Aims at rebounds where shapes arrive, with the rates `free` of a step `dt` without contacts, which then aim there too.
-    /// The step begins with the blow of a rod if `after_blow`.
+    /// The rates that a step ends with, from those `free` of contacts, with the impulses of the contacts that nothing arrives at.
+    /// The others keep theirs.
+    pub(crate) fn find_carried(
+        &mut self,
+        (method, free): (ConeMethod, &[f64]),
+        is_dynamic: impl Fn(usize) -> bool,
+        factor: &mut Factor<'_>,
+        each: impl FnMut(ConeReport, bool),
+    ) -> Result<(), SolveError> {
+        self.carried.clear();
+        self.carried.extend_from_slice(free);
+        if !self.strikes_what_rests(is_dynamic) {
+            return Ok(());
+        }
+        let mut known = std::mem::take(&mut self.resting);
+        known.clear();
+        known.extend(self.touches.iter().map(|touch| touch.impulse));
+        let far = AWAY * free.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        let rates = self.carried.as_chunks_mut::<3>().0;
+        for (touch, rates) in self.touches.iter_mut().zip(rates) {
+            if touch.hit {
+                (touch.impulse, rates[0]) = ([0.0; 3], far);
+            }
+        }
+        let (operator, touches) = (&mut self.operator, &mut self.touches);
+        let done = operator.solve(method, touches, &self.carried, factor, each);
+        self.carried.copy_from_slice(free);
+        for touch in touches.iter_mut() {
+            touch.impulse = touch.impulse.map(|p| -p);
+        }
+        let done = match done {
+            Ok(true) => operator.take_away(touches, &mut self.carried, factor),
+            Ok(false) => Ok(()),
+            Err(e) => Err(e),
+        };
+        for (touch, known) in touches.iter_mut().zip(known.drain(..)) {
+            touch.impulse = known;
+        }
+        self.resting = known;
+        done
+    }
+
+    /// True if something that may bounce strikes a body that other contacts carry.
+    fn strikes_what_rests(&self, is_dynamic: impl Fn(usize) -> bool) -> bool {
+        let active = || self.touches.iter().filter(|touch| touch.active);
+        let bounces = |touch: &&ContactPoint| touch.hit && touch.found.surface.restitution > 0.0;
+        let struck = active().filter(bounces).flat_map(ContactPoint::carriers);
+        struck.filter(|of| is_dynamic(of.body)).any(|of| {
+            let rests = active().filter(|touch| !touch.hit);
+            let mut carried = rests.flat_map(ContactPoint::carriers);
+            carried.any(|other| other.body == of.body)
+        })
+    }
+
+    /// Aims at rebounds where shapes arrive, with the rates `free` of a step `dt` without contacts, which then aim there too, after
+    /// [`find_carried`](Self::find_carried). The step begins with the blow of a rod if `after_blow`.
     pub(crate) fn aim(
         &mut self,
         system_data: &SystemData,
@@ -145,11 +208,13 @@ impl Contacts {
     ) {
         let kinds = [self.of_scheme, self.rebounds];
         self.after_blow = after_blow;
-        let touches = self.touches.iter_mut().zip(free.as_chunks_mut::<3>().0);
-        for (touch, free) in touches.filter(|(touch, _)| touch.active) {
+        let carried = self.carried.as_chunks::<3>().0;
+        let free = free.as_chunks_mut::<3>().0.iter_mut().zip(carried);
+        let touches = self.touches.iter_mut().zip(free);
+        for (touch, (free, carried)) in touches.filter(|(touch, _)| touch.active) {
             free[0] -= touch.aim;
-            let own = [touch.offset, touch.turn[0], touch.turn[1]];
-            let alone = std::array::from_fn(|k| free[k] - own[k]);
+            let own = [touch.offset + touch.aim, touch.turn[0], touch.turn[1]];
+            let alone = std::array::from_fn(|k| carried[k] - own[k]);
             let before = match after_blow {
                 true => alone,
                 false => touch.rates(|i| system_data.v.get(i)),

@@ -331,7 +331,7 @@ impl Stepper {
         let Some(own) = scene.constraints[constraint].winch() else {
             return Err(refused(what(), "has no winch"));
         };
-        winch.validate(what)?;
+        winch.validate(false, what)?;
         // A braked drum stands still.
         let [before, after] = [own, &winch].map(|w| if w.brake { 0.0 } else { w.speed });
         self.step.catch_up_at_jump(constraint, after - before)?;

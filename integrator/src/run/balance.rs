@@ -12,7 +12,7 @@
 //! that hold speeds (−target) and winches (their speed). What a row gives way by at its limit is the work of a motor, or of a
 //! drum that slips; a cable keeps the stretch of its limit. Damping takes away. Sums over the steps are trapezoidal: λ and f change the velocities at the
 //! beginning of a step, between those of the steps before and after it, and in the guard's implicit ones at the end; blows
-//! come after the step. The energy of the rope that a drum winds up, half its strain of the winch's work, is left out.
+//! come after the step. A drum winds up rope as it is strained, with its energy ½ λ² Δε.
 //! Healthy motions are off by less than 4·10⁻² of their own energy in shocks, and elsewhere by less than 10⁻³, besides
 //! the weight's work over the gap of what rolls: a step along the tangent leaves a round body by ½ (v Δt)²/R.
 //!

@@ -93,7 +93,7 @@ impl Stepper {
 
     /// Tension of constraint `constraint` \[N], that of its [`loads`](Self::loads): negative where it pushes; of a joint of
     /// a cable along the cable. `None` where there is no such constraint, or none that has a tension: see
-    /// [`Scene::tension`](taut_model::Scene::tension).
+    /// [`Scene::loads`](taut_model::Scene::loads).
     #[must_use]
     pub fn tension(&self, constraint: usize) -> Option<f64> {
         self.step.tension(constraint)
@@ -128,7 +128,7 @@ impl Stepper {
     /// The contacts of the last step: those that carried a force in it, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
         let told = self.step.record.reported.contacts();
-        let last = || self.step.contacts.told(&self.step.system_data);
+        let last = || self.step.contacts.reported(&self.step.system_data);
         let own = told.is_none().then(last).into_iter().flatten();
         let own = own.map(|(_, contact)| contact);
         told.into_iter().flatten().chain(own)

@@ -251,8 +251,10 @@ impl SavedRun {
         }
         let (sums, by_row) = self.account.numbers();
         finite("account", sums)?;
-        for numbers in by_row.into_iter().filter(|numbers| !numbers.is_empty()) {
-            count("account", numbers.len(), rows)?;
+        let counts = [rows, rows, bounded];
+        let vectors = by_row.into_iter().zip(counts);
+        for (numbers, needed) in vectors.filter(|(numbers, _)| !numbers.is_empty()) {
+            count("account", numbers.len(), needed)?;
             finite("account", numbers.iter())?;
         }
         if let Some(watch) = &self.watch {

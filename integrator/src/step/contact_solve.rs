@@ -39,7 +39,7 @@ impl Step {
             return Ok(());
         }
         self.contacts.find(&self.scene, dt, false)?;
-        let told = self.contacts.told(&self.system_data);
+        let told = self.contacts.reported(&self.system_data);
         let told = told.map(|(_, contact)| contact).collect();
         self.record.reported.put_contacts(told);
         Ok(())
@@ -151,6 +151,12 @@ impl Step {
         operator.take_away(touches, rates, &mut factor)?;
         if first {
             let after_blow = self.activation.made().iter().any(|row| row.age == 0);
+            let bodies = &self.scene.bodies;
+            let is_dynamic = |i| bodies.is_dynamic(i);
+            let of = (self.options.contacts, &*rates);
+            contacts.find_carried(of, is_dynamic, &mut factor, |report, softer| {
+                tally.contacts.add(&report, softer);
+            })?;
             contacts.aim(&self.system_data, rates, dt, after_blow);
         }
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);

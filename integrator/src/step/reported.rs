@@ -142,7 +142,7 @@ impl Step {
         let Reported { touched, .. } = &mut self.record.reported;
         touched.iter_mut().for_each(|touched| touched.taken = false);
         let known = touched.len();
-        for (key, mut contact) in self.contacts.told(&self.system_data) {
+        for (key, mut contact) in self.contacts.reported(&self.system_data) {
             contact.force *= dt;
             match Reported::find(&mut touched[..known], contact.colliders, &key) {
                 Some(same) => {

@@ -5,7 +5,7 @@ use super::Step;
 use crate::active_set::RowState;
 use crate::contact::ContactPoint;
 use taut_model::Mobility;
-use taut_model::linearized::dot;
+use taut_model::linearized::{RowBounds, dot};
 
 /// Steps that an excess has to last.
 pub(crate) const LASTING: usize = 8;
@@ -36,6 +36,12 @@ pub(crate) struct Account {
     /// and the last forces λ, one a row.
     pub(crate) open: Vec<f64>,
     pub(crate) lambda: Vec<f64>,
+    /// Compliances of the bounded rows in the last sub-step \[m/N]; none before the first.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Vec::is_empty")
+    )]
+    pub(crate) compliance: Vec<f64>,
     /// Excess in the last steps \[J], and that of the balance before.
     pub(crate) recent: [f64; LASTING],
     #[cfg_attr(feature = "serde", serde(default))]
@@ -47,9 +53,9 @@ pub(crate) struct Account {
 }
 
 impl Account {
-    /// Numbers that are finite in a sound account, and the vectors with one number a row, which are
+    /// Numbers that are finite in a sound account, and the vectors with one number a row, or a bounded one, which are
     /// empty before the first step.
-    pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 2]) {
+    pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 3]) {
         let sums = [
             &self.work,
             &self.pending,
@@ -60,7 +66,7 @@ impl Account {
         ];
         (
             sums.into_iter().chain(&self.recovery).chain(&self.start),
-            [&self.open, &self.lambda],
+            [&self.open, &self.lambda, &self.compliance],
         )
     }
 
@@ -81,24 +87,30 @@ impl Account {
 
     /// Becomes a copy of `other`. Allocates only where this one has fewer rows.
     pub(crate) fn copy_from(&mut self, other: &Self) {
-        let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);
+        let vectors = [&mut self.open, &mut self.lambda, &mut self.compliance];
+        let [mut open, mut lambda, mut compliance] = vectors.map(std::mem::take);
         open.clone_from(&other.open);
         lambda.clone_from(&other.lambda);
+        compliance.clone_from(&other.compliance);
         *self = Self {
             open,
             lambda,
+            compliance,
             ..*other
         };
     }
 
     /// The next step begins a new balance.
     pub(crate) fn close(&mut self) {
-        let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);
+        let vectors = [&mut self.open, &mut self.lambda, &mut self.compliance];
+        let [mut open, mut lambda, mut compliance] = vectors.map(std::mem::take);
         open.fill(0.0);
         lambda.fill(0.0);
+        compliance.clear();
         *self = Self {
             open,
             lambda,
+            compliance,
             ..Self::default()
         };
     }
@@ -113,11 +125,12 @@ impl Step {
         let loads = self.work_of_loads(dt);
         let by_contacts = 0.5 * self.work_by_contacts();
         let recovery = 0.5 * self.work_of_recovery(dt);
+        let wound = self.wound(dt);
         let account = &mut self.record.account;
         account.open.resize(self.multipliers.mu.len(), 0.0);
         account.lambda.resize(self.multipliers.mu.len(), 0.0);
         account.work += account.pending + by_contacts;
-        account.pending = loads + by_contacts;
+        account.pending = loads + by_contacts - wound;
         account.recovery[0] += account.recovery[1] + recovery;
         account.recovery[1] = recovery;
         let last = account.open.iter_mut().zip(&mut account.lambda);
@@ -138,6 +151,25 @@ impl Step {
             account.recovery[0] += std::mem::take(&mut account.recovery[1]);
         }
         self.system.in_rows[1] = moved;
+    }
+
+    /// Strain energy ½ λ² Δε that ropes have gained by their lengths alone since the last sub-step \[J].
+    fn wound(&mut self, dt: f64) -> f64 {
+        let (rows, known) = (&self.system_data.rows, &mut self.record.account.compliance);
+        let of = |bound: &RowBounds| rows.compliance[bound.row];
+        if known.len() != rows.bounds.len() {
+            known.clear();
+            known.extend(rows.bounds.iter().map(of));
+        }
+        let mut wound = 0.0;
+        for (bound, before) in rows.bounds.iter().zip(known) {
+            let change = of(bound) - std::mem::replace(before, of(bound));
+            if change != 0.0 {
+                let force = self.multipliers.mu[bound.row] / dt;
+                wound += 0.5 * change * force * force;
+            }
+        }
+        wound
     }
 
     /// Half of the present impulses bring the velocities to their own time at the last rates of the drives, or, with `sign` 1, back
@@ -242,12 +274,16 @@ impl Step {
             if place == RowState::Inside || mu == 0.0 {
                 continue;
             }
-            if self.scene.constraints[bound.constraint].motor().is_none() {
-                // The slip: the path at the end beyond the stretch at the limit, or at the beginning. Rates at the beginning
-                // would miss the turn of the path.
-                let force = mu / dt;
-                let kept = (-rows.compliance[bound.row] * force).max(self.activation.begun(k));
-                work += force * (rows.phi[bound.row] - kept);
+            if self.scene.constraints[bound.constraint].winch().is_some() {
+                // As the drum pays out it is told to have the work of all of that. What the rope was stretched by was no work
+                // where no force tells it: before the first step, against a damper, as the gap of a rigid row.
+                let last = self.record.account.lambda.get(bound.row);
+                let is_told = last.is_some_and(|last| *last != 0.0);
+                let compliance = rows.compliance[bound.row];
+                if !is_told || rows.damping[bound.row] > 0.0 || compliance == 0.0 {
+                    let kept = compliance * self.activation.spring_of_limit(rows, k, dt);
+                    work -= mu / dt * (self.activation.begun(k) - kept).max(0.0);
+                }
                 continue;
             }
             let first = rows.row_range(bound.constraint).start;

@@ -1,48 +1,10 @@
-//! Momenta and energies of bodies that collide.
+//! Momenta and energies of heaps of bodies.
 
 use super::*;
 use crate::contact::RECOVERY;
 
 /// Step of [`StepOptions::default`] \[s].
 const DT: f64 = 1.0 / 60.0;
-
-/// Change of momentum and of angular momentum in a second, of a box and a ball that collide freely.
-fn collided(restitution: f64, dt: f64) -> [Vector3<f64>; 2] {
-    let surface = bouncing(restitution, 0.4);
-    let mut scene = Scene::new("free");
-    let a = add_box(&mut scene, Vector3::new(-0.9, 0.2, 0.1), 3.0, surface);
-    let b = add_ball(&mut scene, Vector3::new(0.4, 0.0, 0.0), 0.5, surface);
-    scene.bodies.velocity[a].x = 2.0;
-    scene.bodies.angular_velocity[b] = Vector3::new(0.0, 3.0, 5.0);
-    let momenta = |s: &Scene| [s.momentum(), s.angular_momentum(&Vector3::zeros())];
-    let (before, energy) = (momenta(&scene), scene.kinetic_energy());
-    let options = StepOptions::default().with(|o| o.dt = dt);
-    let mut stepper = Stepper::new(scene, options).unwrap();
-    while stepper.time() < 1.0 {
-        run(&mut stepper, 1);
-    }
-    let scene = stepper.scene();
-    assert!(scene.bodies.velocity[b].x > 0.5, "they have not met");
-    assert!(scene.kinetic_energy() <= energy * (1.0 + 1e-12));
-    let after = momenta(scene);
-    [0, 1].map(|k| after[k] - before[k])
-}
-
-#[test]
-fn bodies_that_collide_in_free_fall_keep_their_momenta() {
-    for (restitution, rate) in [0.0, 0.7, 1.0].map(|e| [(e, 60.0), (e, 240.0)]).concat() {
-        let [momentum, spin] = collided(restitution, 1.0 / rate).map(|change| change.norm());
-        assert!(momentum < 1e-12, "{restitution} {rate}: {momentum}");
-        // Bodies that stay together turn on each other: the geometric stiffness of each gives it an angular momentum that the
-        // other does not lose, and friction acts at points a gap apart. Both are of the first order in the step.
-        let most = if restitution == 0.0 {
-            0.15 / rate
-        } else {
-            1e-7
-        };
-        assert!(spin < most, "{restitution} {rate}: {spin}");
-    }
-}
 
 /// Numbers from −1 to 1.
 struct Random(u64);
