@@ -20,14 +20,14 @@ pub enum Mobility {
     Driven,
 }
 
-/// The quantities of bodies: each with its type, its meaning for one body and that for all of them.
+/// The quantities of bodies: each with its meaning and its type.
 macro_rules! quantities {
-    ($($quantity:ident: $type:ty, $of_one:literal, $of_all:literal;)*) => {
+    ($($(#[doc = $meaning:literal])* $quantity:ident: $type:ty,)*) => {
         /// One body's worth of [`Bodies`]: what [`Bodies::push`] takes.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Body {
             $(
-                #[doc = $of_one]
+                $(#[doc = $meaning])*
                 pub $quantity: $type,
             )*
         }
@@ -39,7 +39,7 @@ macro_rules! quantities {
         #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
         pub struct Bodies {
             $(
-                #[doc = $of_all]
+                $(#[doc = $meaning])*
                 pub $quantity: Vec<$type>,
             )*
         }
@@ -86,33 +86,24 @@ macro_rules! quantities {
 }
 
 quantities! {
+    /// Cause of its motion.
     mobility: Mobility,
-        "Cause of its motion.",
-        "Causes of their motion.";
+    /// Centre of mass, world \[m].
     position: Vector3<f64>,
-        r"Centre of mass, world \[m].",
-        r"Centres of mass, world \[m].";
+    /// Rotation from the body frame to the world frame.
     orientation: UnitQuaternion<f64>,
-        "Rotation from the body frame to the world frame.",
-        "Rotations from the body frames to the world frame.";
+    /// Velocity of the centre of mass, world \[m/s].
     velocity: Vector3<f64>,
-        r"Velocity of the centre of mass, world \[m/s].",
-        r"Velocities of the centres of mass, world \[m/s].";
+    /// Angular velocity, world \[rad/s].
     angular_velocity: Vector3<f64>,
-        r"Angular velocity, world \[rad/s].",
-        r"Angular velocities, world \[rad/s].";
+    /// Mass \[kg], > 0.
     mass: f64,
-        r"Mass \[kg], > 0.",
-        r"Masses \[kg], > 0.";
+    /// Inertia about the centre of mass, body frame \[kg m²], symmetric positive definite; zero for a point mass.
     inertia: Matrix3<f64>,
-        r"Inertia about the centre of mass, body frame \[kg m²], symmetric positive definite; zero for a point mass.",
-        r"Inertias about the centres of mass, body frames \[kg m²], symmetric positive definite; zero for point masses.";
+    /// External force at the centre of mass besides gravity, world \[N].
     force: Vector3<f64>,
-        r"External force at the centre of mass besides gravity, world \[N].",
-        r"External forces at the centres of mass besides gravity, world \[N].";
+    /// External torque, world \[N m].
     torque: Vector3<f64>,
-        r"External torque, world \[N m].",
-        r"External torques, world \[N m].";
 }
 
 impl Body {

@@ -42,7 +42,7 @@ use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 use crate::constraint::{
     Constraint, Cosserat, Fairlead, JointLaw, Paper, Spherical, TwistDefinition, Winch,
 };
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
 use crate::scene::resolution::Resolution;
@@ -86,10 +86,8 @@ impl JointKind {
         if self == Self::Paper || definition == TwistDefinition::Ordinary {
             return Ok(());
         }
-        Err(SceneError::Conflict {
-            what: "twist_definition".to_owned(),
-            reason: "is a choice of the paper's joint: use joint = \"paper\"",
-        })
+        let reason = "is a choice of the paper's joint: use joint = \"paper\"";
+        refuse("twist_definition", reason)
     }
 }
 
@@ -243,10 +241,8 @@ impl Cable {
 
     fn check_ranges(&self) -> Result<(), SceneError> {
         if self.name.is_empty() {
-            return Err(SceneError::Conflict {
-                what: "a cable".into(),
-                reason: "needs a name: its segments and joints are called after it",
-            });
+            let reason = "needs a name: its segments and joints are called after it";
+            return refuse("a cable", reason);
         }
         let (damping, unit) = match self.damping {
             Damping::Time(time) => (time, "≥ 0 s"),
@@ -262,38 +258,28 @@ impl Cable {
             check(self.what(what), value, value > 0.0, needs)?;
         }
         check(self.what("damping"), damping, damping >= 0.0, unit)?;
-        for (what, there) in [
-            ("winch", self.winch.is_some()),
-            ("resolution", self.resolution.is_some()),
-        ] {
-            if let (true, Some(reason)) = (there, self.against_other_segments()) {
-                let what = self.what(what);
-                return Err(SceneError::Conflict { what, reason });
-            }
+        let ruled = self.resolution.as_ref().map(|_| "resolution");
+        let splits = self.winch.map(|_| "winch").or(ruled);
+        if let Some((what, reason)) = splits.zip(self.against_other_segments()) {
+            return refuse(self.what(what), reason);
         }
         if let Some(reason) = self.winch.and_then(|_| self.against_winch()) {
-            let what = self.what("winch");
-            return Err(SceneError::Conflict { what, reason });
+            return refuse(self.what("winch"), reason);
         }
         let clamped = |end: &CableEnd| matches!(end, CableEnd::Clamped(_));
         if self.joint == JointKind::Spherical && self.ends.iter().any(clamped) {
-            return Err(SceneError::Conflict {
-                what: self.what("joint"),
-                reason: "ball joints do not clamp an end: pin it, or take another kind of joint",
-            });
+            let reason = "ball joints do not clamp an end: pin it, or take another kind of joint";
+            return refuse(self.what("joint"), reason);
         }
         Ok(())
     }
 
     /// Why its segments cannot split and merge.
     fn against_other_segments(&self) -> Option<&'static str> {
-        if self.joint == JointKind::Paper {
-            return Some(
-                "makes joints of the kinds `cosserat` and `spherical` alone: take one of them",
-            );
-        }
-        let routed = self.rest == Rest::AsRouted;
-        routed.then_some("makes cable that is straight at rest: leave out `as-routed`")
+        let kinds = "makes joints of the kinds `cosserat` and `spherical` alone: take one of them";
+        let routed = "makes cable that is straight at rest: leave out `as-routed`";
+        let is_paper = (self.joint == JointKind::Paper).then_some(kinds);
+        is_paper.or((self.rest == Rest::AsRouted).then_some(routed))
     }
 
     /// Why it can have no winch.
@@ -395,7 +381,7 @@ impl Scene {
         let route = Route::of(cable, self, time)?;
         let laid = route.lay(cable)?;
         if let Some(winch) = cable.winch {
-            winch.validate(|| format!("cable `{}`", cable.name))?;
+            winch.validate(false, || format!("cable `{}`", cable.name))?;
             let length = route.length();
             let within = (winch.shortest..=winch.longest).contains(&length);
             let needs = "between shortest and longest of its winch";
@@ -455,14 +441,8 @@ impl Scene {
                 (a.axes, b.axes) = (pair[0].axes_of(&between), pair[1].axes_of(&between));
             }
             let length = 0.5 * (pair[0].arc + pair[1].arc);
-            let joint = (cable.joint, [a, b]);
-            strand.join(
-                self,
-                number,
-                name(&format!("joint-{}", i + 1)),
-                joint,
-                length,
-            );
+            let (joint, name) = ((cable.joint, [a, b]), name(&format!("joint-{}", i + 1)));
+            strand.join(self, number, name, joint, length);
         }
         let last = laid.len() - 1;
         if let Some((kind, frame)) = self.held(cable, route, &laid[last], 1) {

@@ -47,7 +47,7 @@ pub use massless_cable::{MasslessCable, Winch};
 pub use motor::{Motor, Target};
 pub use paper::{Paper, TwistDefinition};
 pub(crate) use rows::Rows;
-pub(crate) use sheave::called;
+pub(crate) use sheave::side_name;
 pub use sheave::{Lay, Sheave};
 pub use slider::Slider;
 pub use spherical::Spherical;
@@ -57,7 +57,6 @@ use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
 use crate::body::Bodies;
-use crate::error::SceneError;
 use crate::frame::{Frame, Resolved};
 
 /// Most rows that one constraint can have.
@@ -210,6 +209,7 @@ macro_rules! kinds {
                 }
             };
         }
+        use each_kind;
     };
 }
 
@@ -283,51 +283,12 @@ impl Constraint {
         (kind, law)
     }
 
-    /// True if the first three rows are the gap between the attachment points (a minus b).
-    #[must_use]
-    pub fn has_stretch_rows(&self) -> bool {
-        let first = self.parts().next();
-        first.is_some_and(|(kind, ..)| kind == RowKind::Stretch)
-    }
-
-    /// True if a force acts at the attachment points: the Jacobian then changes as the levers turn.
-    pub(crate) fn acts_at_points(&self) -> bool {
-        each_kind!(self, own => own.acts_at_points())
-    }
-
-    /// True if on side number `side` it only pulls at the point, so that at the centre of a point mass it turns nothing.
-    pub(crate) fn only_pulls(&self, side: usize) -> bool {
-        each_kind!(self, own => own.only_pulls(side))
-    }
-
-    /// Length at rest of what pulls along the lines between its points, such as a rod or a massless cable \[m]: its first row is
-    /// that of the length, with λ < 0 where it is taut. `None` of a joint, whose points meet.
-    #[must_use]
-    pub fn link_length(&self) -> Option<f64> {
-        each_kind!(self, own => own.link_length())
-    }
-
-    /// Length of a span of it, what turns as one piece \[m]; the mean where there are several, of what is off the drums.
-    #[must_use]
-    pub fn span_length(&self) -> Option<f64> {
-        each_kind!(self, own => own.span_length())
-    }
-
     /// Writes φ at time `t` into `phi` (length [`Constraint::rows`]). Allocates: no.
     ///
     /// # Panics
     /// When `phi` is too short or a frame names a body that is not there.
     pub fn violation(&self, bodies: &Bodies, t: f64, phi: &mut [f64]) {
         self.evaluate(bodies, t, &mut Rows::new(phi, &mut [], &mut []));
-    }
-
-    /// φ of the leading rows at time `t` + `dt` (s) if its bodies go on freely from their velocities at `t` \[m], and how many they
-    /// are: one, the length, of what has a [`link_length`](Self::link_length); three, the gap, of a joint that begins with rows of
-    /// stretch; none of others. What these rows are off their tangent by is the curve that a time stepper's dampers follow and that
-    /// drifts within its steps.
-    #[must_use]
-    pub fn gap_ahead(&self, bodies: &Bodies, t: f64, dt: f64) -> ([f64; 3], usize) {
-        each_kind!(self, own => own.gap_ahead(bodies, t, dt))
     }
 
     /// Writes φ, the Jacobian blocks and the lever arms.
@@ -344,54 +305,6 @@ impl Constraint {
         }
     }
 
-    /// The motor of the joint.
-    #[must_use]
-    pub fn motor(&self) -> Option<&Motor> {
-        each_kind!(self, own => own.motor())
-    }
-
-    /// The motor of the joint, to be set; whether there is one is part of the topology.
-    pub fn motor_mut(&mut self) -> Option<&mut Motor> {
-        each_kind!(self, own => own.motor_mut())
-    }
-
-    /// The winch of a massless cable, or of a cable of segments at its fairlead.
-    #[must_use]
-    pub fn winch(&self) -> Option<&Winch> {
-        each_kind!(self, own => own.winch())
-    }
-
-    /// The winch, to be set at time `t` (s), and the length off its drum then \[m]; that of a cable of segments has been
-    /// [cut](crate::Scene::cut_at_winch) to it.
-    pub fn winch_mut(&mut self, t: f64) -> Option<(&mut Winch, f64)> {
-        each_kind!(self, own => own.winch_mut(t))
-    }
-
-    /// Stalls the winch at its empty drum under this tension (N) at time `t` (s), or lets it haul in again; that of a cable of
-    /// segments has been [cut](crate::Scene::cut_at_winch) to its length then. Returns true on a change.
-    pub fn stall(&mut self, tension: f64, t: f64) -> bool {
-        each_kind!(self, own => own.stall(tension, t))
-    }
-
-    /// Length at rest at time `t` (s) of a massless cable, or off the drum of a cable of segments \[m].
-    #[must_use]
-    pub fn length_at(&self, t: f64) -> Option<f64> {
-        each_kind!(self, own => Facts::length_at(own, t))
-    }
-
-    /// The row that has bounds, if there is one, and the bounds of its λ at time `t` (s), lower and upper \[N or N m];
-    /// infinite stands for none.
-    #[must_use]
-    pub fn bounds(&self, t: f64) -> Option<(usize, f64, f64)> {
-        each_kind!(self, own => own.bounds(t))
-    }
-
-    /// Factor of the rows' compliances at time `t` (s). `excess` is the length of a cable beyond
-    /// its length at rest \[m].
-    pub(crate) fn compliance_factor(&self, t: f64, excess: f64) -> f64 {
-        each_kind!(self, own => own.compliance_factor(t, excess))
-    }
-
     /// Writes ∂φ/∂t as the mean over \[t, t_next] with the bodies held: moved world sides depend on time, in their points
     /// only, motors and winches.
     pub(crate) fn drive(&self, bodies: &Bodies, t: f64, t_next: f64, phi_t: &mut [f64]) {
@@ -400,16 +313,11 @@ impl Constraint {
             return;
         }
         if self.acts_at_points() {
-            each_kind!(self, own => own.drive_points(bodies, [t, t_next], phi_t));
+            self.drive_points(bodies, [t, t_next], phi_t);
         }
         if let (Some(motor), Some(last)) = (self.motor(), phi_t.last_mut()) {
             *last += motor.drive();
         }
-    }
-
-    /// Laws of the rows of a joint of a cable of segments, and the twist as it was last unwrapped \[rad].
-    pub(crate) fn cable_joint(&self) -> Option<(&JointLaw, f64)> {
-        each_kind!(self, own => own.cable_joint())
     }
 
     /// Gives the rows of a cable joint other laws.
@@ -417,7 +325,7 @@ impl Constraint {
         if let Self::Spherical(joint) = self {
             joint.stretch = law.stretch.unwrap_or(joint.stretch);
         }
-        if let Some((own, _)) = each_kind!(self, own => own.cable_joint_mut()) {
+        if let Some((own, _)) = self.cable_joint_mut() {
             own.stretch = own.stretch.and(law.stretch);
             own.bend = own.bend.and(law.bend);
             own.twist = own.twist.and(law.twist);
@@ -433,20 +341,9 @@ impl Constraint {
     /// Sets what the twist of a cable joint is unwrapped against \[rad].
     #[inline]
     pub(crate) fn set_twist_reference(&mut self, twist: f64) {
-        if let Some((_, reference)) = each_kind!(self, own => own.cable_joint_mut()) {
+        if let Some((_, reference)) = self.cable_joint_mut() {
             *reference = twist;
         }
-    }
-
-    /// Moves the unwrapping reference of a twist or hinge angle to its value at time `t`, and where a cable touches its
-    /// sheaves; whether its rows are evaluated otherwise after that.
-    pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
-        each_kind!(self, own => own.update_winding(bodies, t))
-    }
-
-    /// Checks the numbers that are the kind's own; `what` names it.
-    pub(crate) fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
-        each_kind!(self, own => own.validate(what))
     }
 }
 

@@ -73,12 +73,8 @@ params! {
 
 impl ContactSceneParams {
     fn count(&self) -> usize {
-        let default = if self.scene == ContactScene::Pile {
-            4
-        } else {
-            10
-        };
-        self.count.unwrap_or(default)
+        let is_pile = self.scene == ContactScene::Pile;
+        self.count.unwrap_or(if is_pile { 4 } else { 10 })
     }
 
     /// Builds the scene. Bodies: `box-1` … from the ground; `tug`, `load` and the cable `rope`; the cables `rope-1` … The load
@@ -130,10 +126,8 @@ impl ContactSceneParams {
         let size = Vector3::repeat(edge);
         let place = Vector3::new(x, 0.0, z + 0.5 * edge);
         let body = scene.add_body(name, Body::cuboid(size, mass).at(place));
-        self.add(
-            scene,
-            Collider::new(name, Some(body), Shape::Cuboid { size }),
-        );
+        let collider = Collider::new(name, Some(body), Shape::Cuboid { size });
+        self.add(scene, collider);
         body
     }
 
@@ -158,8 +152,8 @@ impl ContactSceneParams {
         let tug = scene.add_body("tug", tug);
         let hitch = Vector3::new(0.5 * edge, 0.0, self.radius - 0.5 * edge);
         let ends = [Frame::body(load, hitch), Frame::body(tug, Vector3::zeros())];
-        scene.add_cable(&self.cable("rope", ends.map(CableEnd::Pinned), 1.0))?;
-        Ok(())
+        let rope = self.cable("rope", ends.map(CableEnd::Pinned), 1.0);
+        scene.add_cable(&rope).map(drop)
     }
 
     fn pile(&self, scene: &mut Scene) -> Result<(), SceneError> {

@@ -47,7 +47,7 @@ mod solid;
 use nalgebra::Vector3;
 
 use crate::collide::{Shape, Surface};
-use crate::error::SceneError;
+use crate::error::{SceneError, check_length};
 use crate::scene::Scene;
 use ahead::{Ahead, Meeting, Motion};
 use balls::Balls;
@@ -173,18 +173,8 @@ impl Collisions {
 
     fn check(&self, scene: &Scene) -> Result<(), SceneError> {
         let colliders = self.bounded.len() + self.planes.len();
-        for (what, got, expected) in [
-            ("colliders", scene.colliders.len(), colliders),
-            ("bodies", scene.bodies.len(), self.pairs.bodies()),
-        ] {
-            if got != expected {
-                return Err(SceneError::Length {
-                    what,
-                    got,
-                    expected,
-                });
-            }
-        }
+        check_length("colliders", scene.colliders.len(), colliders)?;
+        check_length("bodies", scene.bodies.len(), self.pairs.bodies())?;
         let mut bodies = scene.colliders.iter().filter_map(|c| c.body);
         bodies.try_for_each(|i| scene.bodies.validate_state(i, &scene.body_names[i]))
     }

@@ -1,6 +1,7 @@
 //! Errors of scenes: the fault, its place and its cure.
 
-/// An enumeration whose variants have their text beside them: what `write!` takes, with the fields by name.
+/// An enumeration whose variants have their text beside them: what `write!` takes, with the fields by name. A field whose name
+/// says all has no documentation.
 macro_rules! told {
     (
         $(#[$attribute:meta])*
@@ -14,6 +15,7 @@ macro_rules! told {
         }
     ) => {
         $(#[$attribute])*
+        #[allow(missing_docs)]
         pub enum $name {
             $(
                 $(#[doc = $doc])*
@@ -32,18 +34,14 @@ macro_rules! told {
         }
     };
 }
-pub(crate) use told;
 
 told! {
     /// Why a scene cannot be built or read. Its `Display` is one line.
     #[derive(Debug, Clone, PartialEq)]
     #[non_exhaustive]
     pub enum SceneError {
-        /// The scene has no bodies.
-        Empty => "the scene has no bodies: give it at least one [[body]]";
         /// No scene has this name.
         UnknownScene {
-            /// The name asked for.
             name: String,
             /// All names that there are.
             known: Vec<String>,
@@ -52,7 +50,6 @@ told! {
         UnknownName {
             /// The parameter's key.
             what: &'static str,
-            /// The name given.
             name: String,
             /// All names that it can have.
             known: Vec<String>,
@@ -70,7 +67,6 @@ told! {
         TooLarge {
             /// The parameter's key.
             what: &'static str,
-            /// Its value.
             value: usize,
             /// The largest value allowed.
             limit: usize,
@@ -86,82 +82,46 @@ told! {
         Duplicate {
             /// `body` or `joint`.
             kind: &'static str,
-            /// The name.
             name: String,
         } => "two {kind} entries are called `{name}`: rename one";
         /// A joint, `load` or a program names a body that is not there.
         UnknownBody {
             /// Who names it.
             what: String,
-            /// The name or index.
             name: String,
             /// Names of the bodies that there are (the first few).
             known: Vec<String>,
         } => "{what} names the body `{name}`, which is not there: {}", one_of(known);
-        /// A massless cable is far shorter than its path at the start.
-        Short {
-            /// The cable.
-            cable: String,
-            /// Its length at rest \[m].
-            length: f64,
-            /// The length of its path, with what lies on sheaves and drums \[m].
-            path: f64,
-            /// Its strain, of what is off the drums.
-            strain: f64,
-        } =>
-                "massless cable `{cable}`: length is {length} m, but its path is {path:.6} m long, a strain of {:.3} % at the \
-                 start: leave `length` out for the length of the path, give `slack` (m) or a smaller `tension` (N), or \
-                 `strained = true` where it is meant so",
-                100.0 * strain;
         /// A control or a program names a joint or cable that is not there.
         UnknownJoint {
             /// Who names it.
             what: String,
-            /// The name.
             name: String,
             /// Names of those that it could be (the first few).
             known: Vec<String>,
         } => "{what} names `{name}`, which is not there{}", or_no_other(known);
         /// A program or a table names a control that is not there.
         UnknownControl {
-            /// The name.
             name: String,
             /// Names of the controls that there are (the first few).
             known: Vec<String>,
         } => "no control is called `{name}`: {}", or_none(known);
         /// No side of a joint is a body that forces move.
         BothWorld {
-            /// The joint.
             joint: String,
         } => "joint `{joint}` ties the world to the world: make one side a dynamic body";
         /// Both sides of a joint are the same body.
         SameBody {
-            /// The joint.
             joint: String,
-            /// The body.
             body: String,
         } => "joint `{joint}` ties body `{body}` to itself: make one side another body";
-        /// A body is to be removed that a joint holds.
-        Held {
-            /// The body.
-            body: String,
-            /// The joint.
-            joint: String,
-        } => "body `{body}` cannot be removed while `{joint}` holds it: remove that as well";
-        /// A joint has no rows.
-        NoRows {
-            /// The joint.
-            joint: String,
-        } => "joint `{joint}` has no rows: give it at least one of stretch, bend, twist";
         /// An inertia is not symmetric positive definite.
         Inertia {
-            /// The body.
             body: String,
         } =>
                 "the inertia of body `{body}` is not symmetric positive definite: give positive principal moments [kg m²]";
         /// The axes of a frame are not orthonormal and right-handed.
         Axes {
-            /// The joint.
             joint: String,
             /// `a` or `b`.
             side: String,
@@ -181,13 +141,11 @@ told! {
         } => "{what} has length {got}: it has to be {expected}";
         /// The text is not TOML, or not the TOML of a scene.
         Toml {
-            /// Line from 1, when known.
-            line: Option<usize>,
-            /// Column from 1, when known.
-            column: Option<usize>,
+            /// Line and column from 1, when known.
+            place: Option<(usize, usize)>,
             /// Message of the reader.
             message: String,
-        } => "{}{message}", at(*line, *column);
+        } => "{}{message}", at(*place);
         /// A fault of a scene that was read, with its place in the text.
         InText {
             /// Line from 1.
@@ -196,19 +154,10 @@ told! {
             column: usize,
             /// The key at fault.
             key: String,
-            /// The fault.
             fault: Box<SceneError>,
         } => "line {line}, column {column}: {}", naming(fault.to_string(), key);
-        /// A scene holds something that no text can hold.
-        NotInText {
-            /// Name of that part of the scene.
-            what: String,
-            /// The cure.
-            cure: &'static str,
-        } => "a text cannot hold {what}: {cure}";
         /// An override `KEY=VALUE` does not fit.
         Override {
-            /// The key.
             key: String,
             /// The fault.
             message: String,
@@ -237,11 +186,9 @@ fn or_no_other(known: &[String]) -> String {
 }
 
 /// The place of a message, before it.
-fn at(line: Option<usize>, column: Option<usize>) -> String {
-    match (line, column) {
-        (Some(line), Some(column)) => format!("line {line}, column {column}: "),
-        _ => String::new(),
-    }
+fn at(place: Option<(usize, usize)>) -> String {
+    let told = place.map(|(line, column)| format!("line {line}, column {column}: "));
+    told.unwrap_or_default()
 }
 
 /// `message`, with `key` where it does not name it.
@@ -256,20 +203,42 @@ pub(crate) fn naming(message: String, key: &str) -> String {
     }
 }
 
-/// `value` if it is finite and `ok` holds, else the error that names it.
+/// Refuses what does not go, with its cure.
+pub(crate) fn refuse<T>(what: impl Into<String>, reason: &'static str) -> Result<T, SceneError> {
+    let what = what.into();
+    Err(SceneError::Conflict { what, reason })
+}
+
+/// Refuses a number that is not finite or not `ok`.
 pub(crate) fn check(
     what: impl Into<String>,
     value: f64,
     ok: bool,
     needs: &'static str,
-) -> Result<f64, SceneError> {
+) -> Result<(), SceneError> {
     if ok && value.is_finite() {
-        return Ok(value);
+        return Ok(());
     }
     Err(SceneError::BadValue {
         what: what.into(),
         value,
         needs,
+    })
+}
+
+/// Refuses an array of another length than expected.
+pub(crate) fn check_length(
+    what: &'static str,
+    got: usize,
+    expected: usize,
+) -> Result<(), SceneError> {
+    if got == expected {
+        return Ok(());
+    }
+    Err(SceneError::Length {
+        what,
+        got,
+        expected,
     })
 }
 
@@ -283,7 +252,7 @@ pub(crate) fn limited(
     if good {
         return Ok(());
     }
-    check(what, value, false, needs).map(|_| ())
+    check(what, value, false, needs)
 }
 
 #[cfg(test)]
@@ -293,7 +262,6 @@ mod tests {
     #[test]
     fn messages_are_one_line_and_say_what_to_do() {
         let all = [
-            SceneError::Empty,
             check("body `hook`: mass", -1.0, false, "> 0 kg").expect_err("refused"),
             SceneError::Duplicate {
                 kind: "body",
@@ -305,21 +273,20 @@ mod tests {
                 error: 0.5,
             },
             SceneError::Toml {
-                line: Some(3),
-                column: Some(7),
+                place: Some((3, 7)),
                 message: "expected `=`".into(),
             },
         ];
         let text: Vec<_> = all.iter().map(ToString::to_string).collect();
         assert!(text.iter().all(|t| !t.contains('\n')));
-        assert_eq!(text[1], "body `hook`: mass is -1: it has to be > 0 kg");
-        assert_eq!(text[4], "line 3, column 7: expected `=`");
+        assert_eq!(text[0], "body `hook`: mass is -1: it has to be > 0 kg");
+        assert_eq!(text[3], "line 3, column 7: expected `=`");
     }
 
     #[test]
     fn check_refuses_what_is_not_finite() {
         assert!(check("x", f64::NAN, true, "finite").is_err());
         assert!(check("x", f64::INFINITY, true, "finite").is_err());
-        assert_eq!(check("x", 2.0, true, "finite"), Ok(2.0));
+        assert_eq!(check("x", 2.0, true, "finite"), Ok(()));
     }
 }

@@ -21,7 +21,7 @@ mod build;
 use nalgebra::Vector3;
 
 use crate::cable::{End, JointKind, MAX_SEGMENTS};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::material::{Material, Stiffness};
 use crate::params::{check_count, check_worked_out, not_negative, params, representable};
 
@@ -190,15 +190,15 @@ impl GantryParams {
         let lowered = self.drop >= self.least_drop;
         check("drop", self.drop, lowered, "at least least_drop")?;
         let rough = self.sheave_friction > 0.0;
-        let conflict = |reason| {
-            let what = "sheave_friction".to_owned();
-            Err(SceneError::Conflict { what, reason })
-        };
         match (rough, self.sheaves, self.rope_ea > 0.0) {
-            (true, false, _) => conflict("is that of sheaves: set `sheaves = true`"),
-            (true, _, false) => conflict(
-                "leaves the tensions of rigid falls that stick undetermined: give the cables a stiffness `rope_ea`",
+            (true, false, _) => refuse(
+                "sheave_friction",
+                "is that of sheaves: set `sheaves = true`",
             ),
+            (true, _, false) => {
+                let reason = "leaves the tensions of rigid falls that stick undetermined: give the cables a stiffness `rope_ea`";
+                refuse("sheave_friction", reason)
+            }
             _ => Ok(()),
         }
     }

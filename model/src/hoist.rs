@@ -9,7 +9,7 @@ mod build;
 
 use crate::cable::{End, JointKind, MAX_SEGMENTS};
 use crate::constraint::TwistDefinition;
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::material::{Material, Stiffness};
 use crate::params::{check_count, finite, not_negative, params, positive};
 
@@ -151,34 +151,25 @@ impl HoistParams {
     }
 
     fn check_conflicts(&self) -> Result<(), SceneError> {
-        let conflict = |what: &str, reason| {
-            Err(SceneError::Conflict {
-                what: what.into(),
-                reason,
-            })
-        };
         if self.move_x != 0.0 && self.circle_radius != 0.0 {
-            return conflict("circle_radius", "excludes move_x: set one of them to 0");
+            return refuse("circle_radius", "excludes move_x: set one of them to 0");
         }
         if !self.stretch {
-            return conflict(
-                "stretch",
-                "a cable without stretch rows is not connected: leave it true",
-            );
+            let reason = "a cable without stretch rows is not connected: leave it true";
+            return refuse("stretch", reason);
         }
         self.joint.check_twist(self.twist_definition)?;
         if self.joint == JointKind::Spherical {
             let reason =
                 "spherical joints have stretch rows only: use joint = \"cosserat\" or \"paper\"";
-            if self.bend == Some(true) {
-                return conflict("bend", reason);
-            }
-            if self.twist == Some(true) {
-                return conflict("twist", reason);
-            }
-            for (what, end) in [("anchor", self.anchor), ("attachment", self.attachment)] {
-                if end == End::Clamped {
-                    return conflict(what, reason);
+            for (what, given) in [
+                ("bend", self.bend == Some(true)),
+                ("twist", self.twist == Some(true)),
+                ("anchor", self.anchor == End::Clamped),
+                ("attachment", self.attachment == End::Clamped),
+            ] {
+                if given {
+                    return refuse(what, reason);
                 }
             }
         }

@@ -157,7 +157,6 @@ pub use nalgebra;
 pub use named::named;
 pub use names::nearest;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
-pub use notes::Note;
 pub use packs::{Joint, JointLanes, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
 pub use reeved::{Reeved, ReevedParams};

@@ -52,12 +52,8 @@ impl Material {
     /// The material called `name` (`steel`, `nylon`, `rubber`).
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "steel" => Some(Self::STEEL),
-            "nylon" => Some(Self::NYLON),
-            "rubber" => Some(Self::RUBBER),
-            _ => None,
-        }
+        let number = Self::NAMES.iter().position(|known| *known == name)?;
+        Some([Self::STEEL, Self::NYLON, Self::RUBBER][number])
     }
 
     /// As [`Material::named`], with an error that lists the names.
@@ -94,12 +90,6 @@ impl Material {
     #[must_use]
     pub fn round_radius(&self, ea: f64) -> f64 {
         (ea / (PI * self.young)).sqrt()
-    }
-
-    /// Shear modulus G = Y/(2(1+ν)) \[Pa].
-    #[must_use]
-    pub fn shear(&self) -> f64 {
-        self.young / (2.0 * (1.0 + self.poisson))
     }
 }
 
@@ -161,13 +151,14 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// Stiffness of a solid cable: YA, Y I_a, G J_t.
+    /// Stiffness of a solid cable: YA, Y I_a, G J_t with the shear modulus G = Y/(2(1+ν)).
     #[must_use]
     pub fn new(material: &Material, section: &CrossSection) -> Self {
+        let shear = material.young / (2.0 * (1.0 + material.poisson));
         Self {
             ea: material.young * section.area(),
             ei: material.young * section.second_moment(),
-            gj: material.shear() * section.torsion_constant(),
+            gj: shear * section.torsion_constant(),
         }
     }
 

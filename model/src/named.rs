@@ -1,12 +1,10 @@
 //! Scenes by name.
 
-use crate::contact_scenes::ContactScene;
 use crate::error::SceneError;
-use crate::network::Network;
-use crate::particles::ChainModel;
-use crate::reeved::Reeved;
 use crate::scene::Scene;
-use crate::specimen::Specimen;
+use crate::{ChainModel, ContactScene, Network, Reeved, Specimen};
+use crate::{ContactSceneParams, GantryParams, HoistParams, NetworkParams};
+use crate::{ParticleChainParams, ReevedParams, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
 pub const NAMES: [&str; 22] = [
@@ -34,45 +32,19 @@ pub const NAMES: [&str; 22] = [
     ContactScene::Pile.name(),
 ];
 
-/// Does `$do` with the default parameters of the scene called `$name`; `None` where there is none.
-macro_rules! with_named {
-    ($name:expr, $params:ident => $do:expr) => {{
-        let name: &str = $name;
-        if name == "hoist" {
-            let $params = $crate::HoistParams::default();
-            Some($do)
-        } else if name == "gantry" {
-            let $params = $crate::GantryParams::default();
-            Some($do)
-        } else if let Some(model) = $crate::ChainModel::named(name) {
-            let $params = $crate::ParticleChainParams::new(model);
-            Some($do)
-        } else if let Some(specimen) = $crate::Specimen::named(name) {
-            let $params = $crate::SpecimenParams::new(specimen);
-            Some($do)
-        } else if let Some(network) = $crate::Network::named(name) {
-            let $params = $crate::NetworkParams::new(network);
-            Some($do)
-        } else if let Some(reeved) = $crate::Reeved::named(name) {
-            let $params = $crate::ReevedParams::new(reeved);
-            Some($do)
-        } else {
-            $crate::ContactScene::named(name).map(|grounded| {
-                let $params = $crate::ContactSceneParams::new(grounded);
-                $do
-            })
-        }
-    }};
-}
-#[cfg(feature = "toml")]
-pub(crate) use with_named;
-
 /// The scene called `name`, with its default parameters.
 ///
 /// # Errors
 /// [`SceneError::UnknownScene`], which lists the names that there are.
 pub fn named(name: &str) -> Result<Scene, SceneError> {
-    with_named!(name, params => params.build()).unwrap_or_else(|| Err(unknown(name)))
+    let built = HoistParams::of_scene(name).map(|params| params.build());
+    let built = built.or_else(|| Some(GantryParams::of_scene(name)?.build()));
+    let built = built.or_else(|| Some(ParticleChainParams::of_scene(name)?.build()));
+    let built = built.or_else(|| Some(SpecimenParams::of_scene(name)?.build()));
+    let built = built.or_else(|| Some(NetworkParams::of_scene(name)?.build()));
+    let built = built.or_else(|| Some(ReevedParams::of_scene(name)?.build()));
+    let built = built.or_else(|| Some(ContactSceneParams::of_scene(name)?.build()));
+    built.unwrap_or_else(|| Err(unknown(name)))
 }
 
 pub(crate) fn unknown(name: &str) -> SceneError {

@@ -20,7 +20,7 @@ mod build;
 mod tests;
 
 use crate::cable::{JointKind, MAX_SEGMENTS};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::material::{Material, Stiffness};
 use crate::params::{check_count, check_worked_out, not_negative, params, positive, scenes};
 
@@ -154,18 +154,13 @@ impl NetworkParams {
         check("segments", n as f64, n >= least, needs)?;
         let (what, bodies) = match self.network {
             Network::Net => ("rows × columns", self.rows.saturating_mul(self.columns)),
-            Network::Ladder => (
-                "segments × cables",
-                self.segments.saturating_mul(self.cables),
-            ),
+            Network::Ladder => ("segments × cables", n.saturating_mul(self.cables)),
             _ => ("segments", self.segments),
         };
         check_count(what, bodies, MAX_SEGMENTS)?;
         if self.joint == JointKind::Paper {
-            return Err(SceneError::Conflict {
-                what: "joint".into(),
-                reason: "a network has \"spherical\" or \"cosserat\" joints",
-            });
+            let reason = "a network has \"spherical\" or \"cosserat\" joints";
+            return refuse("joint", reason);
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 
 use crate::constraint::{Constraint, MasslessCable};
 use crate::contacts::{Collisions, Contact};
-use crate::error::{SceneError, told};
+use crate::error::{SceneError, refuse};
 use crate::frame::Frame;
 use crate::scene::Scene;
 
@@ -23,113 +23,10 @@ const LOOSE: f64 = 1e-9;
 /// Overlap of two shapes over the smallest dimension of either, beyond which they are not meant to touch.
 const INSIDE: f64 = 0.1;
 
-told! {
-    /// A likely mistake in a scene that is valid all the same.
-    #[derive(Debug, Clone, PartialEq)]
-    #[non_exhaustive]
-    pub enum Note {
-        /// No constraints lead from some dynamic bodies to the world, to a static or to a driven body: they fall.
-        Unheld {
-            /// The first of them.
-            body: String,
-            /// How many more there are.
-            others: usize,
-        } => "nothing holds body `{body}`{}: no constraints lead to the world or to a static or driven body", and_more(*others);
-        /// A point of attachment is far from its body.
-        FarLever {
-            /// The constraint.
-            constraint: String,
-            /// The body.
-            body: String,
-            /// Distance from the centre of mass \[m].
-            lever: f64,
-            /// Radius of gyration of the body \[m].
-            size: f64,
-        } =>
-                "`{constraint}` holds body `{body}` at {lever:.3e} m from its centre, whose radius of gyration is \
-                 {size:.3e} m: are all lengths in metres?";
-        /// A cable arrives at a sheave or leaves it more askew than grooves are made for.
-        FleetAngle {
-            /// The cable.
-            cable: String,
-            /// Which of its points the sheave is, from 1.
-            point: usize,
-            /// Angle between the span and the plane of the sheave \[rad].
-            angle: f64,
-        } =>
-                "`{cable}` has a fleet angle of {:.1}° at the sheave that is its point {point}, and ropes leave their grooves beyond \
-                 {STEEP}°: turn the axis of the sheave, or move it",
-                angle.to_degrees();
-        /// A cable over sheaves is longer than its path.
-        Slack {
-            /// The cable, with all of its parts.
-            cable: String,
-            /// By how much \[m].
-            slack: f64,
-            /// The length of the path, with what lies on sheaves and drums \[m].
-            path: f64,
-        } =>
-                "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves, which is {path:.6} m long";
-        /// A massless cable is shorter than its path, and pulls by more than the scene weighs.
-        Short {
-            /// The cable, with all of its parts.
-            cable: String,
-            /// By how much \[m].
-            short: f64,
-            /// The length of the path, with what lies on sheaves and drums \[m].
-            path: f64,
-            /// By how much over its length off the drums.
-            strain: f64,
-            /// Its tension at the start \[N]; infinite where it is rigid.
-            tension: f64,
-        } =>
-                "`{cable}` starts taut: it is {short:.3e} m shorter than its path, which is {path:.6} m long, a strain of \
-                 {:.2} %{}: leave its length out for that of the path, or give its slack or a smaller tension",
-                100.0 * strain, pull(*tension);
-        /// Two shapes that can meet begin inside each other: they are thrown apart.
-        Overlap {
-            /// The names of the colliders that overlap most.
-            colliders: [String; 2],
-            /// By how much \[m].
-            depth: f64,
-        } =>
-                "the shapes `{}` and `{}` overlap by {depth:.3e} m at the start, which throws them apart: move one, or \
-                 leave the pair out by groups",
-                colliders[0], colliders[1];
-        /// No shapes of some dynamic bodies or cables can meet any other: they fall through everything.
-        MeetsNothing {
-            /// The first collider of the first of them.
-            collider: String,
-            /// How many bodies and cables more there are.
-            others: usize,
-        } =>
-                "shape `{collider}`{}: no other shape is in groups that let both meet, but for those that joints hold; \
-                 add [[ground]] or a [[collider]], or change `groups` or `meets`",
-                if *others == 0 { " meets nothing".to_owned() } else { and_more(*others) + " meet nothing" };
-        /// There is a load, but neither gravity nor any other force.
-        NoGravity => "gravity is zero and no other force acts: the load has no weight";
-        /// A constraint was strained by more than 5 %.
-        Strained {
-            /// The constraint that was strained most.
-            constraint: String,
-            /// Its largest gap over its length.
-            strain: f64,
-        } => "`{constraint}` was strained by {:.1} %: is its stiffness in newtons?", 100.0 * strain;
-    }
-}
-
 fn and_more(others: usize) -> String {
     match others {
         0 => String::new(),
         others => format!(" and {others} more"),
-    }
-}
-
-fn pull(tension: f64) -> String {
-    if tension.is_finite() {
-        format!(" that pulls with {tension:.3e} N, more than the scene weighs")
-    } else {
-        " of what cannot stretch".to_owned()
     }
 }
 
@@ -220,10 +117,10 @@ impl Scene {
             .collect()
     }
 
-    /// Likely mistakes in the scene: bodies that nothing holds, lengths in another unit, gravity
-    /// forgotten.
+    /// Likely mistakes in the scene, valid all the same, a line each: bodies that nothing holds, lengths in another unit,
+    /// gravity forgotten, ropes askew, slack or too short, shapes inside each other or that meet nothing.
     #[must_use]
-    pub fn notes(&self) -> Vec<Note> {
+    pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.gravity.norm() > 0.0 {
             // With colliders, a falling body may land.
@@ -231,7 +128,8 @@ impl Scene {
                 notes.extend(self.unheld());
             }
         } else if self.load.is_some() && self.external_force() == 0.0 {
-            notes.push(Note::NoGravity);
+            let note = "gravity is zero and no other force acts: the load has no weight";
+            notes.push(note.to_owned());
         }
         notes.extend(self.far_lever());
         notes.extend(self.fleet_angle());
@@ -257,55 +155,68 @@ impl Scene {
     }
 
     /// The deepest overlap of shapes, where it is in doubt.
-    fn overlap(&self) -> Option<Note> {
+    fn overlap(&self) -> Option<String> {
         let (deepest, part) = self.deepest_overlap()?;
-        (part > INSIDE).then(|| Note::Overlap {
-            colliders: deepest.colliders.map(|i| self.colliders[i].name.clone()),
-            depth: -deepest.gap,
+        let ([a, b], depth) = (
+            deepest.colliders.map(|i| &self.colliders[i].name),
+            -deepest.gap,
+        );
+        (part > INSIDE).then(|| {
+            format!(
+                "the shapes `{a}` and `{b}` overlap by {depth:.3e} m at the start, which throws them apart: move one, or \
+                 leave the pair out by groups"
+            )
         })
     }
 
     /// Dynamic bodies and cables with shapes that meet nothing.
-    fn meets_nothing(&self) -> Option<Note> {
+    fn meets_nothing(&self) -> Option<String> {
         let alone = Collisions::new(self).alone(self);
         let (first, others) = alone.split_first()?;
-        Some(Note::MeetsNothing {
-            collider: self.colliders[*first].name.clone(),
-            others: others.len(),
-        })
+        let meets = match others.len() {
+            0 => " meets nothing".to_owned(),
+            more => and_more(more) + " meet nothing",
+        };
+        let name = &self.colliders[*first].name;
+        Some(format!(
+            "shape `{name}`{meets}: no other shape is in groups that let both meet, but for those that joints hold; \
+             add [[ground]] or a [[collider]], or change `groups` or `meets`"
+        ))
     }
 
     /// The steepest fleet angle, where that is in doubt.
-    fn fleet_angle(&self) -> Option<Note> {
+    fn fleet_angle(&self) -> Option<String> {
         let cables = self.massless_cables();
         let steepest = cables.filter_map(|(c, cable)| {
             let (side, angle) = cable.fleet_angle(&self.bodies, 0.0)?;
             Some((c, side, angle))
         });
         let (c, side, angle) = steepest.max_by(|a, b| a.2.total_cmp(&b.2))?;
-        (angle.to_degrees() > STEEP).then(|| Note::FleetAngle {
-            cable: self.constraint_names[c].clone(),
-            point: side + 1,
-            angle,
+        let (cable, angle, point) = (&self.constraint_names[c], angle.to_degrees(), side + 1);
+        (angle > STEEP).then(|| {
+            format!(
+                "`{cable}` has a fleet angle of {angle:.1}° at the sheave that is its point {point}, and ropes leave their \
+                 grooves beyond {STEEP}°: turn the axis of the sheave, or move it"
+            )
         })
     }
 
     /// The first cable over sheaves that is longer than its path, all parts of it together.
-    fn slack(&self) -> Option<Note> {
+    fn slack(&self) -> Option<String> {
         let over = self
             .massless_cables()
             .filter(|(_, cable)| !cable.sheaves.is_empty() && cable.tension_only);
         let mut laid = over.filter_map(|(first, _)| self.laid(first));
         let laid = laid.find(|laid| laid.length - laid.path > LOOSE * laid.length)?;
-        Some(Note::Slack {
-            cable: self.constraint_names[laid.first].clone(),
-            slack: laid.length - laid.path,
-            path: laid.path,
-        })
+        let (cable, path) = (&self.constraint_names[laid.first], laid.path);
+        let slack = laid.length - path;
+        Some(format!(
+            "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves, which is {path:.6} m long"
+        ))
     }
 
     /// The massless cable that is strained most at the start and pulls by more than the scene's weight.
-    fn short(&self) -> Option<Note> {
+    fn short(&self) -> Option<String> {
         if self.start_in_equilibrium {
             // The start moves to the equilibrium: the present strain says nothing.
             return None;
@@ -313,26 +224,38 @@ impl Scene {
         let firsts = self.massless_cables().map(|(first, _)| first);
         let laid = firsts.filter_map(|first| self.pulls(first));
         let laid = laid.max_by(|a, b| a.strain().total_cmp(&b.strain()))?;
-        Some(Note::Short {
-            cable: self.constraint_names[laid.first].clone(),
-            short: laid.path - laid.length,
-            path: laid.path,
-            strain: laid.strain(),
-            tension: laid.tension(),
-        })
+        let (cable, path) = (&self.constraint_names[laid.first], laid.path);
+        let (short, strain) = (path - laid.length, 100.0 * laid.strain());
+        let pull = match laid.tension() {
+            f64::INFINITY => " of what cannot stretch".to_owned(),
+            tension => format!(" that pulls with {tension:.3e} N, more than the scene weighs"),
+        };
+        Some(format!(
+            "`{cable}` starts taut: it is {short:.3e} m shorter than its path, which is {path:.6} m long, a strain of \
+             {strain:.2} %{pull}: leave its length out for that of the path, or give its slack or a smaller tension"
+        ))
     }
 
-    /// The error of a massless cable, by its first part, that is strained by more than 5 % at the start and pulls by more
-    /// than the scene's weight.
-    #[must_use]
-    pub fn too_short(&self, first: usize) -> Option<SceneError> {
-        let laid = self.pulls(first).filter(|laid| laid.strain() > STRAINED)?;
-        Some(SceneError::Short {
-            cable: self.constraint_names[first].clone(),
-            length: laid.length,
-            path: laid.path,
-            strain: laid.strain(),
-        })
+    /// Refuses a massless cable, by its first part, that is strained by more than 5 % at the start and pulls by more than the
+    /// scene's weight.
+    ///
+    /// # Errors
+    /// [`SceneError::Conflict`] with the cable, its length and its path.
+    pub fn check_short(&self, first: usize) -> Result<(), SceneError> {
+        let Some(laid) = self.pulls(first).filter(|laid| laid.strain() > STRAINED) else {
+            return Ok(());
+        };
+        let (cable, strain) = (&self.constraint_names[first], 100.0 * laid.strain());
+        let Laid { length, path, .. } = laid;
+        let reason = "leave `length` out for the length of the path, give `slack` (m) or a smaller `tension` (N), or \
+                      `strained = true` where it is meant so";
+        refuse(
+            format!(
+                "massless cable `{cable}`: length is {length} m, but its path is {path:.6} m long, a strain of {strain:.3} % at \
+                 the start"
+            ),
+            reason,
+        )
     }
 
     /// A massless cable that is shorter than its path and pulls by more than the scene's weight, but for rounding.
@@ -384,20 +307,20 @@ impl Scene {
     /// The note on the largest strain of a run, where it is one: `gaps` are the largest of each constraint in it \[m]. A
     /// constraint without length has no strain.
     #[must_use]
-    pub fn strain_note(&self, gaps: &[f64]) -> Option<Note> {
+    pub fn strain_note(&self, gaps: &[f64]) -> Option<String> {
         let strains = self.constraints.iter().zip(gaps).enumerate();
         let strains = strains.map(|(c, (constraint, gap))| (c, gap / constraint.length()));
         let (c, strain) = strains
             .filter(|(_, strain)| strain.is_finite())
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (strain > STRAINED).then(|| Note::Strained {
-            constraint: self.constraint_names[c].clone(),
-            strain,
+        let (constraint, percent) = (&self.constraint_names[c], 100.0 * strain);
+        (strain > STRAINED).then(|| {
+            format!("`{constraint}` was strained by {percent:.1} %: is its stiffness in newtons?")
         })
     }
 
     /// Dynamic bodies in components of the graph that nothing fixed holds.
-    fn unheld(&self) -> Option<Note> {
+    fn unheld(&self) -> Option<String> {
         let topology = crate::topology::Topology::of(self);
         let mut held = vec![false; topology.components];
         for (constraint, component) in self
@@ -412,13 +335,15 @@ impl Scene {
         }
         let components = topology.component_of_body.iter().enumerate();
         let mut loose = components.filter_map(|(b, c)| (!held[(*c)?]).then_some(b));
-        let body = self.body_names[loose.next()?].clone();
-        let others = loose.count();
-        Some(Note::Unheld { body, others })
+        let body = &self.body_names[loose.next()?];
+        let others = and_more(loose.count());
+        Some(format!(
+            "nothing holds body `{body}`{others}: no constraints lead to the world or to a static or driven body"
+        ))
     }
 
     /// The lever arm that is longest beside its dynamic body, where that is in doubt.
-    fn far_lever(&self) -> Option<Note> {
+    fn far_lever(&self) -> Option<String> {
         let levers = self
             .constraints
             .iter()
@@ -430,11 +355,12 @@ impl Scene {
         let dynamic = levers.filter(|(_, b, _)| self.bodies.is_dynamic(*b));
         let far = dynamic.map(|(c, b, lever)| (c, b, lever, self.size(b)));
         let (c, b, lever, size) = far.max_by(|x, y| (x.2 / x.3).total_cmp(&(y.2 / y.3)))?;
-        (lever > FAR * size).then(|| Note::FarLever {
-            constraint: self.constraint_names[c].clone(),
-            body: self.body_names[b].clone(),
-            lever,
-            size,
+        let (constraint, body) = (&self.constraint_names[c], &self.body_names[b]);
+        (lever > FAR * size).then(|| {
+            format!(
+                "`{constraint}` holds body `{body}` at {lever:.3e} m from its centre, whose radius of gyration is \
+                 {size:.3e} m: are all lengths in metres?"
+            )
         })
     }
 
@@ -466,7 +392,7 @@ mod tests {
         for name in named::NAMES {
             let scene = named(name).expect("builds");
             assert_eq!((scene.name.as_str(), scene.validate()), (name, Ok(())));
-            assert_eq!(scene.notes(), [], "{name}");
+            assert_eq!(scene.notes(), [""; 0], "{name}");
         }
     }
 
@@ -477,24 +403,24 @@ mod tests {
         loose.constraints.remove(24);
         loose.constraint_names.remove(24);
         loose.groups.remove(24);
-        let text = loose.notes()[0].to_string();
+        let text = loose.notes().remove(0);
         assert!(text.starts_with("nothing holds body `load`:"), "{text}");
         // The anchor is what holds all of them.
         loose.constraints.remove(0);
-        let text = loose.notes()[0].to_string();
+        let text = loose.notes().remove(0);
         assert!(text.contains("`segment-1` and 24 more"), "{text}");
 
         let mut far = hoist();
         far.constraints[3].frames_mut()[1].point *= 1000.0;
-        let text = far.notes()[0].to_string();
+        let text = far.notes().remove(0);
         let says = text.starts_with("`joint-3` holds body `segment-4` at 2.083e2 m");
         assert!(says, "{text}");
 
         let mut light = hoist();
         light.gravity = Vector3::zeros();
-        assert_eq!(light.notes(), [Note::NoGravity]);
+        assert!(light.notes()[0].starts_with("gravity is zero"));
         light.bodies.force[24].x = 1.0;
-        assert_eq!(light.notes(), []);
+        assert_eq!(light.notes(), [""; 0]);
     }
 
     #[test]
@@ -505,17 +431,16 @@ mod tests {
         let load = askew.body("load").expect("a load");
         // 10 m below the sheave.
         askew.bodies.position[load].y += 1.0;
-        let text = askew.notes()[0].to_string();
+        let text = askew.notes().remove(0);
         let says = text
             .starts_with("`rope-2` has a fleet angle of 5.7° at the sheave that is its point 1");
         assert!(says, "{text}");
         askew.bodies.position[load].y -= 0.4;
-        let only_slack = |note: &Note| matches!(note, Note::FleetAngle { .. });
-        assert!(!askew.notes().iter().any(only_slack));
+        assert!(!askew.notes().concat().contains("fleet angle"));
 
         // Both parts of the rope lose a little; what one gains the other may have.
         slack.bodies.position[load].z += 0.25;
-        let text = slack.notes()[0].to_string();
+        let text = slack.notes().remove(0);
         assert!(text.starts_with("`rope` starts slack: it is 2.5"), "{text}");
     }
 
@@ -529,12 +454,12 @@ mod tests {
             scene.add_collider(Collider::new(name, Some(body), ball));
         }
         scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
-        let text = scene.notes()[0].to_string();
+        let text = scene.notes().remove(0);
         let words = "the shapes `low` and `high` overlap by 2.500e-1 m at the start";
         assert!(text.starts_with(words), "{text}");
         // A little is what a resting contact has.
         scene.bodies.position[1].z = 2.9;
-        assert_eq!(scene.notes(), []);
+        assert_eq!(scene.notes(), [""; 0]);
     }
 
     #[test]
@@ -545,7 +470,7 @@ mod tests {
         let mut scene = Scene::new("yard");
         let load = scene.add_body("crate", Body::sphere(1.0, 1.0).at(Vector3::z() * 9.0));
         scene.add_collider(Collider::new("crate", Some(load), ball));
-        let text = scene.notes()[0].to_string();
+        let text = scene.notes().remove(0);
         let words = "shape `crate` meets nothing: no other shape is in groups that let both meet";
         assert!(text.starts_with(words), "{text}");
 
@@ -558,7 +483,7 @@ mod tests {
         let mut rope = Cable::round("rope", &Material::STEEL, 0.01, ends.map(CableEnd::Pinned));
         rope.collide = Some(Surface::default());
         scene.add_cable(&rope).expect("laid");
-        let lone = |scene: &Scene| scene.notes().last().map(ToString::to_string);
+        let lone = |scene: &Scene| scene.notes().pop();
         assert_eq!(lone(&scene), None, "crate and rope meet");
         scene.colliders[0].meets = 0b10;
         let text = lone(&scene).expect("a note");
@@ -576,11 +501,8 @@ mod tests {
     fn strains_beyond_five_per_cent_are_noted() {
         let scene = HoistParams::default().build().expect("builds");
         let mut gaps = vec![0.02; 25];
-        let expected = Some(Note::Strained {
-            constraint: "load".to_owned(),
-            strain: 0.02 / (5.0 / 24.0),
-        });
-        assert_eq!(scene.strain_note(&gaps), expected);
+        let note = scene.strain_note(&gaps).expect("strained");
+        assert!(note.starts_with("`load` was strained by 9.6 %"), "{note}");
         gaps[0] = 0.0;
         gaps[24] = 0.0;
         assert_eq!(scene.strain_note(&gaps), None);

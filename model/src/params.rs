@@ -61,7 +61,7 @@ pub(crate) fn check_range(
     needs: &'static str,
 ) -> Result<(), SceneError> {
     let mut numbers = parameter.numbers();
-    numbers.try_for_each(|number| check(what, number, ok(number), needs).map(drop))
+    numbers.try_for_each(|number| check(what, number, ok(number), needs))
 }
 
 /// Refuses more than `limit` of what a scene is built from.
@@ -149,6 +149,12 @@ macro_rules! params {
                 }
             )?
 
+            /// The default parameters of the scene called `name`.
+            pub(crate) fn of_scene(name: &str) -> Option<Self> {
+                $((name == $scene).then(Self::default))?
+                $($Kind::named(name).map(Self::new))?
+            }
+
             /// Checks each parameter by itself.
             fn check_each(&self) -> Result<(), crate::error::SceneError> {
                 $($(crate::params::check_range(stringify!($field), &self.$field, $ok, $needs)?;)?)*
@@ -186,36 +192,33 @@ macro_rules! scenes {
     (
         $(#[doc = $about:literal])*
         pub enum $kind:ident {
-            $(#[doc = $first_doc:literal])*
-            $first:ident = $first_name:literal,
-            $(
-                $(#[doc = $doc:literal])*
-                $scene:ident = $name:literal,
-            )*
+            $($(#[doc = $doc:literal])* $scene:ident = $name:literal,)*
         }
     ) => {
         $(#[doc = $about])*
         #[non_exhaustive]
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum $kind {
-            $(#[doc = $first_doc])*
-            #[default]
-            $first,
             $(
                 $(#[doc = $doc])*
                 $scene,
             )*
         }
 
+        impl Default for $kind {
+            fn default() -> Self {
+                Self::ALL[0]
+            }
+        }
+
         impl $kind {
             /// All of them.
-            pub const ALL: [Self; [$first_name, $($name),*].len()] = [Self::$first, $(Self::$scene),*];
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$scene),*];
 
             /// Name of its scene.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
-                    Self::$first => $first_name,
                     $(Self::$scene => $name,)*
                 }
             }
@@ -224,7 +227,6 @@ macro_rules! scenes {
             #[cfg(feature = "toml")]
             pub(crate) const fn about(self) -> &'static str {
                 match self {
-                    Self::$first => concat!($($first_doc),*),
                     $(Self::$scene => concat!($($doc),*),)*
                 }
             }

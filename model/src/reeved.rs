@@ -21,7 +21,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::Body;
-use crate::constraint::{Constraint, Hinge, MasslessCable, Motor, RowLaw, Sheave, Slider, Winch};
+use crate::constraint::{Hinge, MasslessCable, Motor, RowLaw, Sheave, Slider, Winch};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::params::{not_negative, params, representable, scenes};
@@ -140,24 +140,18 @@ impl ReevedParams {
         check("wheel_inertia", self.inertia(), driven, needs)?;
         let soft = self.reeved != Reeved::Tackle || self.friction == 0.0 || self.ea > 0.0;
         let needs = "> 0 N: the tensions of rigid falls that stick are undetermined";
-        check("ea", self.ea, soft, needs).map(|_| ())
+        check("ea", self.ea, soft, needs)
     }
 
     fn inertia(&self) -> f64 {
-        let default = if self.reeved == Reeved::Elevator {
-            5.0
-        } else {
-            0.0
-        };
-        self.wheel_inertia.unwrap_or(default)
+        let is_elevator = self.reeved == Reeved::Elevator;
+        self.wheel_inertia
+            .unwrap_or(if is_elevator { 5.0 } else { 0.0 })
     }
 
     fn counter(&self) -> f64 {
-        let part = if self.reeved == Reeved::Elevator {
-            0.8
-        } else {
-            0.5
-        };
+        let is_elevator = self.reeved == Reeved::Elevator;
+        let part = if is_elevator { 0.8 } else { 0.5 };
         self.counter_mass.unwrap_or(part * self.load_mass)
     }
 
@@ -198,10 +192,7 @@ impl ReevedParams {
             motor,
             ..Hinge::new(frames.map(|f| f.along(&Vector3::y())))
         };
-        (
-            wheel,
-            scene.add_constraint("axle", Constraint::Hinge(axle), 0),
-        )
+        (wheel, scene.add_constraint("axle", axle, 0))
     }
 
     fn weight(&self, scene: &mut Scene, name: &str, mass: f64, x: f64) -> usize {
@@ -230,14 +221,12 @@ impl ReevedParams {
         let (r, n) = (self.radius, self.falls);
         let x = |fall: usize| r * (2.0 * fall as f64 - n as f64);
         let edge = r * Vector3::new(2.0 * n as f64, 1.0, 1.0);
-        let block = scene.add_body(
-            "load",
-            Body::cuboid(edge, self.load_mass).at(xz(0.0, -self.drop)),
-        );
+        let block = Body::cuboid(edge, self.load_mass).at(xz(0.0, -self.drop));
+        let block = scene.add_body("load", block);
         scene.load = Some(block);
         let rail = [Frame::world(Vector3::zeros()), centre(block)];
         let rail = Slider::new(rail.map(|f| f.along(&Vector3::z())));
-        scene.add_constraint("rail", Constraint::Slider(rail), 0);
+        scene.add_constraint("rail", rail, 0);
         let half = 0.5 * self.drop;
         let end = match self.counter_mass {
             Some(mass) => {
@@ -284,13 +273,11 @@ impl ReevedParams {
         if self.compensation_mass > 0.0 {
             let depth = xz(0.0, -2.0 * self.drop);
             let size = Vector3::new(2.0 * r, 0.1 * r, 2.0 * r);
-            let hanging = scene.add_body(
-                "compensation",
-                Body::cuboid(size, self.compensation_mass).at(depth),
-            );
+            let hanging = Body::cuboid(size, self.compensation_mass).at(depth);
+            let hanging = scene.add_body("compensation", hanging);
             let frames = [Frame::world(depth), centre(hanging)];
             let rail = Slider::new(frames.map(|f| f.along(&Vector3::z())));
-            scene.add_constraint("rail", Constraint::Slider(rail), 0);
+            scene.add_constraint("rail", rail, 0);
             let sheave = Sheave::new(r);
             let way = Way::default()
                 .to(centre(counter))
@@ -298,9 +285,8 @@ impl ReevedParams {
                 .to(centre(car));
             self.reeve(scene, "compensation", way, 2.0 * self.drop + PI * r, None)?;
         }
-        scene
-            .controls
-            .push(Control::of(DRIVE_SPEED, axle, -1.0 / r));
+        let drive = Control::of(DRIVE_SPEED, axle, -1.0 / r);
+        scene.controls.push(drive);
         Ok(())
     }
 }

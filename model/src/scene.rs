@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use crate::body::{Bodies, Body};
 use crate::collide::Collider;
 use crate::constraint::{Constraint, Target};
-use crate::error::SceneError;
+use crate::error::{SceneError, refuse};
 use crate::frame::Frame;
 use crate::names::near_names;
 
@@ -68,10 +68,7 @@ pub struct CableParts {
     /// Numbers of its joints in the order of the scene, those at its ends included.
     pub joints: Vec<usize>,
     /// Material for further segments, if a winch or a rule splits and merges them.
-    #[cfg_attr(
-        feature = "serde",
-        serde(default, skip_serializing_if = "Option::is_none")
-    )]
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub stock: Option<Stock>,
 }
 
@@ -224,11 +221,11 @@ impl Scene {
     /// # Errors
     /// A name that no cable has, a segment that it does not have.
     pub fn segment(&self, name: &str, segment: usize) -> Result<usize, SceneError> {
-        let found = self.cable(name)?.bodies.get(segment).copied();
-        found.ok_or_else(|| SceneError::Conflict {
-            what: format!("cable `{name}`: segment {segment}"),
-            reason: "is not there: its segments are numbered from 0",
-        })
+        if let Some(body) = self.cable(name)?.bodies.get(segment) {
+            return Ok(*body);
+        }
+        let reason = "is not there: its segments are numbered from 0";
+        refuse(format!("cable `{name}`: segment {segment}"), reason)
     }
 
     /// Number of the joint between segments `segment` and `segment + 1`, from 0, of the cable called `name`, whether or not
@@ -244,14 +241,12 @@ impl Scene {
             let sides = c.frames().iter().map(Frame::body_index);
             c.frames().len() == 2 && sides.flatten().filter(|i| pair.contains(i)).count() == 2
         };
-        let found = self.constraints.iter().position(joins);
-        found.ok_or_else(|| SceneError::Conflict {
-            what: format!(
-                "cable `{name}`: `{}` and `{}`",
-                self.body_names[pair[0]], self.body_names[pair[1]]
-            ),
-            reason: "are not joined: name a segment that has a joint to the next",
-        })
+        if let Some(joint) = self.constraints.iter().position(joins) {
+            return Ok(joint);
+        }
+        let [a, b] = pair.map(|i| &self.body_names[i]);
+        let reason = "are not joined: name a segment that has a joint to the next";
+        refuse(format!("cable `{name}`: `{a}` and `{b}`"), reason)
     }
 
     /// Sets control number `control` to `value` from time `t` (s) on: its motors hold speeds from then on, and its winches

@@ -108,7 +108,6 @@ mod from_scene;
 mod groups;
 mod joint;
 mod keys;
-mod lean;
 mod motor;
 mod overrides;
 mod places;
@@ -132,8 +131,6 @@ mod tests_faults;
 #[cfg(test)]
 mod tests_from_scene;
 #[cfg(test)]
-mod tests_lean;
-#[cfg(test)]
 mod tests_lengths;
 #[cfg(test)]
 mod tests_named;
@@ -147,7 +144,6 @@ pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
 pub use event::{AttachEntry, DistanceEntry, EventEntry, ForceEntry, SetEntry};
 pub use joint::{JointEntry, Kind};
-pub use lean::Part;
 pub use motor::MotorEntry;
 pub use points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 
@@ -164,7 +160,7 @@ use crate::contact_scenes::ContactSceneParams;
 use crate::error::SceneError;
 use crate::gantry::GantryParams;
 use crate::hoist::HoistParams;
-use crate::named::{unknown, with_named};
+use crate::named::unknown;
 use crate::network::NetworkParams;
 use crate::params::Parameters;
 use crate::particles::ParticleChainParams;
@@ -172,72 +168,67 @@ use crate::reeved::ReevedParams;
 use crate::scene::Scene;
 use crate::specimen::SpecimenParams;
 
-/// Where a scene comes from: its parameters, before it is built.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum SceneSource {
-    /// The hoist and its parameters.
-    Hoist(Box<HoistParams>),
-    /// The gantry crane and its parameters.
-    Gantry(Box<GantryParams>),
-    /// The particle chain and its parameters.
-    Particles(Box<ParticleChainParams>),
-    /// A specimen and its parameters.
-    Specimen(Box<SpecimenParams>),
-    /// Cables with branches or loops and their parameters.
-    Network(Box<NetworkParams>),
-    /// Cables over sheaves and their parameters.
-    Reeved(Box<ReevedParams>),
-    /// Scenes on the ground and their parameters.
-    ContactScene(Box<ContactSceneParams>),
-    /// Bodies and joints one by one.
-    Explicit(Box<SceneText>),
-}
-
-/// Matches over the sources: `$do` for the parameters of any named scene, `$with_text` for the text of an explicit one.
-macro_rules! each_source {
-    ($source:expr, $params:ident => $do:expr, $text:pat => $with_text:expr) => {
-        match $source {
-            SceneSource::Hoist($params) => $do,
-            SceneSource::Gantry($params) => $do,
-            SceneSource::Particles($params) => $do,
-            SceneSource::Specimen($params) => $do,
-            SceneSource::Network($params) => $do,
-            SceneSource::Reeved($params) => $do,
-            SceneSource::ContactScene($params) => $do,
-            SceneSource::Explicit($text) => $with_text,
-        }
-    };
-}
-use each_source;
-
-/// The sources of named scenes.
+/// The kinds of sources, with the parameters of their named scenes.
 macro_rules! sources {
-    ($($source:ident: $params:ty),*) => {$(
-        impl From<$params> for SceneSource {
-            fn from(params: $params) -> Self {
-                Self::$source(Box::new(params))
+    ($(#[doc = $doc:literal] $source:ident: $params:ident,)*) => {
+        /// Where a scene comes from: its parameters, before it is built.
+        #[derive(Debug, Clone, PartialEq)]
+        #[non_exhaustive]
+        pub enum SceneSource {
+            $(
+                #[doc = $doc]
+                $source(Box<$params>),
+            )*
+            /// Bodies and joints one by one.
+            Explicit(Box<SceneText>),
+        }
+
+        $(
+            impl From<$params> for SceneSource {
+                fn from(params: $params) -> Self {
+                    Self::$source(Box::new(params))
+                }
+            }
+        )*
+
+        impl SceneSource {
+            /// The scene of that name with its default parameters.
+            fn named(name: &str) -> Option<Self> {
+                None$(.or_else(|| Some($params::of_scene(name)?.into())))*
             }
         }
-    )*};
+
+        /// Matches over the sources: `$do` for the parameters of any named scene, `$with_text` for the text of an explicit one.
+        macro_rules! each_source {
+            ($from:expr, $own:ident => $do:expr, $text:pat => $with_text:expr) => {
+                match $from {
+                    $(SceneSource::$source($own) => $do,)*
+                    SceneSource::Explicit($text) => $with_text,
+                }
+            };
+        }
+        use each_source;
+    };
 }
 
 sources!(
+    /// The hoist and its parameters.
     Hoist: HoistParams,
+    /// The gantry crane and its parameters.
     Gantry: GantryParams,
+    /// The particle chain and its parameters.
     Particles: ParticleChainParams,
+    /// A specimen and its parameters.
     Specimen: SpecimenParams,
+    /// Cables with branches or loops and their parameters.
     Network: NetworkParams,
+    /// Cables over sheaves and their parameters.
     Reeved: ReevedParams,
-    ContactScene: ContactSceneParams
+    /// Scenes on the ground and their parameters.
+    ContactScene: ContactSceneParams,
 );
 
 impl SceneSource {
-    /// The scene of that name with its default parameters.
-    fn named(name: &str) -> Option<Self> {
-        with_named!(name, params => params.into())
-    }
-
     /// Builds the scene.
     ///
     /// # Errors
@@ -286,7 +277,7 @@ impl SceneSource {
         each_source!(
             self,
             params => write::commented(self, &**params),
-            scene => write::explicit_commented(scene)
+            scene => write::explicit(scene, true)
         )
     }
 
@@ -301,7 +292,7 @@ impl SceneSource {
                 let table = BTreeMap::from([(params.scene_name(), params)]);
                 toml::to_string(&table).map_err(|e| unwritten(&e))
             },
-            scene => write::explicit(scene)
+            scene => write::explicit(scene, false)
         )
     }
 }
@@ -321,17 +312,12 @@ fn whole_of(table: &Table) -> Option<(String, SceneSource)> {
 fn alone(text: &str, whole: &str) -> Result<(), SceneError> {
     let table = DeTable::parse(text).map_err(|e| located(&e, text))?;
     let other = table.get_ref().keys().find(|k| k.get_ref() != whole);
-    let Some(other) = other else {
-        return Ok(());
-    };
-    Err(fault_at(
-        Some(other.span().start),
-        text,
-        &format!(
-            "`{}` stands beside [{whole}], which is a whole scene: give one of them",
-            other.get_ref()
-        ),
-    ))
+    other.map_or(Ok(()), |other| {
+        let key = other.get_ref();
+        let fault =
+            format!("`{key}` stands beside [{whole}], which is a whole scene: give one of them");
+        Err(fault_at(Some(other.span().start), text, &fault))
+    })
 }
 
 /// The parameters in the only table of the text, of the scene that `named` has.
@@ -350,8 +336,7 @@ fn read_whole<P: Parameters + DeserializeOwned + Default>(
 fn fault_at(at: Option<usize>, text: &str, message: &str) -> SceneError {
     let place = at.map(|at| places::line_column(text, at));
     SceneError::Toml {
-        line: place.map(|(line, _)| line),
-        column: place.map(|(_, column)| column),
+        place,
         message: one_line(message),
     }
 }

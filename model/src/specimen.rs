@@ -22,7 +22,7 @@ use crate::body::Body;
 use crate::cable::strand::Strand;
 use crate::cable::{JointKind, MAX_SEGMENTS};
 use crate::constraint::{Constraint, Cosserat, JointLaw, RowLaw, TwistDefinition};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
 use crate::params::{
@@ -198,10 +198,8 @@ impl SpecimenParams {
         check_count("segments", self.segments, MAX_SEGMENTS)?;
         self.check_each()?;
         if self.joint == JointKind::Spherical {
-            return Err(SceneError::Conflict {
-                what: "joint".into(),
-                reason: "a specimen of ball joints resists no load: use \"cosserat\" or \"paper\"",
-            });
+            let reason = "a specimen of ball joints resists no load: use \"cosserat\" or \"paper\"";
+            return refuse("joint", reason);
         }
         self.joint.check_twist(self.twist_definition)
     }
@@ -225,12 +223,9 @@ impl SpecimenParams {
         let end = Vector3::new(self.length, 0.0, 0.0);
         let cube = Vector3::repeat(side);
         let mut grip = Body::cuboid(cube, specimen.grip_mass).at(end);
-        let (sine, cosine) = self.moment_direction.sin_cos();
-        grip.torque = Vector3::new(
-            specimen.torque,
-            specimen.moment * sine,
-            specimen.moment * cosine,
-        );
+        let (y, z) = self.moment_direction.sin_cos();
+        let moment = specimen.moment;
+        grip.torque = Vector3::new(specimen.torque, moment * y, moment * z);
         if !self.bearing {
             grip.force.x = specimen.force;
         }

@@ -63,14 +63,8 @@ impl Topology {
                 components - 1
             }));
         }
-        let component_of_constraint: Vec<Option<usize>> = (0..edges.len())
-            .map(|c| {
-                edges
-                    .vertices(c)
-                    .first()
-                    .and_then(|&b| component_of_body[b])
-            })
-            .collect();
+        let of_constraint = |c: usize| component_of_body[*edges.vertices(c).first()?];
+        let component_of_constraint: Vec<_> = (0..edges.len()).map(of_constraint).collect();
         Self {
             components,
             groups: groups(&component_of_constraint, components, &closes),
@@ -126,18 +120,11 @@ impl Edges {
             vertices: Vec::new(),
         };
         for constraint in &scene.constraints {
-            let first = edges.vertices.len();
-            edges.vertices.extend(vertices(scene, constraint));
-            edges.vertices[first..].sort_unstable();
-            let mut kept = first;
-            for at in first..edges.vertices.len() {
-                if at == first || edges.vertices[at] != edges.vertices[kept - 1] {
-                    edges.vertices[kept] = edges.vertices[at];
-                    kept += 1;
-                }
-            }
-            edges.vertices.truncate(kept);
-            edges.start.push(kept);
+            let mut own: Vec<usize> = vertices(scene, constraint).collect();
+            own.sort_unstable();
+            own.dedup();
+            edges.vertices.extend(own);
+            edges.start.push(edges.vertices.len());
         }
         edges
     }

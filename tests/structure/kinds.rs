@@ -37,7 +37,7 @@ const MATCHES: [(&str, usize); 26] = [
     ("model/src/scene/resolution.rs", 2),
     // Experiments on scenes that they know.
     ("bench/measure/src/engine/contact_scenes.rs", 1),
-    ("bench/rivals/src/rapier.rs", 1),
+    ("bench/baselines/src/rapier.rs", 1),
     ("bench/studies/src/hard/coded/winding.rs", 2),
     ("bench/studies/src/hard/file/probes.rs", 1),
     ("bench/studies/src/hard/file/run.rs", 1),
@@ -57,7 +57,7 @@ fn is_match(line: &str) -> bool {
 #[test]
 fn few_places_match_on_kinds() {
     let mut found: BTreeMap<String, usize> = BTreeMap::new();
-    let bench = "measure output recording rivals studies view".split(' ');
+    let bench = "measure output recording baselines studies view".split(' ');
     let bench = bench.map(|name| format!("bench/{name}/src"));
     let folders = ["model/src", "integrator/src", "bench/src"].map(str::to_owned);
     for (file, text) in folders

@@ -282,7 +282,7 @@ impl Writing {
             None => heard(written),
             Some(part) => written.and_then(|()| part.take_place()),
         };
-        self.told(done)?;
+        self.reported(done)?;
         self.secured()
     }
 
@@ -290,14 +290,14 @@ impl Writing {
     pub fn keep(mut self) -> Result<(), FileError> {
         let written = self.flushed();
         let Some(part) = &mut self.part else {
-            return self.told(heard(written));
+            return self.reported(heard(written));
         };
         let placed = part.take_place();
         let secured = match &placed {
             Ok(()) => self.secured(),
             Err(_) => Ok(()),
         };
-        self.told(written.and(placed))?;
+        self.reported(written.and(placed))?;
         secured
     }
 
@@ -311,7 +311,7 @@ impl Writing {
         self.failure.take().map_or_else(|| self.to.flush(), Err)
     }
 
-    fn told(&self, done: io::Result<()>) -> Result<(), FileError> {
+    fn reported(&self, done: io::Result<()>) -> Result<(), FileError> {
         done.map_err(FileError::at(&self.path, "write"))
     }
 }

@@ -34,6 +34,7 @@
 //! | `modes` | natural oscillations of a scene at rest, from the library's Jacobians |
 //! | `source` | scenes by name or from TOML files, with what drives them |
 //! | `time_table`, `inputs` | values over time, from CSV files; those of what an operator does |
+//! | `lean` | scenes without one of the things that they model, and with other numbers of segments |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix |
 //! | `files`, `cache` | JSON and CSV files, texts for people; references kept in files |
@@ -53,6 +54,7 @@ pub mod engine;
 pub mod errors;
 pub mod files;
 pub mod inputs;
+pub mod lean;
 pub mod matrix;
 pub mod modes;
 pub mod openings;

@@ -3,8 +3,9 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{Cable, CableEnd, MAX_SEGMENTS, Segments};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::frame::{hanging_axes, smallest_rotation};
+use crate::params::check_count;
 use crate::scene::Scene;
 
 /// Tolerance of the given lengths' sum against the length of the route, relative.
@@ -71,28 +72,22 @@ impl Route {
         for (i, pair) in points.windows(2).enumerate() {
             let leg = (pair[1] - pair[0]).norm();
             if leg == 0.0 {
-                return Err(SceneError::Conflict {
-                    what: cable.what(&format!("points {} and {} of the route", i + 1, i + 2)),
-                    reason: "are in one place: move or remove one of them",
-                });
+                let reason = "are in one place: move or remove one of them";
+                let points = format!("points {} and {} of the route", i + 1, i + 2);
+                return refuse(cable.what(&points), reason);
             }
+            let of = cable.what(&format!("leg {} of the route", i + 1));
             let needs = "finite coordinates, each point apart from the next by a length (m)";
-            check(
-                cable.what(&format!("leg {} of the route", i + 1)),
-                leg,
-                true,
-                needs,
-            )?;
+            check(of, leg, true, needs)?;
             arcs[i + 1] = arcs[i] + leg;
         }
         let route = Self { points, arcs };
         let legs = 0..route.points.len() - 1;
         let folds = |leg: &usize| route.direction(leg - 1).dot(&route.direction(*leg)) < FOLD;
         if let Some(leg) = legs.skip(1).find(folds) {
-            return Err(SceneError::Conflict {
-                what: cable.what(&format!("point {} of the route", leg + 1)),
-                reason: "is a fold: give the route a turn of less than 180° there",
-            });
+            let reason = "is a fold: give the route a turn of less than 180° there";
+            let point = format!("point {} of the route", leg + 1);
+            return refuse(cable.what(&point), reason);
         }
         Ok(route)
     }
@@ -140,11 +135,9 @@ impl Route {
             let turned = laid.last().map(|b| b.direction.dot(&direction));
             let sharp = turned.is_some_and(|cosine| cosine < FOLD);
             if sharp || chord.is_nan() || chord < SHORTEST_CHORD * length {
-                return Err(SceneError::Conflict {
-                    what: cable.what(&format!("segment {}", i + 1)),
-                    reason: "cuts off too much of a corner of its route: take another number of `segments`, or give `lengths` with \
-                             a joint at the corner",
-                });
+                let reason = "cuts off too much of a corner of its route: take another number of `segments`, or give `lengths` with \
+                             a joint at the corner";
+                return refuse(cable.what(&format!("segment {}", i + 1)), reason);
             }
             let turn = match laid.last() {
                 None => first_rotation(&direction),
@@ -184,39 +177,21 @@ impl Route {
             Segments::Equal(count) => *count,
             Segments::Lengths(lengths) => lengths.len(),
         };
-        if count > MAX_SEGMENTS {
-            return Err(SceneError::TooLarge {
-                what: "segments",
-                value: count,
-                limit: MAX_SEGMENTS,
-            });
-        }
-        check(
-            cable.what("segments"),
-            count as f64,
-            count > 0,
-            "at least 1",
-        )?;
+        check_count("segments", count, MAX_SEGMENTS)?;
+        let of = cable.what("segments");
+        check(of, count as f64, count > 0, "at least 1")?;
         let lengths = match &cable.segments {
             Segments::Equal(count) => return Ok(vec![whole / *count as f64; *count]),
             Segments::Lengths(lengths) => lengths,
         };
         for (i, length) in lengths.iter().enumerate() {
-            let what = || cable.what(&format!("length of segment {}", i + 1));
-            if !(*length > 0.0 && length.is_finite()) {
-                check(what(), *length, false, "> 0 m")?;
-            }
+            let of = cable.what(&format!("length of segment {}", i + 1));
+            check(of, *length, *length > 0.0, "> 0 m")?;
         }
         let sum: f64 = lengths.iter().sum();
         let adds_up = (sum / whole - 1.0).abs() <= SUM_TOLERANCE;
-        check(
-            cable.what(&format!(
-                "sum of the segments' lengths on a route of {whole} m"
-            )),
-            sum,
-            adds_up,
-            "the length of the route",
-        )?;
+        let of = format!("sum of the segments' lengths on a route of {whole} m");
+        check(cable.what(&of), sum, adds_up, "the length of the route")?;
         Ok(lengths.clone())
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::JointKind;
 use crate::body::Body;
-use crate::constraint::{Constraint, JointLaw, TwistDefinition};
+use crate::constraint::{Constraint, JointLaw, RowLaw, TwistDefinition};
 use crate::frame::{Frame, hanging_axes};
 use crate::material::Stiffness;
 use crate::scene::{CableParts, Scene};
@@ -50,17 +50,13 @@ impl Strand {
 
     /// Laws of a joint that stands for `length` (m) of cable.
     pub(crate) fn law(&self, length: f64) -> JointLaw {
-        let mut law = self.stiffness.joint_law(length, 0.0);
-        let rows = [&mut law.stretch, &mut law.bend, &mut law.twist];
-        for (row, damping) in rows.into_iter().zip(self.damping) {
-            if let Some(row) = row {
-                row.damping = damping;
-            }
-        }
+        let law = self.stiffness.joint_law(length, 0.0);
+        let [stretch, bend, twist] = self.damping;
+        let damped = |row: Option<RowLaw>, damping| row.map(|row| RowLaw { damping, ..row });
         JointLaw {
-            stretch: law.stretch,
-            bend: law.bend.filter(|_| self.bend),
-            twist: law.twist.filter(|_| self.twist),
+            stretch: damped(law.stretch, stretch),
+            bend: damped(law.bend, bend).filter(|_| self.bend),
+            twist: damped(law.twist, twist).filter(|_| self.twist),
         }
     }
 

@@ -136,7 +136,7 @@ impl Facts for Distance {
 
     fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
         let length = self.length;
-        check(format!("{}: length", what()), length, length > 0.0, "> 0 m").map(drop)
+        check(format!("{}: length", what()), length, length > 0.0, "> 0 m")
     }
 }
 

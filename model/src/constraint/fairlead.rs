@@ -21,7 +21,7 @@ use super::cosserat::BendTwist;
 use super::facts::{Facts, Parts, any_moves, difference, of_cable};
 use super::{JointLaw, RowKind, RowLaw, Rows, Winch, gap};
 use crate::body::Bodies;
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::frame::Frame;
 
 /// Part of a whole segment that the first one is at least, before it merges with the next; it splits at one segment more.
@@ -154,23 +154,21 @@ impl Facts for Fairlead {
     }
 
     fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
-        self.winch.validate(what)?;
+        self.winch.validate(false, what)?;
         let of = |quantity: &str| format!("{}: {quantity}", what());
         let (length, first, segment) = (self.length, self.first, self.segment);
         check(of("length"), length, length > 0.0, "> 0")?;
         check(of("first segment"), first, first > 0.0, "> 0")?;
         check(of("whole segment"), segment, segment > 0.0, "> 0")?;
         if self.law.stretch.is_none() {
-            return Err(SceneError::Conflict {
-                what: what(),
-                reason: "has a cable without stretch: give it a compliance, 0 where it is rigid",
-            });
+            let reason = "has a cable without stretch: give it a compliance, 0 where it is rigid";
+            return refuse(what(), reason);
         }
         let most = "at most 1000 whole ones";
         check(of("first segment"), first, first <= 1e3 * segment, most)?;
         let needs = "no longer than the cable (m)";
         let within = first <= length * (1.0 + 1e-9);
-        check(of("first segment"), first, within, needs).map(drop)
+        check(of("first segment"), first, within, needs)
     }
 }
 

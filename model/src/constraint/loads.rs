@@ -44,7 +44,7 @@ impl Wrench {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Loads {
-    /// Tension \[N]: see [`Constraint::tension`], in a cable of segments [`Scene::tension`](crate::Scene::tension).
+    /// Tension \[N]: see [`Scene::loads`](crate::Scene::loads).
     pub tension: Option<f64>,
     /// Bending moment, ≥ 0 \[N m]: the norm of the bend rows of a cable joint or of the bending of links, of the tilt
     /// rows of a hinge.
@@ -75,19 +75,9 @@ impl Constraint {
         Some(Wrench { force, torque })
     }
 
-    /// Loads with the multipliers `lambda` (one a row, N and N m) and the bodies where they are at
-    /// time `t` (s), as of a constraint outside cables of segments: see
-    /// [`Scene::loads`](crate::Scene::loads). Does not allocate.
-    ///
-    /// # Panics
-    /// As [`Constraint::tension`].
-    #[must_use]
-    pub fn loads(&self, bodies: &Bodies, t: f64, lambda: &[f64]) -> Loads {
-        self.loads_in(&[], bodies, t, lambda)
-    }
-
-    /// [`loads`](Self::loads) of a joint of the cable with these segments.
-    pub(crate) fn loads_in(
+    /// Loads with the multipliers `lambda` (one a row, N and N m) and the bodies where they are at time `t` (s), as of a joint of
+    /// the cable with these `segments`.
+    pub(crate) fn loads(
         &self,
         segments: &[usize],
         bodies: &Bodies,
@@ -95,7 +85,7 @@ impl Constraint {
         lambda: &[f64],
     ) -> Loads {
         let mut loads = Loads {
-            tension: self.tension_in(segments, bodies, t, lambda),
+            tension: self.tension(segments, bodies, t, lambda),
             ..Loads::default()
         };
         let mut rest = lambda;
@@ -120,34 +110,8 @@ impl Constraint {
         loads
     }
 
-    /// Tension \[N] of the multipliers `lambda` (one a row, N and N m) with the bodies where they are at time `t` (s);
-    /// negative where it pushes. A pull on side a towards b is positive: λ is the force on a.
-    ///
-    /// | kind | tension |
-    /// |---|---|
-    /// | link, massless cable, all whose first row is a length | −λ of that row; that of all spans of a cable |
-    /// | fairlead | −λ of its row along the cable |
-    /// | cable joint with bend rows | λ of the stretch rows along the mean of the axes u of both sides |
-    /// | ball joint, cable joint without bend rows | their size ‖λ‖: a free axis is no direction |
-    /// | others: lock, hinge, slider, bending of links, cable joint without stretch rows | none |
-    ///
-    /// A joint of a cable of segments has the direction of the cable: [`Scene::tension`](crate::Scene::tension).
-    ///
-    /// # Panics
-    /// When `lambda` is shorter than the rows or a frame names a body that is not there.
-    #[must_use]
-    pub fn tension(&self, bodies: &Bodies, t: f64, lambda: &[f64]) -> Option<f64> {
-        self.tension_in(&[], bodies, t, lambda)
-    }
-
-    /// [`tension`](Self::tension) of a joint of the cable with these segments.
-    pub(crate) fn tension_in(
-        &self,
-        segments: &[usize],
-        bodies: &Bodies,
-        t: f64,
-        lambda: &[f64],
-    ) -> Option<f64> {
+    /// The tension among the [loads](Self::loads) \[N].
+    fn tension(&self, segments: &[usize], bodies: &Bodies, t: f64, lambda: &[f64]) -> Option<f64> {
         let force = || Vector3::from_column_slice(&lambda[..3]);
         let free = || {
             let (force, along) = (force(), self.along_cable(segments, bodies, t));
@@ -308,7 +272,7 @@ mod tests {
             assert!((force - expected).norm() < 1e-12, "{side}: {force}");
             assert!(torque.norm() < 1e-12, "{side}: {torque}");
         }
-        let loads = cable.loads(&scene.bodies, 0.0, &[-tension]);
+        let loads = cable.loads(&[], &scene.bodies, 0.0, &[-tension]);
         assert_eq!((loads.tension, loads.drive), (Some(tension), Some(tension)));
         assert_eq!((loads.bending, loads.twist), (None, None));
     }
@@ -329,12 +293,12 @@ mod tests {
                 _ => (None, None, None),
             };
             let expected = Loads {
-                tension: c.tension(&scene.bodies, 0.0, &LAMBDA),
+                tension: c.tension(&[], &scene.bodies, 0.0, &LAMBDA),
                 bending,
                 twist,
                 drive,
             };
-            let loads = c.loads(&scene.bodies, 0.0, &LAMBDA);
+            let loads = c.loads(&[], &scene.bodies, 0.0, &LAMBDA);
             assert_eq!(loads, expected, "{c:?}");
         }
     }
@@ -348,7 +312,7 @@ mod tests {
         let scene = Poses::new(5).pair(&turn, joint);
         let c = &scene.constraints[0];
         let lambda = [-crate::constraint::testing::phi(&scene)[0] / 0.5];
-        let moment = c.loads(&scene.bodies, 0.0, &lambda).twist;
+        let moment = c.loads(&[], &scene.bodies, 0.0, &lambda).twist;
         assert!((moment.expect("a twist row") - 0.5).abs() < 1e-12);
         // The torque on b is back towards a.
         let u = c.frames()[1].resolve(&scene.bodies, 0.0).u();
@@ -372,7 +336,7 @@ mod tests {
         let lambda: [f64; 5] = [-8.0 * bent.x, 0.0, -8.0 * bent.z, 0.0, 0.0];
         let stiff = Constraint::Cosserat(Cosserat::new(frames, law(Some(RowLaw::RIGID))));
         let free = Constraint::Cosserat(Cosserat::new(frames, law(None)));
-        let tension = |c: &Constraint| c.tension(&scene.bodies, 0.0, &lambda);
+        let tension = |c: &Constraint| c.tension(&[], &scene.bodies, 0.0, &lambda);
         assert!((tension(&stiff).expect("a cable") + 8.0).abs() < 1e-14);
         assert!((tension(&free).expect("a cable") - 8.0).abs() < 1e-14);
         let none = Constraint::Cosserat(Cosserat::new(frames, JointLaw::default()));

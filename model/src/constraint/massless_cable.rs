@@ -89,20 +89,12 @@ impl Winch {
         }
     }
 
-    /// Checks that all numbers are in their ranges; `what` is whose winch it is.
+    /// Checks that all numbers are in their ranges; `what` is whose winch it is. The limits of a part of a cable are less by the
+    /// rope in the other parts.
     ///
     /// # Errors
     /// The first number that is not.
-    pub fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
-        self.validate_of(false, what)
-    }
-
-    /// [`validate`](Self::validate), or of a part of a cable, whose limits are less by the rope in the other parts.
-    pub(crate) fn validate_of(
-        &self,
-        is_part: bool,
-        what: impl Fn() -> String,
-    ) -> Result<(), SceneError> {
+    pub fn validate(&self, is_part: bool, what: impl Fn() -> String) -> Result<(), SceneError> {
         let of = |key: &str| format!("{}: winch.{key}", what());
         check(of("speed"), self.speed, true, "finite (m/s)")?;
         check(of("since"), self.since, true, "finite (s)")?;
@@ -141,10 +133,10 @@ impl Winch {
     /// its motor hauls in.
     pub(crate) fn lower_bound(&self, length: f64) -> f64 {
         let hauls = self.speed < 0.0 && !self.brake && !self.stalled;
-        if length < self.longest || hauls {
-            -self.holding_force()
-        } else {
-            f64::NEG_INFINITY
+        match length < self.longest || hauls {
+            true if self.brake => -self.brake_limit,
+            true => -self.force_limit,
+            false => f64::NEG_INFINITY,
         }
     }
 
@@ -161,16 +153,6 @@ impl Winch {
     pub(crate) fn stalls(&self, length: f64, tension: f64) -> bool {
         let hauls = self.speed < 0.0 && !self.brake;
         hauls && length >= self.longest && tension >= self.force_limit * (1.0 - STALL)
-    }
-
-    /// Tension that makes the drum slip \[N].
-    #[must_use]
-    pub fn holding_force(&self) -> f64 {
-        if self.brake {
-            self.brake_limit
-        } else {
-            self.force_limit
-        }
     }
 }
 
@@ -245,10 +227,14 @@ impl MasslessCable {
             return 0.0;
         };
         let (now, compliance) = (self.length_at(t), self.compliance_at(t));
-        // (total − L) = (ε/now) L F, of what is off the drums.
+        // (total − L) = (ε/now) L F, of what is off the drums; a part's compliance is that of its path, (ε/now) total.
         let wound = self.wound();
         let (off, total) = (now - wound, now - wound + excess);
-        let settled = total / (1.0 + compliance / off * spring) + wound;
+        let strain = compliance / off * spring;
+        let settled = match self.is_part() {
+            true => total * (1.0 - strain),
+            false => total / (1.0 + strain),
+        } + wound;
         let settled = settled.min(winch.longest.max(now));
         if settled > now {
             self.set_length(settled, t);
@@ -406,11 +392,11 @@ impl Facts for MasslessCable {
         let Some(winch) = self.winch else {
             return Ok(());
         };
-        winch.validate_of(self.is_part(), what)?;
+        winch.validate(self.is_part(), what)?;
         let limits = if self.is_part() { Winch::new() } else { winch };
         let within = (limits.shortest..=limits.longest).contains(&length);
         let needs = "between shortest and longest of its winch";
-        check(of(), length, within, needs).map(drop)
+        check(of(), length, within, needs)
     }
 }
 

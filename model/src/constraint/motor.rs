@@ -57,13 +57,10 @@ impl Motor {
         let limit = self.force_limit;
         let needs = "≥ 0 N or N m; leave it out, or inf, for no limit";
         limited(of("force_limit"), limit, limit >= 0.0, needs)?;
-        let RowLaw {
-            compliance,
-            damping,
-        } = self.law;
+        let (compliance, damping) = (self.law.compliance, self.law.damping);
         let needs = "≥ 0 (m/N or rad/(N m)); 0 is rigid";
         check(of("compliance"), compliance, compliance >= 0.0, needs)?;
-        check(of("damping"), damping, damping >= 0.0, "≥ 0 s").map(|_| ())
+        check(of("damping"), damping, damping >= 0.0, "≥ 0 s")
     }
 
     /// The row, whose coordinate is an angle or a length.

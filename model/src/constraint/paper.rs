@@ -128,7 +128,7 @@ impl Facts for Paper {
 
     fn validate(&self, what: &dyn Fn() -> String) -> Result<(), SceneError> {
         let (s, of) = (self.safeguard, format!("{}: safeguard", what()));
-        check(of, s, s > 0.0 && s < 1.0, "between 0 and 1").map(drop)
+        check(of, s, s > 0.0 && s < 1.0, "between 0 and 1")
     }
 }
 

@@ -86,7 +86,7 @@ impl Sheave {
 }
 
 /// Name of a cable's sheave in errors.
-pub(crate) fn called(cable: &str, side: usize) -> String {
+pub(crate) fn side_name(cable: &str, side: usize) -> String {
     format!("{cable}: sheave {}", side + 1)
 }
 

@@ -285,11 +285,8 @@ impl Builder<'_> {
     }
 
     fn ladder(&mut self) {
-        let (n, k, spacing) = (
-            self.params.segments,
-            self.params.cables,
-            self.params.spacing,
-        );
+        let (n, k) = (self.params.segments, self.params.cables);
+        let spacing = self.params.spacing;
         let whole = self.length() * n as f64;
         let top = |j: usize| {
             let x = spacing * (j as f64 - 0.5 * (k - 1) as f64);
@@ -342,11 +339,8 @@ impl Builder<'_> {
         let links = columns - 1;
         let mut edge = vec![Vector3::zeros()];
         for j in 0..links {
-            let fall = match (2 * j + 1).cmp(&links) {
-                std::cmp::Ordering::Less => -slope,
-                std::cmp::Ordering::Equal => 0.0,
-                std::cmp::Ordering::Greater => slope,
-            };
+            let side = f64::from((2 * j + 1).cmp(&links) as i8);
+            let fall = slope * side;
             edge.push(edge[j] + Vector3::new(l * fall.cos(), 0.0, l * fall.sin()));
         }
         for i in 0..rows {

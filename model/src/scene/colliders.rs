@@ -3,7 +3,7 @@
 use super::Scene;
 use super::validate::unique;
 use crate::collide::{Collider, Shape, Surface};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 
 /// Smallest over largest dimension of a shape that contacts can be found of: beyond it rounding decides.
 const SLENDEREST: f64 = 1e-9;
@@ -16,14 +16,7 @@ impl Scene {
     }
 
     /// Checks all colliders.
-    ///
-    /// # Errors
-    /// The first fault, with the collider, its body and the quantity.
     pub(crate) fn validate_colliders(&self) -> Result<(), SceneError> {
-        // Most scenes have none.
-        if self.colliders.is_empty() {
-            return Ok(());
-        }
         unique("collider", self.colliders.iter().map(|c| &c.name))?;
         (0..self.colliders.len()).try_for_each(|i| self.validate_collider(i))
     }
@@ -58,23 +51,18 @@ impl Scene {
 
     /// Refuses shapes that the body cannot have.
     fn check_collider_body(&self, collider: &Collider) -> Result<(), SceneError> {
-        let conflict = |reason| {
-            let what = self.collider_quantity(collider, "shape");
-            Err(SceneError::Conflict { what, reason })
-        };
+        let what = || self.collider_quantity(collider, "shape");
         let Some(body) = collider.body else {
             return Ok(());
         };
         if collider.shape == Shape::HalfSpace && self.bodies.is_dynamic(body) {
-            return conflict(
-                "is a half-space, which has no end: give it to the world or to a static or driven body",
-            );
+            let reason = "is a half-space, which has no end: give it to the world or to a static or driven body";
+            return refuse(what(), reason);
         }
         let ball = matches!(collider.shape, Shape::Sphere { .. });
         if self.bodies.is_point(body) && !(ball && collider.position.amax() == 0.0) {
-            return conflict(
-                "would turn a point mass: give it a sphere about its centre, or the body a shape or an inertia",
-            );
+            let reason = "would turn a point mass: give it a sphere about its centre, or the body a shape or an inertia";
+            return refuse(what(), reason);
         }
         Ok(())
     }
@@ -85,14 +73,8 @@ impl Shape {
     pub(crate) fn validate(&self, of: impl Fn(&str) -> String) -> Result<(), SceneError> {
         let long = |quantity: &str, value: f64| check(of(quantity), value, value > 0.0, "> 0 m");
         match *self {
-            Self::Sphere { radius } => {
-                long("radius", radius)?;
-            }
-            Self::Cuboid { size } => {
-                for edge in size.iter() {
-                    long("size", *edge)?;
-                }
-            }
+            Self::Sphere { radius } => long("radius", radius)?,
+            Self::Cuboid { size } => size.iter().try_for_each(|edge| long("size", *edge))?,
             Self::Capsule { length, radius } => {
                 check(of("length"), length, length >= 0.0, "≥ 0 m")?;
                 long("radius", radius)?;
@@ -105,31 +87,19 @@ impl Shape {
         }
         let [least, most] = self.dimensions();
         let needs = "> 1e-9 of the largest dimension, or contacts are lost in rounding";
-        check(
-            of("smallest dimension"),
-            least,
-            least > SLENDEREST * most,
-            needs,
-        )?;
-        Ok(())
+        let of = of("smallest dimension");
+        check(of, least, least > SLENDEREST * most, needs)
     }
 }
 
 impl Surface {
     /// Checks the numbers; `of` names a quantity with its owner.
     pub(crate) fn validate(&self, of: impl Fn(&str) -> String) -> Result<(), SceneError> {
-        let Self {
-            friction,
-            restitution,
-            compliance,
-            damping,
-        } = *self;
-        let bounces = (0.0..=1.0).contains(&restitution);
-        check(of("friction"), friction, friction >= 0.0, "≥ 0")?;
-        check(of("restitution"), restitution, bounces, "from 0 to 1")?;
-        let needs = "≥ 0 m/N; 0 is rigid";
+        check(of("friction"), self.friction, self.friction >= 0.0, "≥ 0")?;
+        let bounces = (0.0..=1.0).contains(&self.restitution);
+        check(of("restitution"), self.restitution, bounces, "from 0 to 1")?;
+        let (compliance, needs) = (self.compliance, "≥ 0 m/N; 0 is rigid");
         check(of("compliance"), compliance, compliance >= 0.0, needs)?;
-        check(of("damping"), damping, damping >= 0.0, "≥ 0 s")?;
-        Ok(())
+        check(of("damping"), self.damping, self.damping >= 0.0, "≥ 0 s")
     }
 }

@@ -3,7 +3,7 @@
 use super::Scene;
 use super::validate::unique;
 use crate::constraint::{Constraint, Distance, RowLaw, Spherical};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::frame::Frame;
 use crate::names::near_names;
 
@@ -163,12 +163,8 @@ impl Scene {
     /// The error of an event that names a constraint which is neither there nor attached.
     fn unknown_to_events(&self, what: &str, name: &str) -> SceneError {
         let attached = self.events.iter().flat_map(Event::attached);
-        let names: Vec<String> = self
-            .constraint_names
-            .iter()
-            .chain(attached)
-            .cloned()
-            .collect();
+        let names = self.constraint_names.iter().chain(attached);
+        let names: Vec<String> = names.cloned().collect();
         SceneError::UnknownJoint {
             what: what.to_owned(),
             name: name.to_owned(),
@@ -191,7 +187,7 @@ impl Scene {
             })
         };
         match &event.when {
-            When::Time(time) => _ = check(of("time"), *time, *time >= 0.0, "≥ 0 s")?,
+            When::Time(time) => check(of("time"), *time, *time >= 0.0, "≥ 0 s")?,
             When::Force { constraint, above } => {
                 if *constraint >= self.constraints.len() {
                     return Err(self.unknown_constraint(&what, *constraint));
@@ -204,10 +200,8 @@ impl Scene {
             }
         }
         if event.then.is_empty() {
-            return Err(SceneError::Conflict {
-                what: what.clone(),
-                reason: "does nothing: let it release, attach or set something",
-            });
+            let reason = "does nothing: let it release, attach or set something";
+            return refuse(what.clone(), reason);
         }
         event.then.iter().try_for_each(|action| match action {
             Action::Release(constraint) if *constraint >= self.constraints.len() => {
@@ -228,7 +222,7 @@ impl Scene {
                 if *control >= self.controls.len() {
                     return Err(self.unknown_control(&format!("number {control}")));
                 }
-                check(of("value"), *value, true, "a number").map(|_| ())
+                check(of("value"), *value, true, "a number")
             }
         })
     }

@@ -5,8 +5,20 @@ use crate::constraint::Loads;
 
 impl Scene {
     /// Loads of constraint number `constraint` with the multipliers `lambda` (one a row, N and N m)
-    /// and the bodies where they are at time `t` (s); their tension is [`tension`](Self::tension).
-    /// `None` where there is no such constraint. Does not allocate.
+    /// and the bodies where they are at time `t` (s). `None` where there is no such constraint. Does not allocate.
+    ///
+    /// A tension is positive where it pulls, and negative where it pushes. A joint of a cable of segments
+    /// ([`CableParts::joints`](super::CableParts::joints)) has the part of its force along the cable: along the segment that it
+    /// holds at an end, along the mean of the two within. Kinds of joints, the order of their sides and the direction in which
+    /// the cable was laid do not matter. Of others λ is the force on side a, pulled towards b:
+    ///
+    /// | kind | tension |
+    /// |---|---|
+    /// | link, massless cable, all whose first row is a length | −λ of that row; that of all spans of a cable |
+    /// | fairlead | −λ of its row along the cable |
+    /// | cable joint with bend rows | λ of the stretch rows along the mean of the axes u of both sides |
+    /// | ball joint, cable joint without bend rows | their size ‖λ‖: a free axis is no direction |
+    /// | others: lock, hinge, slider, bending of links, cable joint without stretch rows | none |
     ///
     /// # Panics
     /// When `lambda` is shorter than the rows or a frame names a body that is not there.
@@ -14,28 +26,7 @@ impl Scene {
     pub fn loads(&self, constraint: usize, t: f64, lambda: &[f64]) -> Option<Loads> {
         let segments = self.segments_at(constraint);
         let constraint = self.constraints.get(constraint)?;
-        Some(constraint.loads_in(segments, &self.bodies, t, lambda))
-    }
-
-    /// Tension of constraint number `constraint` \[N] with the multipliers `lambda` (one a row, N
-    /// and N m) and the bodies where they are at time `t` (s): positive where it pulls, negative
-    /// where it pushes. `None` where there is no such constraint, or one without tension. Does not
-    /// allocate.
-    ///
-    /// A joint of a cable of segments ([`CableParts::joints`](super::CableParts::joints)) has the
-    /// part of its force along the cable as its tension: along the segment that it holds at an end,
-    /// along the mean of the two within. Kinds of joints, the order of their sides and the
-    /// direction in which the cable was laid do not matter. Other constraints have that of
-    /// [`Constraint::tension`](crate::Constraint::tension): a ball joint, which has no axis, the
-    /// size of its force.
-    ///
-    /// # Panics
-    /// As [`loads`](Self::loads).
-    #[must_use]
-    pub fn tension(&self, constraint: usize, t: f64, lambda: &[f64]) -> Option<f64> {
-        let segments = self.segments_at(constraint);
-        let constraint = self.constraints.get(constraint)?;
-        constraint.tension_in(segments, &self.bodies, t, lambda)
+        Some(constraint.loads(segments, &self.bodies, t, lambda))
     }
 
     /// Segments of the cable that a constraint is a joint of; none where it is no joint of a cable.

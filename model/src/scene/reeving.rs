@@ -18,8 +18,8 @@
 
 use super::{Scene, When};
 use crate::body::Bodies;
-use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, Winch, called};
-use crate::error::{SceneError, check};
+use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, Winch, side_name};
+use crate::error::{SceneError, check, refuse};
 use crate::frame::Frame;
 
 /// Largest μθ: beyond it e^(μθ) overflows.
@@ -198,10 +198,8 @@ impl Scene {
             if k == 0 {
                 name = part;
             }
-            passed += 1;
-            passed += self
-                .massless(part)
-                .map_or(0, |part| part.rough_sheaves().count());
+            let left = self.massless(part).map(|part| part.rough_sheaves().count());
+            passed += 1 + left.unwrap_or(0);
         }
         (self.constraint_name(name).to_owned(), passed)
     }
@@ -312,13 +310,8 @@ impl Scene {
     pub(crate) fn validate_capstans(&self) -> Result<(), SceneError> {
         for (i, capstan) in self.capstans.iter().enumerate() {
             let what = || format!("capstan {}", i + 1);
-            let needs = "≥ 0";
-            check(
-                format!("{}: friction", what()),
-                capstan.friction,
-                capstan.friction >= 0.0,
-                needs,
-            )?;
+            let (of, friction) = (format!("{}: friction", what()), capstan.friction);
+            check(of, friction, friction >= 0.0, "≥ 0")?;
             let [before, after] = capstan.parts;
             let joined = before != after
                 && self.parts(capstan).is_some_and(|[before, after]| {
@@ -336,11 +329,10 @@ impl Scene {
                         && self.wrap(i).is_finite()
                 });
             if !joined {
-                return Err(SceneError::Conflict {
-                    what: format!("{}: `{}`", what(), self.constraint_name(after)),
-                    reason: "does not go on from another part on one shared sheave with `on` in both: lay the whole cable \
-                             at once, by `Scene::reeve` or as one [[massless_cable]]",
-                });
+                let reason = "does not go on from another part on one shared sheave with `on` in both: lay the whole cable \
+                             at once, by `Scene::reeve` or as one [[massless_cable]]";
+                let of = format!("{}: `{}`", what(), self.constraint_name(after));
+                return refuse(of, reason);
             }
         }
         self.validate_shared()
@@ -351,17 +343,13 @@ impl Scene {
         for (c, part) in self.massless_cables() {
             let is_shared =
                 |end: Option<&Option<Sheave>>| end.is_some_and(|s| s.is_some_and(|s| s.shared));
-            let ends = [
-                is_shared(part.sheaves.last()),
-                is_shared(part.sheaves.first()),
-            ];
-            for (k, shared) in ends.into_iter().enumerate() {
+            let ends = [part.sheaves.last(), part.sheaves.first()];
+            for (k, shared) in ends.map(is_shared).into_iter().enumerate() {
                 let capstans = self.capstans.iter().filter(|capstan| capstan.parts[k] == c);
                 if capstans.count() != usize::from(shared) {
-                    return Err(SceneError::Conflict {
-                        what: format!("joint `{}`", self.constraint_names[c]),
-                        reason: "has a shared sheave that one other part has to go on from, and no more",
-                    });
+                    let reason =
+                        "has a shared sheave that one other part has to go on from, and no more";
+                    return refuse(format!("joint `{}`", self.constraint_names[c]), reason);
                 }
             }
         }
@@ -377,11 +365,8 @@ pub(crate) struct Part {
 
 /// Gives the parts of a cable its length and compliance at time `t` so that they are strained alike.
 fn share(parts: &mut [Part], whole: &MasslessCable, bodies: &Bodies, t: f64) {
-    let spans: Vec<f64> = parts
-        .iter()
-        .map(|part| part.cable.path(bodies, t))
-        .collect();
-    let wound: Vec<f64> = parts.iter().map(|part| part.cable.wound()).collect();
+    let lengths = |part: &Part| (part.cable.path(bodies, t), part.cable.wound());
+    let (spans, wound): (Vec<f64>, Vec<f64>) = parts.iter().map(lengths).unzip();
     let (path, off) = (spans.iter().sum::<f64>(), wound.iter().sum::<f64>());
     let part_of = (whole.length - off) / (path - off);
     let per_metre = whole.law.compliance / whole.length;
@@ -418,9 +403,6 @@ impl MasslessCable {
     }
 
     /// Its parts between the inner sheaves that have friction and that it lies on, at time `t` (s).
-    ///
-    /// # Errors
-    /// As [`Scene::reeve`].
     pub(crate) fn in_parts(
         &self,
         name: &str,
@@ -428,15 +410,13 @@ impl MasslessCable {
         t: f64,
     ) -> Result<Vec<Part>, SceneError> {
         let of = format!("massless cable `{name}`");
-        let what = |side: usize| called(&of, side);
+        let what = |side: usize| side_name(&of, side);
         self.check_path(bodies, t, &of)?;
         let friction = |side: usize| self.sheaves[side].map_or(0.0, |s| s.friction);
         let rough: Vec<usize> = self.rough_sheaves().collect();
         if !rough.is_empty() && !self.tension_only {
-            return Err(SceneError::Conflict {
-                what: of,
-                reason: "pushes, which over a sheave with friction nothing can: remove `tension_only = false` or the friction",
-            });
+            let reason = "pushes, which over a sheave with friction nothing can: remove `tension_only = false` or the friction";
+            return refuse(of, reason);
         }
         let mut laid = self.clone();
         laid.update_winding(bodies, t);
@@ -452,12 +432,8 @@ impl MasslessCable {
                 let turned = friction(side) * (leaving - arriving);
                 let needs =
                     "≤ 700, for e^(μθ): let the cable end on a drum, which it does not slip from";
-                check(
-                    format!("{}: friction times wrap", what(side)),
-                    turned,
-                    turned <= LARGEST,
-                    needs,
-                )?;
+                let of = format!("{}: friction times wrap", what(side));
+                check(of, turned, turned <= LARGEST, needs)?;
                 cuts.push((side, passed));
             }
         }
@@ -466,18 +442,15 @@ impl MasslessCable {
             return Ok(vec![Part { cable, after }]);
         }
         let mut begin = (0, None);
-        let ends = cuts
-            .iter()
-            .map(|&(side, passed)| (side, Some((passed, friction(side)))));
+        let ends = cuts.into_iter();
+        let ends = ends.map(|(side, passed)| (side, Some((passed, friction(side)))));
         let part = |(end, next): (usize, Option<(usize, f64)>)| {
             let (first, after) = std::mem::replace(&mut begin, (end, next));
             let cable = laid.part(first, end);
             Part { cable, after }
         };
-        let mut parts: Vec<_> = ends
-            .chain([(self.frames.len() - 1, None)])
-            .map(part)
-            .collect();
+        let ends = ends.chain([(self.frames.len() - 1, None)]);
+        let mut parts: Vec<_> = ends.map(part).collect();
         share(&mut parts, self, bodies, t);
         Ok(parts)
     }
@@ -507,19 +480,9 @@ impl MasslessCable {
         for (end, inner) in [(0, first > 0), (ends, last + 1 < self.frames.len())] {
             if let Some(sheave) = sheaves[end].as_mut().filter(|_| inner) {
                 let mut cut = *sheave;
-                if let Lay::On { arriving, leaving } = sheave.lay {
-                    let middle = 0.5 * (arriving + leaving);
-                    cut.lay = if end == 0 {
-                        Lay::On {
-                            arriving: middle,
-                            leaving,
-                        }
-                    } else {
-                        Lay::On {
-                            arriving,
-                            leaving: middle,
-                        }
-                    };
+                if let Lay::On { arriving, leaving } = &mut cut.lay {
+                    let middle = 0.5 * (*arriving + *leaving);
+                    *(if end == 0 { arriving } else { leaving }) = middle;
                 }
                 *sheave = Sheave {
                     friction: 0.0,

@@ -1,8 +1,8 @@
 //! Takes bodies and constraints out of a scene.
 
-use super::{Action, Event, Scene, When};
+use super::{Action, Capstan, Event, Scene, When};
 use crate::body::last_to;
-use crate::error::SceneError;
+use crate::error::{SceneError, refuse};
 use crate::frame::{Frame, Side};
 
 /// New numbers of what is kept, by the old ones.
@@ -141,30 +141,22 @@ impl Scene {
     fn check_removal(&self, bodies: &Kept, constraints: &Kept) -> Result<(), SceneError> {
         let gone = |i: usize| bodies.0.get(i).is_some_and(Option::is_none);
         if let Some(load) = self.load.filter(|load| gone(*load)) {
-            return Err(SceneError::Conflict {
-                what: format!("body `{}`", self.body_names[load]),
-                reason: "is the load: make another body the load, or none, before it is removed",
-            });
+            let reason = "is the load: make another body the load, or none, before it is removed";
+            return refuse(format!("body `{}`", self.body_names[load]), reason);
         }
         let goes = |i: usize| constraints.0.get(i).is_some_and(Option::is_none);
-        let torn = self
-            .capstans
-            .iter()
-            .find(|c| goes(c.parts[0]) != goes(c.parts[1]));
-        if let Some(capstan) = torn {
-            return Err(SceneError::Conflict {
-                what: format!("joint `{}`", self.constraint_names[capstan.parts[1]]),
-                reason: "is a part of a cable over sheaves with friction: its parts, `Scene::parts_of`, go together or not at all",
-            });
+        let torn = |c: &&Capstan| goes(c.parts[0]) != goes(c.parts[1]);
+        if let Some(capstan) = self.capstans.iter().find(torn) {
+            let reason = "is a part of a cable over sheaves with friction: its parts, `Scene::parts_of`, go together or not at all";
+            let joint = &self.constraint_names[capstan.parts[1]];
+            return refuse(format!("joint `{joint}`"), reason);
         }
         let stays = |i: &usize| constraints.0[*i].is_some();
         for i in (0..self.constraints.len()).filter(stays) {
             if let Some(body) = self.constraints[i].bodies().find(|body| gone(*body)) {
                 let (body, joint) = (&self.body_names[body], &self.constraint_names[i]);
-                return Err(SceneError::Held {
-                    body: body.clone(),
-                    joint: joint.clone(),
-                });
+                let what = format!("body `{body}` cannot be removed while `{joint}` holds it");
+                return refuse(what, "remove that as well");
             }
         }
         Ok(())

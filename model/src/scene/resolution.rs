@@ -90,45 +90,31 @@ impl Resolution {
 
     /// Checks that all numbers are in their ranges; `what` is whose rule it is.
     pub(crate) fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
-        let within = 0.0 < self.bend && self.bend <= PI;
-        for (quantity, value, ok, needs) in [
-            ("bend", self.bend, within, "> 0 and at most π (rad)"),
-            ("phase", self.phase, self.phase >= 0.0, "≥ 0 (rad)"),
-            ("shortest", self.shortest, self.shortest > 0.0, "> 0 m"),
-            (
-                "longest",
-                self.longest,
-                self.longest >= self.shortest,
-                "at least `shortest` (m)",
-            ),
-            (
-                "hysteresis",
-                self.hysteresis,
-                self.hysteresis >= 1.0,
-                "≥ 1: with less, what has split would merge at once",
-            ),
-            (
-                "pause",
-                self.pause,
-                self.pause > 0.0,
-                "> 0 s: without one, segments could split and merge at every step",
-            ),
-            ("since", self.since, true, "a time (s)"),
-            (
-                "most",
-                self.most as f64,
-                self.most >= 1,
-                "at least 1 segment",
-            ),
-        ] {
+        let own = |quantity: &str, value: f64, ok: bool, needs| {
             check(
                 format!("{}: resolution: {quantity}", what()),
                 value,
                 ok,
                 needs,
-            )?;
-        }
-        Ok(())
+            )
+        };
+        let within = 0.0 < self.bend && self.bend <= PI;
+        own("bend", self.bend, within, "> 0 and at most π (rad)")?;
+        own("phase", self.phase, self.phase >= 0.0, "≥ 0 (rad)")?;
+        own("shortest", self.shortest, self.shortest > 0.0, "> 0 m")?;
+        let ordered = self.longest >= self.shortest;
+        own("longest", self.longest, ordered, "at least `shortest` (m)")?;
+        let needs = "≥ 1: with less, what has split would merge at once";
+        own("hysteresis", self.hysteresis, self.hysteresis >= 1.0, needs)?;
+        let needs = "> 0 s: without one, segments could split and merge at every step";
+        own("pause", self.pause, self.pause > 0.0, needs)?;
+        own("since", self.since, true, "a time (s)")?;
+        own(
+            "most",
+            self.most as f64,
+            self.most >= 1,
+            "at least 1 segment",
+        )
     }
 
     /// ℓ* of a segment with that curvature (1/m) and wave speed (m/s) in steps of `dt` (s), before its limits \[m].
@@ -186,13 +172,10 @@ const SAME: f64 = 1e-9;
 /// Keeps the changes of the largest excess, so many, the first ones where they are as large; the order stays.
 fn keep_largest(due: &mut Vec<Due>, room: usize) {
     while due.len() > room {
-        let least = due
-            .iter()
-            .fold(f64::INFINITY, |least, due| due.excess.min(least));
-        let last = due
-            .iter()
-            .rposition(|due| due.excess <= least * (1.0 + SAME));
-        due.remove(last.unwrap_or(0));
+        let excess = due.iter().map(|due| due.excess);
+        let least = excess.fold(f64::INFINITY, f64::min);
+        let last = |due: &Due| due.excess <= least * (1.0 + SAME);
+        due.remove(due.iter().rposition(last).unwrap_or(0));
     }
 }
 
@@ -238,10 +221,8 @@ impl Scene {
         }
         let stays = |body: usize| {
             let own = joints[body].iter().flatten();
-            let cable = own
-                .clone()
-                .all(|joint| self.constraints[*joint].joins_cable());
-            let count = own.count();
+            let count = own.clone().count();
+            let cable = { own }.all(|joint| self.constraints[*joint].joins_cable());
             !self.bodies.is_dynamic(body) || !cable || count == 0 || count < holds[body]
         };
         (0..self.bodies.len())
@@ -277,21 +258,13 @@ impl Scene {
 
     /// Takes the rules away: all cables keep their segments.
     pub fn keep_resolution(&mut self) {
-        for stock in self
-            .cables
-            .iter_mut()
-            .filter_map(|parts| parts.stock.as_mut())
-        {
-            stock.resolution = None;
-        }
+        let stocks = self.cables.iter_mut().filter_map(|c| c.stock.as_mut());
+        stocks.for_each(|stock| stock.resolution = None);
     }
 
     /// The rule of cable number `cable` has changed it at time `t` (s).
     pub fn resolved(&mut self, cable: usize, t: f64) {
-        let stock = self
-            .cables
-            .get_mut(cable)
-            .and_then(|parts| parts.stock.as_mut());
+        let stock = self.cables.get_mut(cable).and_then(|c| c.stock.as_mut());
         if let Some(rule) = stock.and_then(|stock| stock.resolution.as_mut()) {
             rule.since = t;
         }

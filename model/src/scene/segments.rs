@@ -27,7 +27,7 @@ use super::resolution::Resolution;
 use crate::body::Body;
 use crate::collide::Shape;
 use crate::constraint::{Constraint, Cosserat, JointLaw, Spherical, of_length};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, refuse};
 use crate::frame::{Frame, Side, smallest_rotation};
 
 /// Largest number in the name of a segment.
@@ -48,10 +48,7 @@ pub struct Stock {
     /// Number in the name of the last segment.
     pub named: usize,
     /// Rule by which segments merge and split.
-    #[cfg_attr(
-        feature = "serde",
-        serde(default, skip_serializing_if = "Option::is_none")
-    )]
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub resolution: Option<Resolution>,
 }
 
@@ -62,12 +59,8 @@ impl Stock {
             let of = || format!("{}: {quantity}", what());
             check(of(), value, value > 0.0, "> 0")?;
         }
-        let JointLaw {
-            stretch,
-            bend,
-            twist,
-        } = self.per_metre;
-        for law in [stretch, bend, twist].into_iter().flatten() {
+        let rows = &self.per_metre;
+        for law in [rows.stretch, rows.bend, rows.twist].into_iter().flatten() {
             for (quantity, value) in [("compliance", law.compliance), ("damping", law.damping)] {
                 let of = || format!("{}: {quantity} of a metre", what());
                 check(of(), value, value >= 0.0, "≥ 0")?;
@@ -77,15 +70,11 @@ impl Stock {
         let within = self.named <= MOST_NAMED;
         check(of, self.named as f64, within, "at most 10⁹")?;
         if self.per_metre.stretch.is_none() {
-            return Err(SceneError::Conflict {
-                what: what(),
-                reason: "has a stock without stretch: give it a compliance, 0 where it is rigid",
-            });
+            let reason = "has a stock without stretch: give it a compliance, 0 where it is rigid";
+            return refuse(what(), reason);
         }
-        match &self.resolution {
-            Some(rule) => rule.validate(what),
-            None => Ok(()),
-        }
+        let mut rule = self.resolution.iter();
+        rule.try_for_each(|rule| rule.validate(&what))
     }
 }
 
@@ -187,9 +176,8 @@ impl Scene {
         let held = joint.and_then(|joint| self.constraints[joint].frames().get(end)?.body_index());
         let body = self.cables[cable].bodies.get(next).copied();
         let length = held.filter(|held| body == Some(*held));
-        length
-            .and_then(|_| self.segment_length(cable, next))
-            .unwrap_or(0.0)
+        let length = length.and_then(|_| self.segment_length(cable, next));
+        length.unwrap_or(0.0)
     }
 
     /// Length of cable in segment number `segment` of cable number `cable` \[m]; `None` where it has no stock or no such one.
@@ -197,10 +185,7 @@ impl Scene {
     pub fn segment_length(&self, cable: usize, segment: usize) -> Option<f64> {
         let parts = self.cables.get(cable)?;
         let density = parts.stock.as_ref()?.density;
-        parts
-            .bodies
-            .get(segment)
-            .map(|body| self.bodies.mass[*body] / density)
+        Some(self.bodies.mass[*parts.bodies.get(segment)?] / density)
     }
 
     /// The centre of a body is another point of it, `shift` (m) from the old one, body frame.
@@ -360,12 +345,8 @@ impl Scene {
         let frames = [(at.body, ends), (body, -0.5 * chords[1])]
             .map(|(body, place)| Frame::body(body, u * place).with_axes(at.axes));
         let joint = joint_of(&of_length(&stock.per_metre, 0.5 * at.length), frames);
-        let group = at
-            .joints
-            .iter()
-            .flatten()
-            .next()
-            .map_or(0, |i| self.groups[*i]);
+        let beside = at.joints[0].or(at.joints[1]);
+        let group = beside.map_or(0, |i| self.groups[i]);
         let joint = self.add_constraint(format!("{name}-joint-{number}"), joint, group);
         let own = self.colliders.iter().find(|c| c.body == Some(at.body));
         if let Some(mut capsule) = own.cloned() {
@@ -395,14 +376,10 @@ impl Scene {
     fn has_names_of(&self, cable: &str, number: usize) -> bool {
         let segment = format!("{cable}-{number}");
         let joint = format!("{cable}-joint-{number}");
-        let attached =
-            |action: &Action| matches!(action, Action::Attach { name, .. } if *name == joint);
-        let event = |event: &Event| {
-            event.name.strip_prefix(&*joint) == Some(" breaks") || event.then.iter().any(attached)
-        };
+        let event = |event: &Event| event.name.strip_prefix(&*joint) == Some(" breaks");
         self.body_names.contains(&segment)
             || self.colliders.iter().any(|c| c.name == segment)
-            || self.constraint_names.contains(&joint)
+            || self.may_be_there(&joint)
             || self.events.iter().any(event)
     }
 
@@ -447,9 +424,8 @@ impl Scene {
             angular += r.cross(&bodies.velocity[body]) * bodies.mass[body];
             angular += bodies.inertia_world(body) * bodies.angular_velocity[body];
         }
-        let turn = inertia
-            .try_inverse()
-            .map_or(Vector3::zeros(), |inverse| inverse * -lost);
+        let inverse = inertia.try_inverse();
+        let turn = inverse.map_or(Vector3::zeros(), |inverse| inverse * -lost);
         for body in pair {
             let r = bodies.position[body] - centre;
             bodies.velocity[body] += turn.cross(&r);
@@ -544,9 +520,8 @@ impl Scene {
         let (bodies, around) = (&self.bodies, [pair[0].joints[0], pair[1].joints[1]]);
         let places = pair.map(|p| bodies.position[p.body]);
         let [a, b] = pair.map(|p| bodies.orientation[p.body] * p.along);
-        let along = (a * pair[0].chord + b * pair[1].chord)
-            .try_normalize(0.0)
-            .unwrap_or(b);
+        let along = a * pair[0].chord + b * pair[1].chord;
+        let along = along.try_normalize(0.0).unwrap_or(b);
         let chord = pair[0].chord + pair[1].chord;
         let gaps = around.map(|joint| self.gap_at(joint, t));
         let start = places[0] - a * (0.5 * pair[0].chord) + gaps[0];

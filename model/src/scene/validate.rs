@@ -6,14 +6,17 @@ use nalgebra::Matrix3;
 
 use super::{CableParts, Scene};
 use crate::body::{Bodies, Mobility};
-use crate::constraint::{Constraint, MasslessCable, Sheave, called};
-use crate::error::{SceneError, check};
+use crate::constraint::{Constraint, MasslessCable, Sheave, side_name};
+use crate::error::{SceneError, check, check_length, refuse};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
 use crate::names::{first_names, near_names};
 
 /// Requirement on an angular velocity or a torque of a point mass.
 const NEVER_TURNS: &str = "0 for a point mass: give the body a shape or an inertia";
+
+/// Cure of a joint without rows.
+pub(crate) const ROWS: &str = "give it at least one of stretch, bend, twist";
 
 /// Largest deviation of AᵀA from the identity that a frame's axes may have.
 const AXES_TOLERANCE: f64 = 1e-9;
@@ -61,7 +64,7 @@ impl Scene {
     /// The first fault found, with the body or joint that has it.
     pub fn validate(&self) -> Result<(), SceneError> {
         if self.bodies.is_empty() {
-            return Err(SceneError::Empty);
+            return refuse("the scene has no bodies", "give it at least one [[body]]");
         }
         self.validate_lengths()?;
         unique("body", self.body_names.iter())?;
@@ -89,37 +92,25 @@ impl Scene {
         let mut driven_by: HashMap<usize, &str> = HashMap::new();
         for control in &self.controls {
             let what = || format!("control `{}`", control.name);
-            let conflict = |reason| SceneError::Conflict {
-                what: what(),
-                reason,
-            };
             if control.name == "time" {
-                return Err(conflict(
-                    "stands for the time in tables of inputs: take another name",
-                ));
+                let reason = "stands for the time in tables of inputs: take another name";
+                return refuse(what(), reason);
             }
-            let idle = control.drives.iter().all(|drive| drive.gain == 0.0);
-            if idle {
-                return Err(conflict(
-                    "drives nothing: give at least one drive, with a gain that is not 0",
-                ));
+            if control.drives.iter().all(|drive| drive.gain == 0.0) {
+                let reason = "drives nothing: give at least one drive, with a gain that is not 0";
+                return refuse(what(), reason);
             }
             for drive in &control.drives {
                 check(format!("{}: gain", what()), drive.gain, true, "a number")?;
                 let what = || format!("{}: `{}`", what(), self.constraint_name(drive.constraint));
                 if driven_by.insert(drive.constraint, &control.name).is_some() {
-                    return Err(SceneError::Conflict {
-                        what: what(),
-                        reason: "is driven already, by this control or another: keep one of them",
-                    });
+                    let reason = "is driven already, by this control or another: keep one of them";
+                    return refuse(what(), reason);
                 }
                 let constraint = self.constraints.get(drive.constraint);
                 if !constraint.is_some_and(Constraint::follows_speed) {
                     let reason = "drives what has neither a motor that holds a speed nor a winch: name a joint or cable that has";
-                    return Err(SceneError::Conflict {
-                        what: what(),
-                        reason,
-                    });
+                    return refuse(what(), reason);
                 }
             }
         }
@@ -133,10 +124,9 @@ impl Scene {
         };
         let alone = |i: &usize| !self.cables.iter().any(|cable| leads(cable, *i));
         if let Some(i) = self.fairleads().find(alone) {
-            return Err(SceneError::Conflict {
-                what: format!("joint `{}`", self.constraint_names[i]),
-                reason: "is a winch without a cable: lay a cable with a winch by `Scene::add_cable`",
-            });
+            let reason =
+                "is a winch without a cable: lay a cable with a winch by `Scene::add_cable`";
+            return refuse(format!("joint `{}`", self.constraint_names[i]), reason);
         }
         let mut segments = HashSet::new();
         for cable in &self.cables {
@@ -151,10 +141,8 @@ impl Scene {
             if let Some(stock) = &cable.stock {
                 stock.validate(|| what.clone())?;
                 if let Some(i) = cable.bodies.iter().find(|i| !segments.insert(**i)) {
-                    return Err(SceneError::Conflict {
-                        what: format!("{what}: body `{}`", self.body_names[*i]),
-                        reason: "is a segment twice: list it once, in one cable",
-                    });
+                    let reason = "is a segment twice: list it once, in one cable";
+                    return refuse(format!("{what}: body `{}`", self.body_names[*i]), reason);
                 }
             }
         }
@@ -173,16 +161,8 @@ impl Scene {
             ("constraint_names", self.constraint_names.len(), m),
             ("groups", self.groups.len(), m),
         ];
-        for (what, got, expected) in bodies.chain(others) {
-            if got != expected {
-                return Err(SceneError::Length {
-                    what,
-                    got,
-                    expected,
-                });
-            }
-        }
-        Ok(())
+        let mut all = bodies.chain(others);
+        all.try_for_each(|(what, got, expected)| check_length(what, got, expected))
     }
 
     pub(crate) fn validate_body(&self, i: usize) -> Result<(), SceneError> {
@@ -213,7 +193,7 @@ impl Scene {
             }),
             Some(least) if least < f64::MIN_POSITIVE => {
                 let needs = "≥ 2.3e-308 kg m² about every axis, so that 1/I is finite";
-                check(of("inertia"), least, false, needs).map(drop)
+                check(of("inertia"), least, false, needs)
             }
             Some(_) => Ok(()),
         }
@@ -227,9 +207,7 @@ impl Scene {
     pub(super) fn check_constraint(&self, joint: &str, c: &Constraint) -> Result<(), SceneError> {
         let of = |quantity: &str| format!("joint `{joint}`: {quantity}");
         if c.rows() == 0 {
-            return Err(SceneError::NoRows {
-                joint: joint.to_owned(),
-            });
+            return refuse(format!("joint `{joint}` has no rows"), ROWS);
         }
         for (_, law) in (0..c.rows()).map(|row| c.row(row)) {
             if !(law.compliance >= 0.0 && law.compliance.is_finite()) {
@@ -261,7 +239,6 @@ impl Scene {
         let sides = c.frames().len();
         let points = "at least 2 attachment points";
         check(of("number of sides"), sides as f64, sides >= 2, points)?;
-        let mut bodies = c.bodies();
         let mobility = &self.bodies.mobility;
         // One that is not there is found below.
         let dynamic = |i: usize| mobility.get(i).is_none_or(|m| *m == Mobility::Dynamic);
@@ -269,36 +246,24 @@ impl Scene {
         let is_part = matches!(c, Constraint::MasslessCable(part) if part.is_part());
         let passes = is_part && c.row(0).1.compliance > 0.0;
         let first = c.frames().first().map(Frame::body_index);
-        let rests =
-            !c.bodies().any(dynamic) || c.frames().iter().all(|f| Some(f.body_index()) == first);
-        if is_part && !passes && rests {
-            return Err(SceneError::Conflict {
-                what: of("tension"),
-                reason: "is undetermined in a rigid part between points that no forces move apart, as two sheaves of one body: give \
-                         the cable a stiffness `ea`",
-            });
+        let one = c.frames().iter().all(|f| Some(f.body_index()) == first);
+        let rests = !c.bodies().any(dynamic);
+        if is_part && !passes && (rests || one) {
+            let reason = "is undetermined in a rigid part between points that no forces move apart, as two sheaves of one body: give \
+                          the cable a stiffness `ea`";
+            return refuse(of("tension"), reason);
         }
-        if !passes && !c.bodies().any(dynamic) {
-            return Err(SceneError::BothWorld {
-                joint: joint.to_owned(),
-            });
+        let joint = joint.to_owned();
+        // A body that is not there is found below.
+        match first.flatten().and_then(|i| self.body_names.get(i)) {
+            _ if passes => Ok(()),
+            _ if rests => Err(SceneError::BothWorld { joint }),
+            Some(body) if one => Err(SceneError::SameBody {
+                joint,
+                body: body.clone(),
+            }),
+            _ => Ok(()),
         }
-        match bodies.next() {
-            // All sides on one body: nothing moves against anything. One that is not there is found below.
-            Some(first)
-                if !passes
-                    && first < self.bodies.len()
-                    && c.bodies().count() == sides
-                    && bodies.all(|b| b == first) =>
-            {
-                return Err(SceneError::SameBody {
-                    joint: joint.to_owned(),
-                    body: self.body_names[first].clone(),
-                });
-            }
-            _ => {}
-        }
-        Ok(())
     }
 
     fn check_sheaves(&self, joint: &str, cable: &MasslessCable) -> Result<(), SceneError> {
@@ -307,10 +272,8 @@ impl Scene {
         let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0 && !s.lay.is_off());
         let side = cable.sheaves.iter().position(grips);
         side.map_or(Ok(()), |side| {
-            Err(SceneError::Conflict {
-                what: called(&of, side),
-                reason: "has friction: a cable has one tension, and is cut there: add it with `Scene::reeve`",
-            })
+            let reason = "has friction: a cable has one tension, and is cut there: add it with `Scene::reeve`";
+            refuse(side_name(&of, side), reason)
         })
     }
 
@@ -320,11 +283,10 @@ impl Scene {
             let body = frame.body_index().filter(|body| *body < self.bodies.len());
             let point = body.filter(|body| self.bodies.is_point(*body));
             if let Some(body) = point.filter(|_| !c.only_pulls(side) || frame.point.amax() != 0.0) {
-                return Err(SceneError::Conflict {
-                    what: format!("joint `{joint}` of body `{}`", self.body_names[body]),
-                    reason: "would turn a point mass: give the body a shape or an inertia, or attach a ball joint, link or \
-                             massless cable at its centre",
-                });
+                let reason = "would turn a point mass: give the body a shape or an inertia, or attach a ball joint, link or \
+                             massless cable at its centre";
+                let body = &self.body_names[body];
+                return refuse(format!("joint `{joint}` of body `{body}`"), reason);
             }
         }
         Ok(())
@@ -395,7 +357,7 @@ pub(crate) fn validate_motion(
         }
         Some((_, number, false)) => ("motion", number, "finite"),
     };
-    check(of(what), value, false, needs).map(drop)
+    check(of(what), value, false, needs)
 }
 
 /// Refuses two equal names.
@@ -404,27 +366,16 @@ pub(crate) fn unique<'a>(
     mut names: impl Iterator<Item = &'a String>,
 ) -> Result<(), SceneError> {
     let mut seen = HashSet::new();
-    match names.find(|name| !seen.insert(name.as_str())) {
-        Some(name) => Err(SceneError::Duplicate {
-            kind,
-            name: name.clone(),
-        }),
-        None => Ok(()),
-    }
+    let twice = names.find(|name| !seen.insert(name.as_str())).cloned();
+    twice.map_or(Ok(()), |name| Err(SceneError::Duplicate { kind, name }))
 }
 
 fn finite<'a>(
     what: impl Fn() -> String,
     mut values: impl Iterator<Item = &'a f64>,
 ) -> Result<(), SceneError> {
-    match values.find(|v| !v.is_finite()) {
-        Some(&value) => Err(SceneError::BadValue {
-            what: what(),
-            value,
-            needs: "finite",
-        }),
-        None => Ok(()),
-    }
+    let bad = values.find(|v| !v.is_finite());
+    bad.map_or(Ok(()), |value| check(what(), *value, false, "finite"))
 }
 
 /// Least pivot of the Cholesky factor \[kg m²]; none of an inertia that is not symmetric to rounding, or not definite.

@@ -8,7 +8,7 @@ use super::entries::SceneText;
 use super::groups::Groups;
 use super::places::{Fault, each};
 use crate::cable::strand::Strand;
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, RowLaw};
 use crate::error::{SceneError, check};
 use crate::frame::Side;
 use crate::motion::Motion;
@@ -51,25 +51,29 @@ impl<'a> Entry<'a> {
         ok: bool,
         needs: &'static str,
     ) -> Result<f64, Fault> {
-        if ok && value.is_finite() {
-            return Ok(value);
-        }
-        check(self.what(key), value, ok, needs).map_err(|error| Fault::new(key, error))
+        let checked = check(self.what(key), value, ok, needs);
+        checked
+            .map(|()| value)
+            .map_err(|error| Fault::new(key, error))
     }
 
     pub(super) fn finite(&self, key: &str, values: &[f64]) -> Result<(), Fault> {
-        let bad = values.iter().find(|x| !x.is_finite());
-        bad.map_or(Ok(()), |x| self.check(key, *x, false, "finite").map(|_| ()))
+        let mut values = values.iter();
+        values.try_for_each(|x| self.check(key, *x, true, "finite").map(drop))
     }
 
-    pub(super) fn check_compliance(&self, key: &str, compliance: f64) -> Result<(), Fault> {
-        if compliance >= 0.0 && compliance.is_finite() {
-            return Ok(());
-        }
+    /// The law of a row with that compliance and damping time, of the keys that give them.
+    pub(super) fn law(
+        &self,
+        (key, compliance): (&str, f64),
+        (damping_key, damping): (&str, f64),
+    ) -> Result<RowLaw, Fault> {
         let what = self.what(&format!("{key}: compliance"));
         let needs = "≥ 0 (m/N or rad/(N m)); 0 is rigid";
-        let checked = check(what, compliance, false, needs);
-        checked.map(|_| ()).map_err(|error| Fault::new(key, error))
+        let checked = check(what, compliance, compliance >= 0.0, needs);
+        checked.map_err(|error| Fault::new(key, error))?;
+        self.check(damping_key, damping, damping >= 0.0, "≥ 0 s")?;
+        Ok(RowLaw::new(compliance, damping))
     }
 
     /// The compliance given, or `length` over the stiffness given; `None` where neither is.
@@ -92,17 +96,8 @@ impl<'a> Entry<'a> {
             let reason = "needs length: the metres of cable that the joint stands for";
             return Err(self.conflict(stiff_key, reason));
         };
-        Ok(Some(
-            self.check("length", length, length > 0.0, "> 0 m")? / stiffness,
-        ))
-    }
-}
-
-impl Fault {
-    /// Adds `path` as another place of the fault.
-    pub(super) fn or_at(mut self, path: &str) -> Self {
-        self.paths.push(path.to_owned());
-        self
+        let length = self.check("length", length, length > 0.0, "> 0 m")?;
+        Ok(Some(length / stiffness))
     }
 }
 
@@ -183,6 +178,21 @@ struct Built {
     /// The part of a massless cable before it, and the friction between.
     after: Option<(String, f64)>,
     constraint: Constraint,
+}
+
+impl Built {
+    /// The constraint of entry number `i` of a list.
+    fn new(list: &str, i: usize, name: &str, group: Option<u32>, constraint: Constraint) -> Self {
+        Self {
+            path: format!("{list}.{i}"),
+            name: name.to_owned(),
+            group,
+            cable: None,
+            breaks_at: None,
+            after: None,
+            constraint,
+        }
+    }
 }
 
 impl SceneText {
@@ -286,37 +296,29 @@ impl SceneText {
                 return Ok(());
             }
             let first = scene.constraint(&entry.name).ok();
-            match first.and_then(|first| scene.too_short(first)) {
-                Some(error) => Err(Fault::at(&["length", "tension", "name"], error)),
-                None => Ok(()),
-            }
+            let sound = first.map_or(Ok(()), |first| scene.check_short(first));
+            sound.map_err(|error| Fault::at(&["length", "tension", "name"], error))
         })
     }
 
     /// Lays the cables of segments: their bodies in the scene, their joints in a list.
     fn lay_cables(&self, scene: &mut Scene, groups: &Groups) -> Result<Vec<Built>, Fault> {
         let mut all = Vec::new();
-        for (i, entry) in self.cable.iter().enumerate() {
-            let path = format!("cable.{i}");
-            let cable = entry.build(&Names::of(&scene.body_names), groups);
-            let cable = cable.map_err(|fault| fault.within(&path))?;
-            let laid = scene.add_cable(&cable);
-            laid.map_err(|error| CableEntry::fault(error).within(&path))?;
+        each("cable", &self.cable, |i, entry| {
+            let cable = entry.build(&Names::of(&scene.body_names), groups)?;
+            scene.add_cable(&cable).map_err(CableEntry::fault)?;
             let names = std::mem::take(&mut scene.constraint_names);
-            for (name, constraint) in names.into_iter().zip(scene.constraints.drain(..)) {
+            for (name, joint) in names.into_iter().zip(scene.constraints.drain(..)) {
                 all.push(Built {
-                    path: path.clone(),
-                    name,
-                    group: entry.group,
                     cable: Some(entry.name.clone()),
                     breaks_at: entry.breaks_at,
-                    after: None,
-                    constraint,
+                    ..Built::new("cable", i, &name, entry.group, joint)
                 });
             }
             scene.groups.clear();
             parts_of(scene, &entry.name).joints.clear();
-        }
+            Ok(())
+        })?;
         Ok(all)
     }
 
@@ -329,48 +331,36 @@ impl SceneText {
     ) -> Result<Vec<Built>, Fault> {
         let bodies = &scene.bodies;
         let mut all = Vec::with_capacity(of_cables.len() + self.joint.len());
-        let built = |list: &str, i: usize, name: &String, group, constraint: Result<_, Fault>| {
-            let path = format!("{list}.{i}");
-            Ok(Built {
-                constraint: constraint.map_err(|fault| fault.within(&path))?,
-                path,
-                name: name.clone(),
-                group,
-                cable: None,
-                breaks_at: None,
-                after: None,
-            })
-        };
-        for (i, entry) in self.joint.iter().enumerate() {
-            let joint = entry.build(bodies, names);
-            let mut joint = built("joint", i, &entry.name, entry.group, joint)?;
-            joint.cable.clone_from(&entry.cable);
-            joint.breaks_at = entry.breaks_at;
-            all.push(joint);
-        }
+        each("joint", &self.joint, |i, entry| {
+            let joint = entry.build(bodies, names)?;
+            all.push(Built {
+                cable: entry.cable.clone(),
+                breaks_at: entry.breaks_at,
+                ..Built::new("joint", i, &entry.name, entry.group, joint)
+            });
+            Ok(())
+        })?;
         all.extend(of_cables);
-        for (i, entry) in self.massless_cable.iter().enumerate() {
-            let list = "massless_cable";
-            let parts = entry.build(bodies, names);
-            let parts = parts.map_err(|f| f.within(&format!("{list}.{i}")))?;
+        each("massless_cable", &self.massless_cable, |i, entry| {
             let mut before = entry.after.clone().zip(Some(entry.shared_friction()));
-            for Part { cable, after } in parts {
+            for Part { cable, after } in entry.build(bodies, names)? {
                 let (number, friction) = after.unwrap_or_default();
                 let name = part_name(&entry.name, number);
-                let part = Ok(Constraint::MasslessCable(cable));
-                let mut part = built(list, i, &name, entry.group, part)?;
-                // All parts break with the first.
-                part.breaks_at = entry.breaks_at.filter(|_| after.is_none());
-                part.after =
-                    before.map(|(name, of_entry)| (name, after.map_or(of_entry, |_| friction)));
-                before = Some((name, friction));
-                all.push(part);
+                let own = before.replace((name.clone(), friction));
+                all.push(Built {
+                    // All parts break with the first.
+                    breaks_at: entry.breaks_at.filter(|_| after.is_none()),
+                    after: own.map(|(name, of_entry)| (name, after.map_or(of_entry, |_| friction))),
+                    ..Built::new("massless_cable", i, &name, entry.group, cable.into())
+                });
             }
-        }
-        for (i, entry) in self.bend.iter().enumerate() {
-            let bend = entry.build(bodies, names);
-            all.push(built("bend", i, &entry.name, entry.group, bend)?);
-        }
+            Ok(())
+        })?;
+        each("bend", &self.bend, |i, entry| {
+            let bend = entry.build(bodies, names)?;
+            all.push(Built::new("bend", i, &entry.name, entry.group, bend));
+            Ok(())
+        })?;
         let mut seen = HashMap::with_capacity(all.len());
         for built in &all {
             let list = |path: &str| path.split('.').next() == Some("joint");
@@ -397,10 +387,9 @@ impl SceneText {
         let mut ordered = Vec::with_capacity(named.len());
         for (i, name) in self.order.iter().enumerate() {
             let Some(built) = named.remove(name) else {
-                let reason = if self.order[..i].contains(name) {
-                    "is there twice: remove one"
-                } else {
-                    "is no joint, cable or bend: remove it or write it as there"
+                let reason = match self.order[..i].contains(name) {
+                    true => "is there twice: remove one",
+                    false => "is no joint, cable or bend: remove it or write it as there",
                 };
                 return Err(conflict(name, reason).or_at(&format!("order.{i}")));
             };
@@ -408,10 +397,9 @@ impl SceneText {
         }
         // The first one of the text that is left out, whatever the order in the map.
         match named.into_values().min_by(|a, b| a.path.cmp(&b.path)) {
-            Some(left) => Err(conflict(
-                &left.name,
-                "is left out: name every constraint once",
-            )),
+            Some(Built { name, .. }) => {
+                Err(conflict(&name, "is left out: name every constraint once"))
+            }
             None => Ok(ordered),
         }
     }
@@ -466,7 +454,6 @@ fn of_constraint(error: SceneError) -> Fault {
         SceneError::Axes { side, .. } if side == "b" => &["axes_b", "through"],
         SceneError::Axes { .. } => &["through"],
         SceneError::BothWorld { .. } | SceneError::SameBody { .. } => &["b", "through"],
-        SceneError::NoRows { .. } => &["kind"],
         _ => return Fault::named(error),
     };
     Fault::at(keys, error)

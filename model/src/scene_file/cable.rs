@@ -19,8 +19,7 @@ use crate::scene::resolution::Resolution;
 described! {
     /// A cable of rigid segments, `NAME-1` …, with the joints `NAME-start`, `NAME-joint-1` …, `NAME-end`. Its size is
     /// `radius` or `ea`.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct CableEntry {
         /// Its name.
         pub name: String,

@@ -56,15 +56,13 @@ impl<'de> Deserialize<'de> for CollideEntry {
 
 described! {
     /// The surface of a shape, and what it meets.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct SurfaceEntry with surface {}
 }
 
 described! {
     /// The ground, or a wall: everything on one side of a plane of the world.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct GroundEntry with surface {
         /// Its name.
         pub name: String,
@@ -78,8 +76,6 @@ described! {
 
 described! {
     /// A shape of a body, which may have several, or of the world.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct ColliderEntry with surface {
         /// Its name.
         pub name: String,

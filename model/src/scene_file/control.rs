@@ -11,8 +11,7 @@ use crate::scene::{Control, Drive, Scene};
 
 described! {
     /// A named input: a speed that an operator sets.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct ControlEntry {
         /// Its name, the heading of its column in a table of inputs.
         pub name: String,
@@ -43,31 +42,21 @@ impl ControlEntry {
     /// The control of a scene that has its constraints.
     pub(super) fn build(&self, scene: &Scene) -> Result<Control, Fault> {
         let of = Entry::new("control", &self.name);
-        let drives: Result<Vec<_>, Fault> = self
-            .drives
-            .iter()
-            .enumerate()
-            .map(|(i, drive)| drive.build(&of, i, scene))
-            .collect();
-        Ok(Control {
-            name: self.name.clone(),
-            drives: drives?,
-        })
+        let drives = self.drives.iter().enumerate();
+        let drives = drives.map(|(i, drive)| drive.build(&of, i, scene));
+        let (name, drives) = (self.name.clone(), drives.collect::<Result<_, Fault>>()?);
+        Ok(Control { name, drives })
     }
 
     /// The control as it is written.
     pub(super) fn of(control: &Control, scene: &Scene) -> Self {
-        let Control { name, drives } = control;
-        let written = |drive: &Drive| {
-            let Drive { constraint, gain } = *drive;
-            DriveEntry {
-                joint: scene.constraint_names[constraint].clone(),
-                gain,
-            }
+        let written = |drive: &Drive| DriveEntry {
+            joint: scene.constraint_names[drive.constraint].clone(),
+            gain: drive.gain,
         };
         Self {
-            name: name.clone(),
-            drives: drives.iter().map(written).collect(),
+            name: control.name.clone(),
+            drives: control.drives.iter().map(written).collect(),
         }
     }
 }

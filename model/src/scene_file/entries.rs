@@ -17,8 +17,7 @@ use crate::collide;
 
 described! {
     /// An explicit scene: bodies and constraints one by one. The format is explained in the module's documentation.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[serde(default)]
     pub struct SceneText {
         /// Name of the scene.
         pub name: String,
@@ -86,8 +85,7 @@ impl Default for SceneText {
 described! {
     /// A body. Exactly one of `shape`, `inertia`, `inertia_matrix` gives its inertia; at most one of `orientation`,
     /// `rotation` its pose. A static or driven body needs neither mass nor inertia: it then has those of [`Body::fixed`].
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct BodyEntry {
         /// Its name; `world` is taken.
         pub name: String,
@@ -215,7 +213,7 @@ pub(super) fn turn(
     rotation: Option<[f64; 3]>,
     of: &Entry<'_>,
 ) -> Result<UnitQuaternion<f64>, Fault> {
-    of.finite("rotation", rotation.as_ref().map_or(&[][..], |v| v))?;
+    of.finite("rotation", rotation.as_slice().as_flattened())?;
     match (orientation, rotation) {
         (None, None) => Ok(UnitQuaternion::identity()),
         (None, Some(vector)) => Ok(UnitQuaternion::from_scaled_axis(Vector3::from(vector))),

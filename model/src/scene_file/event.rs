@@ -13,8 +13,7 @@ use crate::scene::{Action, Event, Scene, When};
 described! {
     /// Something that happens once, at the end of the first step in which its condition, one of `at`, `force` and `distance`,
     /// holds.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct EventEntry {
         /// Its name.
         pub name: String,
@@ -94,11 +93,8 @@ impl EventEntry {
         all: &[Self],
     ) -> Result<Event, Fault> {
         let of = Entry::new("event", &self.name);
-        let attached = || {
-            all.iter()
-                .flat_map(|event| &event.attach)
-                .map(|tie| &tie.name)
-        };
+        let ties = || all.iter().flat_map(|event| &event.attach);
+        let attached = || ties().map(|tie| &tie.name);
         let at = |key: &str| {
             let (key, what) = (key.to_owned(), format!("event `{}`", self.name));
             move |error: SceneError| match error {

@@ -16,7 +16,7 @@ use super::joint::JointEntry;
 use super::points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 use crate::body::{Body, Mobility};
 use crate::constraint::{Constraint, MasslessCable, Sheave};
-use crate::error::SceneError;
+use crate::error::{SceneError, refuse};
 use crate::frame::{Frame, Side, hanging_axes};
 use crate::motion::Motion;
 use crate::scene::{CableParts, Capstan, Scene};
@@ -25,33 +25,29 @@ impl SceneText {
     /// The text of `scene`, which builds to an equal scene, bit for bit.
     ///
     /// # Errors
-    /// The fault of a scene that is not valid; [`SceneError::NotInText`] names what a text cannot hold.
+    /// The fault of a scene that is not valid; [`SceneError::Conflict`] names what a text cannot hold.
     pub fn from_scene(scene: &Scene) -> Result<Self, SceneError> {
         scene.validate()?;
         let (body_names, constraint_names) = (&scene.body_names, &scene.constraint_names);
+        let cannot = |what: String, cure| refuse(format!("a text cannot hold {what}"), cure);
+        let as_cable = "leave it out, or write the cable as `[[cable]]`";
         if let Some(i) = scene.fairleads().next() {
-            return Err(SceneError::NotInText {
-                what: format!(
-                    "the winch of a cable of segments, `{}`",
-                    constraint_names[i]
-                ),
-                cure: "leave it out, or write the cable as `[[cable]]`",
-            });
+            let what = format!(
+                "the winch of a cable of segments, `{}`",
+                constraint_names[i]
+            );
+            return cannot(what, as_cable);
         }
         let ruled =
             |cable: &&CableParts| cable.stock.as_ref().is_some_and(|s| s.resolution.is_some());
-        if let Some(cable) = scene.cables.iter().find(ruled) {
-            return Err(SceneError::NotInText {
-                what: format!("the rule of resolution of the cable `{}`", cable.name),
-                cure: "leave it out, or write the cable as `[[cable]]`",
-            });
+        if let Some(CableParts { name, .. }) = scene.cables.iter().find(ruled) {
+            let what = format!("the rule of resolution of the cable `{name}`");
+            return cannot(what, as_cable);
         }
         let [segments, joined] = memberships(scene);
         if body_names.iter().any(|name| name == WORLD) {
-            return Err(SceneError::NotInText {
-                what: format!("a body called `{WORLD}`, which stands for the fixed world"),
-                cure: "rename it",
-            });
+            let what = format!("a body called `{WORLD}`, which stands for the fixed world");
+            return cannot(what, "rename it");
         }
         let mut text = Self {
             name: scene.name.clone(),
@@ -79,13 +75,9 @@ impl SceneText {
                 }
             }
         }
-        let mut joint_of: HashMap<&str, &str> = HashMap::new();
-        for (name, cable) in constraint_names.iter().zip(joined) {
-            joint_of.extend(cable.map(|cable| (name.as_str(), cable)));
-        }
+        let joint_of: HashMap<_, _> = constraint_names.iter().zip(joined).collect();
         for entry in &mut text.joint {
-            let cable = joint_of.get(entry.name.as_str());
-            entry.cable = cable.map(|cable| (*cable).to_owned());
+            entry.cable = joint_of[&entry.name].map(str::to_owned);
         }
         let joints = text.joint.iter().map(|entry| &entry.name);
         let cables = text.massless_cable.iter().map(|entry| &entry.name);
@@ -101,10 +93,7 @@ impl SceneText {
         text.event = scene.events.iter().map(event).collect();
         match difference(&text.build()?, scene) {
             None => Ok(text),
-            Some(what) => Err(SceneError::NotInText {
-                what,
-                cure: "leave it out, or build the scene by program",
-            }),
+            Some(what) => cannot(what, "leave it out, or build the scene by program"),
         }
     }
 
@@ -138,25 +127,20 @@ fn body(name: &str, body: &Body) -> BodyEntry {
         name: name.to_owned(),
         mobility: body.mobility,
         mass: (!mass_left_out).then_some(body.mass),
-        shape: None,
         inertia: (principal && !left_out).then(|| diagonal.into()),
         inertia_matrix: (!principal).then(|| body.inertia.transpose().into()),
-        collide: None,
         position: body.position.into(),
         orientation: written(&body.orientation),
-        rotation: None,
         velocity: body.velocity.into(),
         angular_velocity: body.angular_velocity.into(),
         force: body.force.into(),
         torque: body.torque.into(),
-        cable: None,
+        ..BodyEntry::default()
     }
 }
 
 pub(super) fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
-    a.iter()
-        .zip(b.iter())
-        .all(|(a, b)| a.to_bits() == b.to_bits())
+    a.map(f64::to_bits) == b.map(f64::to_bits)
 }
 
 /// The name of what holds a frame, and its motion.
@@ -171,10 +155,8 @@ pub(super) fn side(scene: &Scene, frame: &Frame) -> (String, Option<Motion>) {
 }
 
 fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
-    frames
-        .iter()
-        .map(|frame| PointEntry::of(frame, scene))
-        .collect()
+    let points = frames.iter().map(|frame| PointEntry::of(frame, scene));
+    points.collect()
 }
 
 impl MasslessCableEntry {
@@ -184,18 +166,16 @@ impl MasslessCableEntry {
         Self {
             name: name.to_owned(),
             through: over(points(scene, &cable.frames), &cable.sheaves),
-            after: None,
             length: Some(cable.length),
-            slack: None,
-            tension: None,
-            strained: first.and_then(|first| scene.too_short(first)).map(|_| true),
-            ea: None,
+            strained: first
+                .and_then(|first| scene.check_short(first).err())
+                .map(|_| true),
             stretch: Some(cable.law.compliance),
             damping: cable.law.damping,
             tension_only: (!cable.tension_only).then_some(false),
             winch: cable.winch,
-            breaks_at: None,
             group: Some(group),
+            ..Self::default()
         }
     }
 }
@@ -231,14 +211,9 @@ fn memberships(scene: &Scene) -> [Vec<Option<&str>>; 2] {
     let mut bodies = vec![None; scene.bodies.len()];
     let mut joints = vec![None; scene.constraints.len()];
     for cable in &scene.cables {
-        cable
-            .bodies
-            .iter()
-            .for_each(|i| bodies[*i] = Some(&*cable.name));
-        cable
-            .joints
-            .iter()
-            .for_each(|i| joints[*i] = Some(&*cable.name));
+        let name = Some(&*cable.name);
+        cable.bodies.iter().for_each(|i| bodies[*i] = name);
+        cable.joints.iter().for_each(|i| joints[*i] = name);
     }
     [bodies, joints]
 }
@@ -248,44 +223,28 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
         return None;
     }
-    /// Name of the first own entry that differs from the one built.
-    fn first<'a, T: PartialEq>(
-        [built, own]: [&[T]; 2],
-        mut names: impl Iterator<Item = &'a String>,
-    ) -> Option<&'a String> {
-        let differs = own
-            .iter()
-            .zip(built)
-            .position(|(own, built)| own != built)?;
-        names.nth(differs)
+    /// Number of the first own entry that differs from the one built.
+    fn first<T: PartialEq>(built: &[T], own: &[T]) -> Option<usize> {
+        let mut both = own.iter().zip(built);
+        both.position(|(own, built)| own != built)
     }
-    let bodies = [built, scene].map(|scene| {
+    let [of_built, own] = [built, scene].map(|scene| {
         let all = (0..scene.bodies.len()).map(|i| scene.bodies.get(i));
         all.collect::<Vec<Body>>()
     });
-    let [of_body, of_joint] =
-        [&scene.body_names, &scene.constraint_names].map(|names| names.iter());
-    let of_control = scene.controls.iter().map(|control| &control.name);
-    let of_event = scene.events.iter().map(|event| &event.name);
-    let of_collider = scene.colliders.iter().map(|collider| &collider.name);
-    let mut cables = scene.cables.iter();
-    let cable = cables.find(|cable| !built.cables.contains(cable));
+    let cable = scene.cables.iter().find(|c| !built.cables.contains(c));
+    let body = first(&of_built, &own).map(|i| &scene.body_names[i]);
+    let control = first(&built.controls, &scene.controls).map(|i| &scene.controls[i].name);
+    let event = first(&built.events, &scene.events).map(|i| &scene.events[i].name);
+    let collider = first(&built.colliders, &scene.colliders).map(|i| &scene.colliders[i].name);
+    let joint = first(&built.constraints, &scene.constraints).map(|i| &scene.constraint_names[i]);
     let all = [
-        ("body", first([&bodies[0], &bodies[1]], of_body)),
-        (
-            "control",
-            first([&built.controls, &scene.controls], of_control),
-        ),
-        ("event", first([&built.events, &scene.events], of_event)),
-        (
-            "collider",
-            first([&built.colliders, &scene.colliders], of_collider),
-        ),
+        ("body", body),
+        ("control", control),
+        ("event", event),
+        ("collider", collider),
         ("cable", cable.map(|cable| &cable.name)),
-        (
-            "constraint",
-            first([&built.constraints, &scene.constraints], of_joint),
-        ),
+        ("constraint", joint),
     ];
     let found = all.iter().find_map(|(kind, name)| Some((kind, (*name)?)));
     Some(found.map_or_else(

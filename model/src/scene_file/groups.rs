@@ -10,7 +10,8 @@ use super::collide::{CollideEntry, SurfaceEntry};
 use super::entries::SceneText;
 use super::places::Fault;
 use crate::collide::DEFAULT_GROUP;
-use crate::error::SceneError;
+use crate::error::refuse;
+use crate::params::check_count;
 
 /// Most groups that there are.
 const MOST: usize = 32;
@@ -20,10 +21,7 @@ const MOST: usize = 32;
 pub(super) struct Groups(HashMap<String, u32>);
 
 impl Groups {
-    /// Bits of all group names in the text.
-    ///
-    /// # Errors
-    /// More than 32 names, or a name to be met that nothing has.
+    /// Bits of all group names in the text, at most 32.
     pub(super) fn of(text: &SceneText) -> Result<Self, Fault> {
         let surfaces = surfaces(text);
         let mut bits: HashMap<String, u32> = HashMap::new();
@@ -42,14 +40,8 @@ impl Groups {
                     continue;
                 }
                 let bit = taken.trailing_ones();
-                if bit as usize >= MOST {
-                    let error = SceneError::TooLarge {
-                        what: "number of groups",
-                        value: MOST + 1,
-                        limit: MOST,
-                    };
-                    return Err(Fault::new(format!("{path}groups"), error));
-                }
+                let fits = check_count("number of groups", bit as usize + 1, MOST);
+                fits.map_err(|error| Fault::new(format!("{path}groups"), error))?;
                 taken |= 1 << bit;
                 bits.insert(name.clone(), 1 << bit);
             }
@@ -57,11 +49,10 @@ impl Groups {
         for (path, surface) in &surfaces {
             let mut meets = surface.meets.iter().flatten();
             if let Some(name) = meets.find(|name| !bits.contains_key(*name)) {
-                let error = SceneError::Conflict {
-                    what: format!("meets: `{name}`"),
-                    reason: "is a group that nothing is in: name one of those under `groups`, or `default`",
-                };
-                return Err(Fault::new(format!("{path}meets"), error));
+                let reason =
+                    "is a group that nothing is in: name one of those under `groups`, or `default`";
+                let refused = refuse(format!("meets: `{name}`"), reason);
+                refused.map_err(|error| Fault::new(format!("{path}meets"), error))?;
             }
         }
         Ok(Self(bits))

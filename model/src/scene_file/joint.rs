@@ -17,6 +17,7 @@ use crate::error::SceneError;
 use crate::frame::{Frame, Side, axes_along, hanging_axes};
 use crate::motion::Motion;
 use crate::scene::Scene;
+use crate::scene::validate::ROWS;
 use crate::unlimited::is_zero;
 
 /// Kind of a joint in a text.
@@ -48,8 +49,7 @@ described! {
     /// there. A lock has `stretch` and `rotation`, a hinge `stretch` and `bend`, a slider `rotation` and `across`, all rigid
     /// by default; hinge and slider may have a `motor`. A distance has `length`, `stretch` or `ea`, and may have
     /// `transverse`; its points are `point_a` and `point_b`.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct JointEntry {
         /// Its name.
         pub name: String,
@@ -140,8 +140,8 @@ impl JointEntry {
             twist: self.law(&of, "twist", self.twist, ("gj", self.gj))?,
         };
         let no_rows = || {
-            let joint = self.name.clone();
-            Fault::new("kind", SceneError::NoRows { joint })
+            let (what, reason) = (format!("{} has no rows", of.owner()), ROWS);
+            Fault::new("kind", SceneError::Conflict { what, reason })
         };
         let rigid = matches!(self.kind, Kind::Lock | Kind::Hinge | Kind::Slider);
         if [law.stretch, law.bend, law.twist] == [None; 3] && !rigid {
@@ -258,66 +258,37 @@ impl JointEntry {
     /// Refuses keys that the kind does not have, and numbers that it cannot have.
     fn check_keys(&self, of: &Entry<'_>) -> Result<(), Fault> {
         use Kind::{Cosserat, Distance, Hinge, Lock, Paper, Slider};
-        let cable: &[Kind] = &[Cosserat, Paper];
-        for (keys, given, kinds, reason) in [
-            (
-                ["rotation", "rotation_damping"],
-                [self.rotation, self.rotation_damping],
-                &[Lock, Slider][..],
-                "is for locks and sliders: use bend and twist, and their damping",
-            ),
-            (
-                ["across", "across_damping"],
-                [self.across, self.across_damping],
-                &[Slider],
-                "needs kind = \"slider\"",
-            ),
-            (
-                ["bend_damping", ""],
-                [self.bend_damping, None],
-                &[Cosserat, Paper, Hinge],
-                "needs kind = \"cosserat\", \"paper\" or \"hinge\"",
-            ),
-            (
-                ["twist_damping", "twist_reference"],
-                [self.twist_damping, self.twist_reference],
-                cable,
-                "needs kind = \"cosserat\" or \"paper\"",
-            ),
-            (
-                ["angle_reference", ""],
-                [self.angle_reference, None],
-                &[Hinge],
-                "needs kind = \"hinge\"",
-            ),
-            (
-                ["safeguard", "twist_definition"],
-                [self.safeguard, self.twist_definition.map(|_| 0.0)],
-                &[Paper],
-                "needs kind = \"paper\"",
-            ),
-            (
-                ["transverse", ""],
-                [self.transverse.map(|_| 0.0), None],
-                &[Distance],
-                "needs kind = \"distance\"",
-            ),
-            (
-                ["motor", ""],
-                [self.motor.as_ref().map(|_| 0.0), None],
-                &[Hinge, Slider],
-                "needs kind = \"hinge\" or \"slider\"",
-            ),
-        ] {
-            let wrong = (0..2).find(|&i| given[i].is_some() && !kinds.contains(&self.kind));
-            if let Some(i) = wrong {
-                return Err(of.conflict(keys[i], reason));
-            }
-        }
+        let only = |kinds: &[Kind], reason, keys: &[(&str, bool)]| {
+            let has = kinds.contains(&self.kind);
+            let wrong = keys.iter().find(|(_, given)| *given && !has);
+            wrong.map_or(Ok(()), |(key, _)| Err(of.conflict(key, reason)))
+        };
+        let reason = "is for locks and sliders: use bend and twist, and their damping";
+        let damping = ("rotation_damping", self.rotation_damping.is_some());
+        let rotation = ("rotation", self.rotation.is_some());
+        only(&[Lock, Slider], reason, &[rotation, damping])?;
+        let damping = ("across_damping", self.across_damping.is_some());
+        let across = ("across", self.across.is_some());
+        only(&[Slider], "needs kind = \"slider\"", &[across, damping])?;
+        let reason = "needs kind = \"cosserat\", \"paper\" or \"hinge\"";
+        let damping = ("bend_damping", self.bend_damping.is_some());
+        only(&[Cosserat, Paper, Hinge], reason, &[damping])?;
+        let reason = "needs kind = \"cosserat\" or \"paper\"";
+        let damping = ("twist_damping", self.twist_damping.is_some());
+        let twist = ("twist_reference", self.twist_reference.is_some());
+        only(&[Cosserat, Paper], reason, &[damping, twist])?;
+        let angle = ("angle_reference", self.angle_reference.is_some());
+        only(&[Hinge], "needs kind = \"hinge\"", &[angle])?;
+        let definition = ("twist_definition", self.twist_definition.is_some());
+        let safeguard = ("safeguard", self.safeguard.is_some());
+        only(&[Paper], "needs kind = \"paper\"", &[safeguard, definition])?;
+        let transverse = ("transverse", self.transverse.is_some());
+        only(&[Distance], "needs kind = \"distance\"", &[transverse])?;
+        let reason = "needs kind = \"hinge\" or \"slider\"";
+        only(&[Hinge, Slider], reason, &[("motor", self.motor.is_some())])?;
         self.check_rows(of)?;
-        let number = |value: Option<f64>| [value.unwrap_or(0.0)];
-        of.finite("angle_reference", &number(self.angle_reference))?;
-        of.finite("twist_reference", &number(self.twist_reference))
+        of.finite("angle_reference", self.angle_reference.as_slice())?;
+        of.finite("twist_reference", self.twist_reference.as_slice())
     }
 
     /// Refuses rows that the kind does not have.
@@ -402,18 +373,15 @@ impl JointEntry {
 
     /// A row's law with the damping time of the row's own, or else that of all.
     fn row(&self, of: &Entry<'_>, key: &str, compliance: f64) -> Result<RowLaw, Fault> {
-        of.check_compliance(key, compliance)?;
-        let (key, own) = match key {
+        let (damping, own) = match key {
             "stretch" => ("stretch_damping", self.stretch_damping),
             "bend" => ("bend_damping", self.bend_damping),
             "twist" => ("twist_damping", self.twist_damping),
             "across" => ("across_damping", self.across_damping),
             _ => ("rotation_damping", self.rotation_damping),
         };
-        let key = if own.is_some() { key } else { "damping" };
-        let damping = own.unwrap_or(self.damping);
-        of.check(key, damping, damping >= 0.0, "≥ 0 s")?;
-        Ok(RowLaw::new(compliance, damping))
+        let of_all = ("damping", self.damping);
+        of.law((key, compliance), own.map_or(of_all, |own| (damping, own)))
     }
 
     fn frames(
@@ -425,10 +393,8 @@ impl JointEntry {
         let straight = match self.axis {
             None => hanging_axes(),
             Some(axis) => axes_along(&axis.into()).ok_or_else(|| {
-                of.conflict(
-                    "axis",
-                    "has no direction: give a finite vector that is not zero",
-                )
+                let reason = "has no direction: give a finite vector that is not zero";
+                of.conflict("axis", reason)
             })?,
         };
         if self.axis.is_some() && (self.axes_a.is_some() || self.axes_b.is_some()) {

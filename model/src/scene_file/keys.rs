@@ -90,6 +90,8 @@ macro_rules! described {
             )?
         }
     ) => {
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
         $(#[$attribute])*
         pub struct $name {
             $(

@@ -18,8 +18,7 @@ pub(super) fn merge<T: DeserializeOwned>(
     // A reader of text leaves the rest of a list that is too long; one of values does not.
     let mut scene = match (read, table.clone().try_into::<T>()) {
         (Ok(_), Err(e)) => Err(SceneError::Toml {
-            line: None,
-            column: None,
+            place: None,
             message: one_line(&e.to_string()),
         }),
         (read, _) => read,

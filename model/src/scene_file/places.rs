@@ -40,6 +40,12 @@ impl Fault {
         Self::new(key, error)
     }
 
+    /// Adds `path` as another place of the fault.
+    pub(super) fn or_at(mut self, path: &str) -> Self {
+        self.paths.push(path.to_owned());
+        self
+    }
+
     /// Puts the fault into the entry at `path`.
     pub(super) fn within(mut self, path: &str) -> Self {
         for inner in &mut self.paths {
@@ -90,7 +96,9 @@ impl Places {
     pub(super) fn tell(&self, scene: &SceneText, fault: Fault) -> SceneError {
         // A scene that was changed after it was read has no lines any more. Compared as text, for NaN's sake.
         let count = self.overrides.len();
-        let same = |read: &SceneText| write::explicit(read).ok() == write::explicit(scene).ok();
+        let same = |read: &SceneText| {
+            write::explicit(read, false).ok() == write::explicit(scene, false).ok()
+        };
         if !self.read(count).is_some_and(|read| same(&read)) {
             return fault.error;
         }

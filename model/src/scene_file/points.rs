@@ -99,8 +99,7 @@ impl SheaveEntry {
 described! {
     /// A massless cable: one length through two or more points, free to slide through the inner ones. Its one row has
     /// `stretch` or `ea`.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct MasslessCableEntry {
         /// Its name.
         pub name: String,
@@ -141,8 +140,7 @@ described! {
 
 described! {
     /// The bend at the middle one of three points.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Default)]
     pub struct BendEntry {
         /// Its name.
         pub name: String,
@@ -170,7 +168,7 @@ impl MasslessCableEntry {
         }
         let frames = through(&of, &self.through, bodies, names)?;
         let is_part = self.through.iter().any(PointEntry::is_shared);
-        let sound = (self.winch.iter()).try_for_each(|w| w.validate_of(is_part, || of.owner()));
+        let sound = (self.winch.iter()).try_for_each(|w| w.validate(is_part, || of.owner()));
         sound.map_err(Fault::named)?;
         let sheave = |point: &PointEntry| point.sheave.as_ref().map(SheaveEntry::build);
         let mut sheaves: Vec<_> = self.through.iter().map(sheave).collect();
@@ -193,7 +191,7 @@ impl MasslessCableEntry {
         };
         let cable = MasslessCable {
             length,
-            law: law(&of, "stretch", compliance, self.damping)?,
+            law: of.law(("stretch", compliance), ("damping", self.damping))?,
             tension_only: self.tension_only.unwrap_or(true),
             winch: self.winch,
             ..laid
@@ -273,7 +271,7 @@ impl BendEntry {
         };
         Ok(Constraint::LinkBend(LinkBend {
             frames,
-            law: law(&of, "bend", self.bend, self.damping)?,
+            law: of.law(("bend", self.bend), ("damping", self.damping))?,
             definition: self.definition,
         }))
     }
@@ -281,12 +279,6 @@ impl BendEntry {
 
 /// Error for a sheave anywhere else.
 pub(super) const ONLY_CABLES: &str = "is for massless cables: remove it";
-
-fn law(of: &Entry<'_>, key: &str, compliance: f64, damping: f64) -> Result<RowLaw, Fault> {
-    of.check_compliance(key, compliance)?;
-    of.check("damping", damping, damping >= 0.0, "≥ 0 s")?;
-    Ok(RowLaw::new(compliance, damping))
-}
 
 /// The frames of the points: not all on the world nor on one body, and no two neighbours in one place.
 fn through(

@@ -85,5 +85,5 @@ fn a_cable_off_a_sheave_with_friction_is_one_that_breaks_as_a_whole() {
 fn the_drum_of_the_guide_is_a_scene_without_doubts() {
     let scene = built(include_str!("drum.toml"));
     assert_eq!(scene.constraint_names, ["axle", "rope", "rope-2"]);
-    assert_eq!(scene.notes(), []);
+    assert_eq!(scene.notes(), [""; 0]);
 }

@@ -37,17 +37,8 @@ pub(super) fn commented<P: Parameters + Serialize + Default>(
     Ok(out)
 }
 
-/// An explicit scene without comments.
-pub(super) fn explicit(scene: &SceneText) -> Result<String, SceneError> {
-    explicit_text(scene, false)
-}
-
-/// An explicit scene; the keys of each list are explained before its first entry.
-pub(super) fn explicit_commented(scene: &SceneText) -> Result<String, SceneError> {
-    explicit_text(scene, true)
-}
-
-fn explicit_text(scene: &SceneText, comments: bool) -> Result<String, SceneError> {
+/// An explicit scene; with comments the keys of each list are explained before its first entry.
+pub(super) fn explicit(scene: &SceneText, comments: bool) -> Result<String, SceneError> {
     let mut table = table(scene)?;
     let lists = keys::LISTS.map(|(list, keys)| (list, keys, table.remove(list)));
     let mut out = String::new();
@@ -92,36 +83,25 @@ fn table(value: &impl Serialize) -> Result<Table, SceneError> {
 }
 
 fn line(out: &mut String, key: &str, value: &Value) {
-    let _ = write!(out, "{key} = ");
-    inline(out, value);
-    out.push('\n');
+    let _ = writeln!(out, "{key} = {}", inline(value));
 }
 
 /// A value on one line. Numbers in the fewest digits that read back to the same bits.
-fn inline(out: &mut String, value: &Value) {
-    let _ = match value {
-        Value::Float(x) if x.is_finite() => write!(out, "{x:?}"),
+fn inline(value: &Value) -> String {
+    match value {
+        Value::Float(x) if x.is_finite() => format!("{x:?}"),
         Value::Array(list) => {
-            out.push('[');
-            for (i, item) in list.iter().enumerate() {
-                out.push_str(if i == 0 { "" } else { ", " });
-                inline(out, item);
-            }
-            out.push(']');
-            Ok(())
+            let items: Vec<String> = list.iter().map(inline).collect();
+            format!("[{}]", items.join(", "))
         }
         Value::Table(table) => {
-            out.push_str("{ ");
-            for (i, (key, item)) in table.iter().enumerate() {
-                out.push_str(if i == 0 { "" } else { ", " });
-                let _ = write!(out, "{key} = ");
-                inline(out, item);
-            }
-            out.push_str(" }");
-            Ok(())
+            let items = table
+                .iter()
+                .map(|(key, item)| format!("{key} = {}", inline(item)));
+            format!("{{ {} }}", items.collect::<Vec<_>>().join(", "))
         }
-        other => write!(out, "{other}"),
-    };
+        other => other.to_string(),
+    }
 }
 
 /// `text` as comment lines.

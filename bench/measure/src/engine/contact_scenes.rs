@@ -87,7 +87,7 @@ impl Known {
         let slides = kind == Kind::Slide;
         let mut params = ContactSceneParams {
             mass_ratio,
-            // Ball joints, which is all that the rivals have.
+            // Ball joints, which is all that the baselines have.
             ei: 0.0,
             ..ContactSceneParams::new(grounded)
         };

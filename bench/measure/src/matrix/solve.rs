@@ -30,6 +30,16 @@ pub const STALLED: &str = "stalled";
 /// Claim of an iteration that ran out of iterations.
 const LIMIT: &str = "limit";
 
+/// How a solve ended, as rows say it.
+pub fn status(of: Status) -> &'static str {
+    match of {
+        Status::Direct => DIRECT,
+        Status::Converged => CONVERGED,
+        Status::IterationLimit => LIMIT,
+        _ => STALLED,
+    }
+}
+
 /// Factorisations and solves for each analysis.
 const REUSES: usize = 4;
 
@@ -474,13 +484,7 @@ fn row(
         blocks: system.matrix.blocks(),
         iterations: backend.iterations().unwrap_or(0),
         iterations_used: report.iterations,
-        status: match report.status {
-            Status::Direct => DIRECT,
-            Status::Converged => CONVERGED,
-            Status::IterationLimit => LIMIT,
-            _ => STALLED,
-        }
-        .to_owned(),
+        status: status(report.status).to_owned(),
         analyze_ns,
         factorize_ns,
         solve_ns,

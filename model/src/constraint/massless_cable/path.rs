@@ -10,7 +10,7 @@ use super::MasslessCable;
 use crate::body::Bodies;
 use crate::constraint::Rows;
 use crate::constraint::sheave::{self, Lay, Pull, Sheave, Wheel};
-use crate::error::{SceneError, check};
+use crate::error::{SceneError, check, check_length, refuse};
 use crate::frame::Frame;
 
 /// Error for a sheave that the cable does not bend around.
@@ -105,47 +105,27 @@ impl MasslessCable {
         if count == 0 {
             return Ok(());
         }
-        let what = |side: usize| sheave::called(of, side);
-        if count != sides {
-            return Err(SceneError::Length {
-                what: "sheaves of a massless cable",
-                got: count,
-                expected: sides,
-            });
-        }
+        let what = |side: usize| sheave::side_name(of, side);
+        check_length("sheaves of a massless cable", count, sides)?;
         for (side, sheave) in self.sheaves.iter().enumerate() {
             let Some(sheave) = sheave else { continue };
             let of = |quantity: &str| format!("{}: {quantity}", what(side));
-            let Sheave {
-                radius,
-                turns,
-                friction,
-                ..
-            } = *sheave;
-            check(
-                of("radius"),
-                radius,
-                radius > 0.0,
-                "> 0 m; leave the sheave out for a point",
-            )?;
+            let needs = "> 0 m; leave the sheave out for a point";
+            check(of("radius"), sheave.radius, sheave.radius > 0.0, needs)?;
+            let (turns, friction) = (sheave.turns, sheave.friction);
             check(of("turns"), turns, turns >= 0.0, "≥ 0")?;
             check(of("friction"), friction, friction >= 0.0, "≥ 0")?;
             let is_end = side == 0 || side + 1 == count;
-            let conflict = |reason| {
-                Err(SceneError::Conflict {
-                    what: what(side),
-                    reason,
-                })
-            };
             let whole = is_end || turns.fract() == 0.0;
             check(of("turns"), turns, whole, "whole: the path gives the rest")?;
             if is_end && friction > 0.0 {
-                return conflict(
-                    "is a drum, from which the cable does not slip: leave its friction out",
-                );
+                let reason =
+                    "is a drum, from which the cable does not slip: leave its friction out";
+                return refuse(what(side), reason);
             }
             if is_end && sheave.lay.is_off() {
-                return conflict("is a drum, which the cable cannot leave: let it lie on it");
+                let reason = "is a drum, which the cable cannot leave: let it lie on it";
+                return refuse(what(side), reason);
             }
             if let Lay::On { arriving, leaving } = sheave.lay {
                 let angles = [arriving, leaving];
@@ -153,7 +133,8 @@ impl MasslessCable {
                 check(of("angle"), bad.unwrap_or(0.0), true, "a number")?;
             }
             if !is_end && sheave.shared {
-                return conflict("is shared with another part: only the end of a part can be");
+                let reason = "is shared with another part: only the end of a part can be";
+                return refuse(what(side), reason);
             }
         }
         let (wound, length) = (self.wound(), self.length);
@@ -162,30 +143,21 @@ impl MasslessCable {
         // A path that has begun goes on from the state that it is in.
         let fault = self.fault(bodies, t).filter(|_| self.is_new());
         let fault = fault.or_else(|| Some((self.passed_by(bodies, t)?, PASSED_BY)));
-        fault.map_or(Ok(()), |(side, reason)| {
-            Err(SceneError::Conflict {
-                what: what(side),
-                reason,
-            })
-        })
+        fault.map_or(Ok(()), |(side, reason)| refuse(what(side), reason))
     }
 
     /// The first new inner sheave that the path bends away from.
     fn passed_by(&self, bodies: &Bodies, t: f64) -> Option<usize> {
         let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
         let (mut found, last) = (None, self.sheaves.len().saturating_sub(1));
-        sheave::follow(
-            resolved,
-            |side| self.sheaves[side],
-            |side, _, _, [arriving, leaving]| {
-                let is_new = |s: &Sheave| s.lay == Lay::New && s.turns < 1.0;
-                let inner =
-                    side > 0 && side < last && self.sheaves[side].as_ref().is_some_and(is_new);
-                if inner && leaving - arriving > TAU - sheave::LANDING {
-                    found = found.or(Some(side));
-                }
-            },
-        );
+        let pass = |side: usize, _: &Wheel, _, [arriving, leaving]: [f64; 2]| {
+            let is_new = |s: Sheave| s.lay == Lay::New && s.turns < 1.0;
+            let inner = side > 0 && side < last && self.sheaves[side].is_some_and(is_new);
+            if inner && leaving - arriving > TAU - sheave::LANDING {
+                found = found.or(Some(side));
+            }
+        };
+        sheave::follow(resolved, |side| self.sheaves[side], pass);
         found
     }
 

@@ -115,16 +115,13 @@ impl Scene {
             u += Vector6::from_iterator(rate.iter().chain(&omega).map(|x| sign * x));
             let inverse = bodies.inertia_world(body).try_inverse();
             let (inverse, lever) = (inverse.unwrap_or_default(), r.cross_matrix());
-            let mut own = Matrix6::zeros();
             let mass = Matrix3::from_diagonal_element(1.0 / bodies.mass[body]);
-            own.fixed_view_mut::<3, 3>(0, 0)
-                .copy_from(&(mass - lever * inverse * lever));
-            own.fixed_view_mut::<3, 3>(0, 3)
-                .copy_from(&(-lever * inverse));
-            own.fixed_view_mut::<3, 3>(3, 0)
-                .copy_from(&(inverse * lever));
-            own.fixed_view_mut::<3, 3>(3, 3).copy_from(&inverse);
-            k += own;
+            let (above, beside) = (mass - lever * inverse * lever, -lever * inverse);
+            let below = [(3, 0, inverse * lever), (3, 3, inverse)];
+            for (row, column, part) in [(0, 0, above), (0, 3, beside)].into_iter().chain(below) {
+                let mut sum = k.fixed_view_mut::<3, 3>(row, column);
+                sum += part;
+            }
         }
         k.cholesky().map_or(f64::NAN, |k| 0.5 * u.dot(&k.solve(&u)))
     }

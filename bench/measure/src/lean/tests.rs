@@ -1,8 +1,8 @@
 //! Scenes without their parts.
 
-use super::{Part, SceneSource};
-use crate::named::NAMES;
-use crate::{Constraint, Scene};
+use super::{Leaner, Part};
+use taut_model::named::NAMES;
+use taut_model::{Constraint, Scene, SceneSource};
 
 fn rows(scene: &Scene) -> usize {
     scene.constraints.iter().map(Constraint::rows).sum()
@@ -12,7 +12,7 @@ fn mass(scene: &Scene) -> f64 {
     scene.dynamic_bodies().map(|i| scene.bodies.mass[i]).sum()
 }
 
-const CRANE: &str = include_str!("texts/lean.toml");
+const CRANE: &str = include_str!("crane.toml");
 
 fn crane() -> SceneSource {
     SceneSource::parse(CRANE, &[]).expect("a crane")
