@@ -17,7 +17,7 @@ use taut_measure::errors::worse;
 use taut_measure::inputs::Inputs;
 use taut_measure::openings::Opening;
 use taut_measure::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
-use taut_model::{Note, Scene, SceneSource};
+use taut_model::{Scene, SceneSource};
 
 /// Expectations that only the parameters of a scene tell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -283,7 +283,7 @@ impl Tally {
                 paths: scene.paths(),
                 planar: yardstick.planar,
                 columns: columns.map(Series::new),
-                notes: scene.notes().iter().map(Note::to_string).collect(),
+                notes: scene.notes(),
                 max_elongation_error: yardstick.cable.map(|_| 0.0),
                 ..Summary::default()
             },
@@ -473,7 +473,6 @@ fn summary(
     // The gaps of a lost run do not measure a strain.
     let strain = scene.strain_note(&simulation.gaps);
     let strain = strain.filter(|_| simulation.failure.is_none());
-    let strain = strain.iter().map(Note::to_string);
     // The step that gains too much has no sample.
     let gained = match &simulation.error {
         Some(StepError::EnergyGain { excess, scale, .. }) => Some(excess / scale),

@@ -14,9 +14,9 @@ const MEASURED: [(Pose, Form, [f64; 3]); 4] = [
 fn sweep(step: StepOptions, ratios: &[f64], refinements: &[usize]) -> Vec<Record> {
     let config = Config::new(false)
         .with(|p| (p.segments, p.ratios) = (vec![24], ratios.to_vec()))
-        .with(|p| (p.choices, p.refinements) = (compiled_direct(), refinements.to_vec()))
-        .with(|p| p.step = step);
-    run(&config, &Cases::default()).expect("sound scenes")
+        .with(|p| p.asking.choices = compiled_direct())
+        .with(|p| (p.asking.step, p.asking.refinements) = (step, refinements.to_vec()));
+    run(&config, &Cases::default()).expect("sound scenes").0
 }
 
 #[test]
@@ -29,7 +29,7 @@ fn one_refinement_keeps_the_bar_up_to_a_mass_ratio_of_1e9() {
             let bound = allowed(measured).min(BAR);
             let own = records.iter().filter(|r| {
                 let kkt = r.backend.ends_with("/kkt");
-                (r.pose, r.mass_ratio, kkt) == (pose, ratio, form == Form::Kkt)
+                (r.of.pose, r.of.mass_ratio, kkt) == (pose, ratio, form == Form::Kkt)
             });
             let mut worst = (0.0, "");
             for r in own {
@@ -64,9 +64,9 @@ fn elimination_loses_the_mass_ratio_and_a_refinement_squares_the_loss() {
         assert_eq!((before.refinements, after.refinements), (0, 1));
         let place = format!(
             "{}, {}, {:e}",
-            before.backend, before.pose, before.mass_ratio
+            before.backend, before.of.pose, before.of.mass_ratio
         );
-        let lost = 2.0 * 24.0 * 0.5 * f64::EPSILON * before.mass_ratio / (1.0 + yields);
+        let lost = 2.0 * 24.0 * 0.5 * f64::EPSILON * before.of.mass_ratio / (1.0 + yields);
         let (r0, r1) = (before.forward_error, after.forward_error);
         println!("{place}: {r0:.1e} (law: {lost:.1e}), {r1:.1e}");
         let pivoted = ["faer:lu/kkt", "umfpack/kkt", "dense:double/kkt"];
@@ -81,7 +81,7 @@ fn elimination_loses_the_mass_ratio_and_a_refinement_squares_the_loss() {
         }
         assert!(r0 <= 10.0 * lost, "{place}: {r0:.1e}, {lost:.1e}");
         assert!(r1 <= 10.0 * r0 * r0 + 1e-14, "{place}: {r0:.1e} {r1:.1e}");
-        if before.pose != Pose::Straight {
+        if before.of.pose != Pose::Straight {
             continue;
         }
         assert!(r0 >= 0.01 * lost, "{place}: {r0:.1e}, {lost:.1e}");
@@ -99,7 +99,7 @@ fn errors_are_within_what_the_mass_ratio_costs() {
     let ratios: Vec<f64> = (0..=10).map(|k| 10_f64.powi(k)).collect();
     let u = 0.5 * f64::EPSILON;
     for rows in sweep(StepOptions::default(), &ratios, &[0, 1, 2]).chunks_exact(3) {
-        let [ratio, r0] = [rows[0].mass_ratio, rows[0].forward_error];
+        let [ratio, r0] = [rows[0].of.mass_ratio, rows[0].forward_error];
         let [r1, r2] = [rows[1].forward_error, rows[2].forward_error];
         let fits = if rows[0].backend.ends_with("/kkt") {
             r1 <= 1e-13 || (r1 <= 2.0 * r0 * r0 && r2 <= 1e-13)

@@ -88,7 +88,7 @@ pub(crate) const MAY_KNOW: [(&str, &str); 14] = [
     ("bench/measure", "integrator model solver"),
     ("bench/output", "measure solver"),
     ("bench/recording", "measure integrator model"),
-    ("bench/rivals", "measure integrator model solver"),
+    ("bench/baselines", "measure integrator model solver"),
     ("bench/studies", STUDIES),
     ("bench/view", "measure integrator model recording"),
     ("bench", BENCH),
@@ -96,7 +96,7 @@ pub(crate) const MAY_KNOW: [(&str, &str); 14] = [
     ("tests/skyline", "bench integrator model solver"),
 ];
 
-const STUDIES: &str = "measure integrator lanes model output recording rivals solver";
+const STUDIES: &str = "measure integrator lanes model output recording baselines solver";
 const BENCH: &str = "measure integrator lanes model output recording solver studies view";
 const TESTS: &str = "bench measure integrator model output recording solver studies";
 
@@ -238,24 +238,24 @@ fn features_are_passed_on_by_name() {
     assert!(!list(&solver["default"]).contains("umfpack"));
 }
 
-/// Rivals are there to measure, they are no part: an optional dependency of the experiments, off by default, Rapier in one
+/// Baselines are there to measure, they are no part: an optional dependency of the experiments, off by default, Rapier in one
 /// module of it.
 #[test]
-fn rivals_are_optional() {
+fn baselines_are_optional() {
     for (folder, name) in [
-        ("bench/rivals", "rapier3d-f64"),
-        ("bench/studies", "taut-rivals"),
+        ("bench/baselines", "rapier3d-f64"),
+        ("bench/studies", "taut-baselines"),
     ] {
         let dependency = &manifest(folder)["dependencies"][name];
         let optional = dependency.get("optional").and_then(Value::as_bool);
         assert_eq!(optional, Some(true), "{folder}: {name}");
     }
-    for folder in ["bench/rivals", "bench/studies", "bench"] {
+    for folder in ["bench/baselines", "bench/studies", "bench"] {
         let features = &manifest(folder)["features"];
         let default = features["default"].as_array().expect("a list");
-        for rival in ["lapack", "rapier"] {
-            assert!(features.get(rival).is_some(), "{folder}: {rival}");
-            assert!(default.iter().all(|f| f.as_str() != Some(rival)));
+        for baseline in ["lapack", "rapier"] {
+            assert!(features.get(baseline).is_some(), "{folder}: {baseline}");
+            assert!(default.iter().all(|f| f.as_str() != Some(baseline)));
         }
     }
     for (folder, _) in MAY_KNOW {
@@ -266,7 +266,7 @@ fn rivals_are_optional() {
         };
         for (file, text) in rust_files(folder) {
             let known = code(&text).any(|(_, line)| words(line).any(|w| w == "rapier3d_f64"));
-            assert_eq!(known, file == "bench/rivals/src/rapier.rs", "{file}");
+            assert_eq!(known, file == "bench/baselines/src/rapier.rs", "{file}");
         }
     }
 }
@@ -275,7 +275,7 @@ fn rivals_are_optional() {
 fn unsafe_code_stands_in_the_ffi_the_intrinsics_and_the_allocator_only() {
     let allowed = [
         "bench/measure/src/allocations.rs",
-        "bench/rivals/src/lapack.rs",
+        "bench/baselines/src/lapack.rs",
         "solver/lanes/src/x86.rs",
         "solver/lanes/src/x86/halves.rs",
         "solver/lanes/src/x86/transpose.rs",

@@ -303,7 +303,7 @@ impl Check {
         reference: impl Into<String>,
         error: &impl fmt::Display,
     ) -> Self {
-        Self::stated(case, reference, "failed", false).noting(error.to_string())
+        Self::stated(case, reference, "failed", false).with_note(error.to_string())
     }
 
     /// A claim in words, with its verdict and the condition or the cause.
@@ -403,7 +403,7 @@ impl Check {
         self
     }
 
-    pub fn noting(mut self, note: impl Into<String>) -> Self {
+    pub fn with_note(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
         self
     }

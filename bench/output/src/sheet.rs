@@ -169,7 +169,7 @@ pub struct Sheet {
     /// Which of these are compared.
     pub counts: fn(&Row) -> bool,
     /// Columns in which rows have the same where they are compared.
-    pub rivals: &'static [&'static str],
+    pub group: &'static [&'static str],
 }
 
 /// Columns for each value of other columns.
@@ -204,7 +204,7 @@ pub const PLAIN: Sheet = Sheet {
     across: None,
     takes: |_| true,
     counts: |_| true,
-    rivals: &[],
+    group: &[],
 };
 
 /// Most characters of a line, with the blank at its end.
@@ -242,8 +242,8 @@ impl Sheet {
                 .collect()
         };
         let worths = rows.iter().map(|row| {
-            let (rivals, worth) = self.worth(column, row);
-            ((table(row), rivals), worth.filter(|_| (self.takes)(row)))
+            let (group, worth) = self.worth(column, row);
+            ((table(row), group), worth.filter(|_| (self.takes)(row)))
         });
         least(&worths.collect::<Vec<_>>())
     }
@@ -322,14 +322,14 @@ impl Sheet {
         said.join(", ")
     }
 
-    /// Values of [`Sheet::rivals`], and the rank of the row if it competes.
+    /// Values of [`Sheet::group`], and the rank of the row if it competes.
     fn worth(&self, column: &Column, row: &Row) -> Worth {
-        let rivals = self
-            .rivals
+        let group = self
+            .group
             .iter()
             .map(|key| row.get(*key).cloned().unwrap_or_default());
         let worth = column.worth(row).filter(|_| (self.counts)(row));
-        (rivals.collect(), worth)
+        (group.collect(), worth)
     }
 
     fn cells(&self, rows: &[&Row]) -> Cells {

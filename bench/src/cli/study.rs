@@ -167,6 +167,17 @@ impl Outputs {
 fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     let path = |name| call.matches.try_get_one::<PathBuf>(name).ok().flatten();
     let [json, csv] = ["json", "csv"].map(|name| path(name).map(PathBuf::as_path));
+    let asks = |flag| matches!(call.matches.try_get_one::<bool>(flag), Ok(Some(true)));
+    if asks("list") || asks("keys") {
+        // It runs nothing, and leaves the files of the last run alone.
+        let mut reporter = Reporter {
+            cases: &Cases::default(),
+            machine: String::new(),
+            say: &mut |_| Ok(()),
+        };
+        let found = (call.study.run)(call.matches, &mut reporter);
+        return Ok(files::print(&found.map_err(|e| failed(&e))?.text)?);
+    }
     let outputs = Outputs::open(call, json, csv, &[])?;
     let Opened {
         cases,
@@ -194,7 +205,7 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     done.map_err(|e| failed(&e))?;
     cases.finish().map_err(Failure::Input)?;
     if !console.quiet {
-        files::print(&format!("{}: {}\n", cases.told(), path.display()))?;
+        files::print(&format!("{}: {}\n", cases.summary(), path.display()))?;
     }
     Ok(())
 }

@@ -234,7 +234,7 @@ impl Cases {
     }
 
     /// Counts of the cases, in a line.
-    pub fn told(&self) -> String {
+    pub fn summary(&self) -> String {
         let [all, own, run] = self.counts.each_ref().map(|count| count.load(Relaxed));
         let (shard, known) = (self.shard, own - run);
         format!("shard {shard}: {own} of {all} cases, {run} run now, {known} known")

@@ -58,7 +58,7 @@ struct Config {
     ratios: Vec<f64>,
     /// Simulated time of the swing \[s].
     time: f64,
-    /// Errors that a rival's setting has to keep, over the cable's length.
+    /// Errors that a baseline's setting has to keep, over the cable's length.
     bar: f64,
     /// Settings whose frame takes longer are not searched any further, on the hoist and on the ground \[ns].
     longest_ns: [f64; 2],
@@ -105,14 +105,14 @@ fn run(config: &Config, cases: &Cases) -> Result<Value, ExperimentError> {
 fn engines() -> Vec<Engine> {
     let engines = [ours::on_hoist(), leapfrog::engine()].into_iter();
     #[cfg(feature = "rapier")]
-    let engines = engines.chain(taut_rivals::rapier::engines());
+    let engines = engines.chain(taut_baselines::rapier::engines());
     engines.collect()
 }
 
 fn engines_on_ground() -> Vec<Engine<Known, Places>> {
     let engines = std::iter::once(ours::on_ground());
     #[cfg(feature = "rapier")]
-    let engines = engines.chain([taut_rivals::rapier::on_ground()]);
+    let engines = engines.chain([taut_baselines::rapier::on_ground()]);
     engines.collect()
 }
 
@@ -250,14 +250,14 @@ fn stand(
     Ok(Outcome::new(errors, ran, times))
 }
 
-/// The tables after what was run, and why rivals are beyond the bar.
+/// The tables after what was run, and why baselines are beyond the bar.
 fn text(data: &Value, config: &Config) -> String {
     let bar = percent(config.bar);
     let [longest, on_ground] = config.longest_ns.map(nanoseconds);
     let mut out = format!(
         "hoist: L = 10 m, segments of 1 kg, YA = 2·10⁷ N; one frame of 1/60 s on one thread. Swing: straight at {ANGLE} rad,\n\
          released from rest, {} s. elong.: of the resting cable, against the analytic one; load: largest distance of the\n\
-         swinging load from our own step at 1/7680 s; both in % of L. Rivals: the cheapest setting within {bar} %, by\n\
+         swinging load from our own step at 1/7680 s; both in % of L. Baselines: the cheapest setting within {bar} %, by\n\
          powers of two, none beyond {longest} a frame tried; their cables have no bending and no torsion. *: the least of the\n\
          rows within {bar} %.\n{}{}",
         config.time,
@@ -269,7 +269,7 @@ fn text(data: &Value, config: &Config) -> String {
         "  slide: a box of 2 m/s; stack: 10 boxes, the topmost the heaviest; floor: a load that 24 segments drag; 2 s,\n  \
          μ = 0.3. place: largest distance of a body from its known place, in % of the way, the height or the cable;\n  \
          depth: deepest penetration, in % of an edge or the cable's diameter; both in the second half. × ours: of the\n  \
-         medians. Rivals: none beyond {on_ground} a frame tried."
+         medians. Baselines: none beyond {on_ground} a frame tried."
     );
     let rows = ["records", "ground"].map(|list| rows_of(data, list));
     let beyond: Vec<String> = rows
@@ -412,7 +412,7 @@ mod tests {
         assert!(text.lines().all(|line| line.chars().count() <= 120));
     }
 
-    /// A rival that no setting brings within the bar is said to be that, with the best it reached.
+    /// A baseline that no setting brings within the bar is said to be that, with the best it reached.
     #[test]
     fn what_is_not_reached_is_said() {
         let config = Config {

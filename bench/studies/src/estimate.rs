@@ -6,6 +6,7 @@ use std::fmt::Write;
 use std::time::Instant;
 use taut_integrator::{ErrorEstimate, StepOptions, Stepper};
 use taut_measure::inputs::Inputs;
+use taut_measure::lean::Leaner;
 use taut_measure::trajectory::{load_position, steps_in};
 use taut_model::{SceneError, SceneSource};
 

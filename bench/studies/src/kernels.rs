@@ -2,14 +2,14 @@
 //! solves the same matrices, in [turns].
 
 mod case;
-mod rival;
+mod entrant;
 
 pub use case::{Case, Joint, System};
-pub use rival::{Rival, Use};
+pub use entrant::{Entrant, Use};
 
 use crate::study::question::*;
 use crate::systems::{Told, add_omissions, grid, taking_part, turns};
-use rival::{Errors, work};
+use entrant::{Errors, work};
 use serde::Serialize;
 use std::time::Duration;
 use taut_integrator::StepError;
@@ -25,8 +25,8 @@ pub struct Config {
     /// Joints between the segments.
     pub joints: Vec<Joint>,
     /// Who solves.
-    pub rivals: Vec<Rival>,
-    /// Time that each rival gets in each case; those whose pass is longer get at least five samples.
+    pub entrants: Vec<Entrant>,
+    /// Time that each entrant gets in each case; those whose pass is longer get at least five samples.
     pub share: Duration,
 }
 
@@ -37,7 +37,7 @@ impl Config {
             segments: pick(quick, [vec![24, 100, 1000, 10_000], vec![24, 100]]),
             ratios: vec![1e3],
             joints: Joint::ALL.to_vec(),
-            rivals: Rival::all(),
+            entrants: Entrant::all(),
             share: Duration::from_millis(pick(quick, [150, 15])),
         }
     }
@@ -46,7 +46,7 @@ impl Config {
 /// All rows, and what is missing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
-    /// Rows: segments, ratios, joints, rivals in the order asked for.
+    /// Rows: segments, ratios, joints, entrants in the order asked for.
     pub records: Vec<Value>,
     #[serde(skip)]
     pub omissions: Vec<Omission>,
@@ -58,10 +58,10 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
         hoists.extend(config.joints.iter().map(|&joint| (segments, ratio, joint)));
     }
     // Each has its time, which a pass of a long cable exceeds.
-    let parts = cases.in_turn("rivals", &hoists, |&(segments, ratio, joint)| {
+    let parts = cases.in_turn("entrants", &hoists, |&(segments, ratio, joint)| {
         let case = Case::new(joint, segments, ratio)?;
-        let (rivals, omissions) = entrants(&config.rivals, &case);
-        Ok::<_, StepError>((rows(&case, &rivals, config.share), omissions))
+        let (entrants, omissions) = entrants(&config.entrants, &case);
+        Ok::<_, StepError>((rows(&case, &entrants, config.share), omissions))
     })?;
     let mut results = Results::default();
     for (records, omissions) in parts.all()? {
@@ -71,12 +71,12 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     Ok(results)
 }
 
-/// Rivals that take part in a case, and reasons against the others.
-fn entrants(rivals: &[Rival], case: &Case) -> (Vec<Rival>, Vec<Omission>) {
+/// Entrants that take part in a case, and reasons against the others.
+fn entrants(all: &[Entrant], case: &Case) -> (Vec<Entrant>, Vec<Omission>) {
     let rows = case.schur().0.dim();
-    taking_part(rivals, Rival::family, |rival| match rival.check() {
+    taking_part(all, Entrant::family, |entrant| match entrant.check() {
         Err(e) => Some(e.to_string()),
-        Ok(()) if rival.is_dense() && rows > DENSE_ROWS => {
+        Ok(()) if entrant.is_dense() && rows > DENSE_ROWS => {
             Some(format!("cubic cost beyond {DENSE_ROWS} rows"))
         }
         Ok(()) => None,
@@ -84,8 +84,8 @@ fn entrants(rivals: &[Rival], case: &Case) -> (Vec<Rival>, Vec<Omission>) {
 }
 
 /// The rows of a case. Ratios are to `banded`; none where that was not run.
-fn rows(case: &Case, rivals: &[Rival], share: Duration) -> Vec<Value> {
-    let works: Vec<_> = rivals.iter().map(|rival| work(case, rival)).collect();
+fn rows(case: &Case, entrants: &[Entrant], share: Duration) -> Vec<Value> {
+    let works: Vec<_> = entrants.iter().map(|entrant| work(case, entrant)).collect();
     let (errors, works): (Vec<_>, Vec<_>) = works
         .into_iter()
         .map(|prepared| match prepared {
@@ -97,26 +97,26 @@ fn rows(case: &Case, rivals: &[Rival], share: Duration) -> Vec<Value> {
         .into_iter()
         .map(|time| time.map(|[time, ..]| time))
         .collect();
-    let ours = rivals
+    let ours = entrants
         .iter()
-        .position(|rival| rival.to_string() == "banded");
+        .position(|entrant| entrant.to_string() == "banded");
     let ours = ours.and_then(|k| times[k].as_ref().ok().copied());
     let joints = case.schur().0.pattern().blocks();
-    let row = |((rival, errors), time): (
-        (&Rival, Option<Errors>),
+    let row = |((entrant, errors), time): (
+        (&Entrant, Option<Errors>),
         Result<turns::Time, StepError>,
     )| {
         let known = time.as_ref().ok();
-        let each = (joints * rival.cables()) as f64;
+        let each = (joints * entrant.cables()) as f64;
         let errors = errors.filter(|_| known.is_some());
         json!({
             "segments": case.segments,
             "mass_ratio": case.mass_ratio,
             "joints": joints,
             "joint_rows": case.joint.rows(),
-            "solver": rival.family(),
-            "options": rival.to_string(),
-            "cables": rival.cables(),
+            "solver": entrant.family(),
+            "options": entrant.to_string(),
+            "cables": entrant.cables(),
             "ns_per_joint": known.map(|t| t.least / each),
             "ns_per_joint_median": known.map(|t| t.median / each),
             "ratio": ours.map(|ours| Some(known?.least / each / (ours.least / joints as f64))),
@@ -128,7 +128,7 @@ fn rows(case: &Case, rivals: &[Rival], share: Duration) -> Vec<Value> {
             "error": time.as_ref().err().map(ToString::to_string),
         })
     };
-    rivals.iter().zip(errors).zip(times).map(row).collect()
+    entrants.iter().zip(errors).zip(times).map(row).collect()
 }
 
 pub(crate) const STUDY: Study = Study {
@@ -156,11 +156,14 @@ fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, Experime
     asked.segments(&mut config.segments);
     asked.ratios(&mut config.ratios)?;
     if !named.is_empty() {
-        let rivals = named.iter().map(|name| {
-            let rival: Rival = name.parse()?;
-            rival.check().map(|()| rival).map_err(ExperimentError::from)
+        let entrants = named.iter().map(|name| {
+            let entrant: Entrant = name.parse()?;
+            entrant
+                .check()
+                .map(|()| entrant)
+                .map_err(ExperimentError::from)
         });
-        config.rivals = distinct(rivals.collect::<Result<Vec<_>, _>>()?.into_iter());
+        config.entrants = distinct(entrants.collect::<Result<Vec<_>, _>>()?.into_iter());
     }
     let results = run(&config, cases)?;
     let told = Told {
@@ -182,7 +185,7 @@ fn settings(config: &Config) -> Vec<Setting> {
             "rows of a joint",
             list(&config.joints, |joint| joint.rows().to_string()),
         ),
-        ("solvers", list(&config.rivals, ToString::to_string)),
+        ("solvers", list(&config.entrants, ToString::to_string)),
         ("time of each", seconds(config.share.as_secs_f64())),
         ("Δt", step(1.0 / 60.0)),
         ("threads", "1".to_owned()),
@@ -201,20 +204,20 @@ mod tests {
     use taut_measure::Choice;
     use taut_output::table::plain;
 
-    fn small(rivals: Vec<Rival>) -> Config {
+    fn small(entrants: Vec<Entrant>) -> Config {
         Config {
             segments: vec![7, 24],
-            rivals,
+            entrants,
             share: Duration::from_millis(1),
             ..Config::new(false)
         }
     }
 
     #[test]
-    fn every_rival_has_times_and_errors() {
-        let config = small(Rival::all());
+    fn every_entrant_has_times_and_errors() {
+        let config = small(Entrant::all());
         let results = run(&config, &Cases::default()).unwrap();
-        let compiled = config.rivals.iter().filter(|r| r.check().is_ok());
+        let compiled = config.entrants.iter().filter(|r| r.check().is_ok());
         assert_eq!(results.records.len(), 6 * compiled.count());
         for r in &results.records {
             let number = |key: &str| r[key].as_f64().unwrap_or(f64::NAN);
@@ -233,7 +236,7 @@ mod tests {
                 assert!(number("forward_error") < 1e-15, "{r:?}");
             }
         }
-        let refined = "banded+refine".parse::<Rival>().unwrap();
+        let refined = "banded+refine".parse::<Entrant>().unwrap();
         assert_eq!(refined.check().is_ok(), cfg!(feature = "banded"));
         let shown = plain(&STUDY.tables(&data(&results).unwrap()));
         let width = shown.lines().map(|l| l.chars().count()).max();
@@ -243,7 +246,7 @@ mod tests {
 
     #[test]
     fn ratios_are_to_banded() {
-        let names = ["dense", "banded"].map(|name| name.parse::<Rival>().unwrap());
+        let names = ["dense", "banded"].map(|name| name.parse::<Entrant>().unwrap());
         let results = run(&small(names.to_vec()), &Cases::default()).unwrap();
         let has_banded = cfg!(feature = "banded");
         for r in &results.records {
@@ -256,12 +259,12 @@ mod tests {
     #[test]
     fn what_cannot_take_part_is_left_out_with_its_reason() {
         let dense: Choice = "dense".parse().unwrap();
-        let rivals = [
-            Rival::Solver(dense, Use::Plain),
+        let both = [
+            Entrant::Solver(dense, Use::Plain),
             "faer:llt".parse().unwrap(),
         ];
         let case = Case::new(Joint::Cosserat, 300, 10.0).unwrap();
-        let (present, omissions) = entrants(&rivals, &case);
+        let (present, omissions) = entrants(&both, &case);
         assert_eq!(present.len(), usize::from(cfg!(feature = "faer")));
         assert!(omissions[0].reason.contains("cubic"), "{omissions:?}");
     }
@@ -270,8 +273,9 @@ mod tests {
     #[test]
     fn a_failure_is_told_with_its_reason() {
         let case = Case::new(Joint::Spherical, 4, 10.0).unwrap();
-        let rivals = ["dense", "gauss-seidel:iterations=0"].map(|n| n.parse::<Rival>().unwrap());
-        let rows = rows(&case, &rivals, Duration::ZERO);
+        let entrants =
+            ["dense", "gauss-seidel:iterations=0"].map(|n| n.parse::<Entrant>().unwrap());
+        let rows = rows(&case, &entrants, Duration::ZERO);
         assert!(rows[0]["ns_per_joint"].is_number() && rows[1]["ns_per_joint"].is_null());
         let shown = plain(&STUDY.tables(&json!({ "records": rows })));
         assert!(shown.contains("gauss-seidel:joints failed: "), "{shown}");

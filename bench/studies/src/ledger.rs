@@ -27,6 +27,7 @@ use std::time::Instant;
 use taut_integrator::{StepOptions, Stepper};
 use taut_measure::errors::worse;
 use taut_measure::inputs::Inputs;
+use taut_measure::lean::Leaner;
 use taut_measure::trajectory::{
     ENERGY_TOLERANCE, Limits, Simulation, Timing, load_position, steps_in,
 };
@@ -336,13 +337,13 @@ pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, Exp
             Ok(Some(setup)) => run(whole, &setup),
             Err(e) => (Run::lost(&e), [f64::NAN; 2]),
         };
-        let (what, how) = change.told(&whole.source);
+        let (what, how) = change.described(&whole.source);
         let mut line = measures.line(&what, &how, &run, times);
         line.used = change.used(own.0.used);
         lines.push((line, change));
     }
     let whole_line = measures.line("whole", "", &own.0, [1.0, own.1[1]]);
-    let what = |change: &&Change| change.told(&whole.source).0;
+    let what = |change: &&Change| change.described(&whole.source).0;
     let mut found = Lean {
         setup: whole.clone(),
         run: own.0,

@@ -7,7 +7,7 @@
 //! use taut_studies::linear::{Config, run};
 //!
 //! let config = Config { segments: vec![3], ratios: vec![10.0], ..Config::new(true) };
-//! let records = run(&config, &Cases::default())?;
+//! let (records, _) = run(&config, &Cases::default())?;
 //! # assert!(!format!("{records:?}").is_empty());
 //! # Ok::<(), taut_output::check::ExperimentError>(())
 //! ```
@@ -18,7 +18,6 @@
 //! | `ladder` | the main job: backends × mass ratios × iterations |
 //! | `kernels` | what one linear solve costs, ours beside others' on the same matrices |
 //! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
-//! | `iterative` | time to a given error of the iterative solvers, against the direct one |
 //! | `scenes` | branches and loops: every solver on the networks, cost against size |
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
 //! | `shocks` | kicks, jerks and drops: what survives them, how well, at what cost |
@@ -57,7 +56,6 @@ pub mod engines;
 pub mod estimate;
 mod fit;
 pub mod hard;
-pub mod iterative;
 pub mod kernels;
 pub mod ladder;
 mod law;

@@ -1,9 +1,8 @@
 //! How exact a solve is: forward errors of the multipliers against the KKT system in extended precision, for every
 //! solver with 0, 1 and 2 refinements, over mass ratios up to 10¹².
 
-use crate::options::choice;
 use crate::study::question::*;
-use crate::systems::{Start, State, Told, add_omissions, entrants};
+use crate::systems::{Asking, SolveRow, Start, State, Told, collected};
 use serde::{Deserialize, Serialize};
 use taut_integrator::{StepError, StepOptions};
 use taut_measure::choice::{Choice, Omission};
@@ -16,31 +15,16 @@ pub const BAR: f64 = 1e-12;
 /// The mass ratio up to which it is to reach it.
 pub const BAR_RATIO: f64 = 1e9;
 
-/// Rows beyond which the dense solver, whose cost is cubic, would outlast all others together: of 32 segments.
-const DENSE_ROWS: usize = 200;
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub segments: Vec<usize>,
     /// Mass ratios load/segment, ascending.
     pub ratios: Vec<f64>,
     pub poses: Vec<Pose>,
-    /// Solvers with their limits of iterations; those that are not compiled in have no rows.
-    pub choices: Vec<Choice>,
-    /// Refinement sweeps, ascending.
-    pub refinements: Vec<usize>,
     /// Largest strain of the hanging cable, without unit; ∞ for steel under every load.
     pub max_strain: f64,
-    /// The step whose system is solved: Δt, scheme, geometric stiffness.
-    pub step: StepOptions,
-}
-
-/// The choice with 1000 iterations for each of its solves, where it iterates.
-pub fn patient(choice: &Choice) -> Choice {
-    Choice {
-        backend: choice.backend.with_iterations(1000),
-        form: choice.form,
-    }
+    /// Solvers, refinements, and the step whose system is solved.
+    pub asking: Asking,
 }
 
 impl Config {
@@ -52,10 +36,16 @@ impl Config {
             segments: pick(quick, [vec![24, 100], vec![24]]),
             ratios: (0..=12).step_by(every).map(|k| 10_f64.powi(k)).collect(),
             poses: vec![Pose::Straight, Pose::Bent],
-            choices: Choice::all().iter().map(patient).collect(),
-            refinements: vec![0, 1, 2],
             max_strain: 1e-2,
-            step: StepOptions::default(),
+            asking: Asking {
+                choices: Choice::all(),
+                limits: vec![1000],
+                refinements: vec![0, 1, 2],
+                step: StepOptions::default(),
+                targets: Vec::new(),
+                starts: vec![Start::Cold],
+                budget: None,
+            },
         }
     }
 
@@ -77,106 +67,44 @@ impl Config {
             ..steel
         })
     }
-
-    /// Who has rows for a number of segments, and why the others have none.
-    fn entrants(&self, segments: usize) -> (Vec<Choice>, Vec<Omission>) {
-        let rows = 6 * (segments + 1);
-        entrants(&self.choices, DENSE_ROWS, |_| rows)
-    }
-
-    /// The solvers without rows, and why.
-    pub fn omissions(&self) -> Vec<Omission> {
-        let mut omissions = Vec::new();
-        for &segments in &self.segments {
-            add_omissions(&mut omissions, self.entrants(segments).1);
-        }
-        omissions
-    }
 }
 
-/// One row: one solve of one scene.
+/// What the rows of a scene share.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct Shared {
     pub pose: Pose,
     pub segments: usize,
     pub mass_ratio: f64,
     /// Axial stiffness YA of the cable \[N].
     pub ea: f64,
-    /// Backend and form, without iterations.
-    pub backend: String,
-    /// All options of the backend, as the command line reads them.
-    pub options: String,
-    /// Direct solver: the bar applies.
-    pub direct: bool,
-    /// Refinement sweeps: from the pieces on S, with b − A x on the KKT matrix.
-    pub refinements: usize,
-    /// ‖μ − μ*‖∞ / ‖μ*‖∞ of the multipliers against extended precision; NaN where the solver failed.
-    pub forward_error: f64,
-    /// Normwise backward error on the assembled system, S or the KKT matrix; NaN where the solver failed.
-    pub backward_error: f64,
-    /// Iterations of the solve with its refinements; 0 for direct solvers.
-    pub iterations: usize,
-    /// Reason for missing numbers if the solver failed: they are null in JSON. Without it null
-    /// means not measured.
-    pub error: Option<String>,
 }
 
-fn rows(
+pub type Record = SolveRow<Shared>;
+
+/// Solves every scene with every solver, in parallel, each scene a case: its rows, and which solvers have none. Rows are ordered by
+/// segments, pose, ratio, solver, refinements.
+pub fn run(
     config: &Config,
-    segments: usize,
-    pose: Pose,
-    mass_ratio: f64,
-) -> Result<Vec<Record>, StepError> {
-    let params = config.params(segments, mass_ratio)?;
-    let state = State::tense(poses::hoist(&params, pose)?, &config.step)?;
-    let ea = params.resolve()?.stiffness.ea;
-    let row = |choice: &Choice, refinements: usize| {
-        let options = StepOptions {
-            form: choice.form,
-            backend: choice.backend.clone(),
-            refinements,
-            ..config.step.clone()
-        };
-        let solved = state.solve(options, Start::Cold);
-        let known = solved.as_ref().ok();
-        Record {
-            pose,
-            segments,
-            mass_ratio,
-            ea,
-            backend: choice.family(),
-            options: choice.to_string(),
-            direct: !choice.backend.is_iterative(),
-            refinements,
-            forward_error: known.map_or(f64::NAN, |s| s.forward),
-            backward_error: known.map_or(f64::NAN, |s| s.backward.normwise),
-            iterations: known.map_or(0, |s| s.iterations),
-            error: solved.as_ref().err().map(ToString::to_string),
-        }
-    };
-    let (entrants, _) = config.entrants(segments);
-    let rows = entrants.iter().flat_map(|choice| {
-        let refinements = config.refinements.iter();
-        refinements
-            .map(|&refinements| row(choice, refinements))
-            .collect::<Vec<_>>()
-    });
-    Ok(rows.collect())
-}
-
-/// Solves every scene with every solver, in parallel, each scene a case. Rows are ordered by segments, pose, ratio, solver,
-/// refinements.
-pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
+    cases: &Cases,
+) -> Result<(Vec<Record>, Vec<Omission>), ExperimentError> {
     let mut scenes = Vec::new();
     for &segments in &config.segments {
         for &pose in &config.poses {
             scenes.extend(config.ratios.iter().map(|&ratio| (segments, pose, ratio)));
         }
     }
-    let rows = cases.parallel("scenes", &scenes, |&(segments, pose, ratio)| {
-        rows(config, segments, pose, ratio)
-    })?;
-    Ok(rows.all()?.concat())
+    let rows = |&(segments, pose, mass_ratio): &(usize, Pose, f64)| {
+        let params = config.params(segments, mass_ratio)?;
+        let state = State::tense(poses::hoist(&params, pose)?, &config.asking.step)?;
+        let shared = Shared {
+            pose,
+            segments,
+            mass_ratio,
+            ea: params.resolve()?.stiffness.ea,
+        };
+        Ok::<_, StepError>(config.asking.rows(&shared, &state))
+    };
+    collected(cases.parallel("scenes", &scenes, rows)?)
 }
 
 /// How far a direct solver with one refinement is within [`BAR`].
@@ -199,15 +127,17 @@ impl Verdict {
 
 /// The verdicts on all direct solvers with rows for one refinement and ratios up to [`BAR_RATIO`].
 pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
-    let judged = || records.iter().filter(|r| r.direct && r.refinements == 1);
+    let once = |r: &&Record| r.start.is_none() && r.refinements == 1;
+    let judged = || records.iter().filter(once);
     let verdict = |backend: &String| {
         let own = || judged().filter(|r| r.backend == *backend);
         let beyond = own().filter(|r| r.forward_error.is_nan() || r.forward_error > BAR);
-        let beyond = beyond.map(|r| r.mass_ratio).fold(f64::INFINITY, f64::min);
-        let within = own().map(|r| r.mass_ratio).filter(|ratio| *ratio < beyond);
+        let ratio = |r: &Record| r.of.mass_ratio;
+        let beyond = beyond.map(ratio).fold(f64::INFINITY, f64::min);
+        let within = own().map(ratio).filter(|ratio| *ratio < beyond);
         // `total_cmp` puts a positive NaN last; of equal errors the first row's counts.
         let size = |r: &Record| r.forward_error.abs();
-        let counted = own().rev().filter(|r| r.mass_ratio <= BAR_RATIO);
+        let counted = own().rev().filter(|r| r.of.mass_ratio <= BAR_RATIO);
         let worst = counted.max_by(|a, b| size(a).total_cmp(&size(b)))?;
         Some(Verdict {
             backend: backend.clone(),
@@ -232,26 +162,22 @@ fn ask(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config::new(asked.quick);
     asked.segments(&mut config.segments);
     asked.ratios(&mut config.ratios)?;
-    if !asked.backends.is_empty() {
-        let named = asked.backends.iter().map(|name| match choice(name)? {
-            choice if name.contains("iterations=") => Ok(choice),
-            choice => Ok::<_, Refused>(patient(&choice)),
-        });
-        config.choices = distinct(named.collect::<Result<Vec<_>, _>>()?.into_iter());
-    }
-    let records = run(&config, cases)?;
+    asked.refuse_limits()?;
+    config.asking.choices = asked.choices()?;
+    let (records, omissions) = run(&config, cases)?;
+    let step = &config.asking.step;
     let told = Told {
         settings: settings(&config),
         heading: format!(
             "hoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}",
             config.max_strain,
-            1.0 / config.step.dt,
-            config.step.scheme
+            1.0 / step.dt,
+            step.scheme
         ),
         study: &STUDY,
         rows: data(&records)?,
         conclusion: bars(&verdicts(&records)),
-        omissions: config.omissions(),
+        omissions,
     };
     Ok(told.into())
 }
@@ -261,11 +187,11 @@ fn settings(config: &Config) -> Vec<Setting> {
         ("segments", counts(&config.segments)),
         ("load/segment", numbers(&config.ratios)),
         ("poses", list(&config.poses, ToString::to_string)),
-        ("solvers", solvers(&config.choices)),
-        ("refinements", counts(&config.refinements)),
+        ("solvers", solvers(&config.asking.choices)),
+        ("refinements", counts(&config.asking.refinements)),
         ("largest strain", number(config.max_strain)),
-        ("scheme", config.step.scheme.to_string()),
-        ("Δt", step(config.step.dt)),
+        ("scheme", config.asking.step.scheme.to_string()),
+        ("Δt", step(config.asking.step.dt)),
     ])
 }
 
@@ -307,7 +233,7 @@ mod tests {
 
     fn tiny() -> Config {
         Config {
-            segments: vec![3, 40],
+            segments: vec![3, 100],
             ratios: vec![1.0, 1e6],
             ..Config::new(false)
         }
@@ -316,11 +242,10 @@ mod tests {
     #[test]
     fn every_solver_has_its_rows_or_a_reason() {
         let config = tiny();
-        let records = run(&config, &Cases::default()).unwrap();
-        let omissions = config.omissions();
-        for choice in &config.choices {
+        let (records, omissions) = run(&config, &Cases::default()).unwrap();
+        for choice in &config.asking.choices {
             let own = |segments: usize| {
-                let of = |r: &&Record| r.backend == choice.family() && r.segments == segments;
+                let of = |r: &&Record| r.backend == choice.family() && r.of.segments == segments;
                 records.iter().filter(of).count()
             };
             let omitted = omissions.iter().any(|o| o.backend == choice.family());
@@ -329,7 +254,7 @@ mod tests {
             let compiled = choice.check().is_ok();
             assert_eq!(own(3), per_cable * usize::from(compiled), "{choice}");
             assert_eq!(
-                own(40),
+                own(100),
                 per_cable * usize::from(compiled && !dense),
                 "{choice}"
             );
@@ -339,7 +264,7 @@ mod tests {
             assert_eq!(r.error, None, "{r:?}");
             let holds = r.forward_error.is_finite() && r.backward_error < 1.0;
             assert!(holds, "{r:?}");
-            assert_eq!(r.direct, r.iterations == 0, "{r:?}");
+            assert_eq!(r.start.is_none(), r.iterations_used == 0, "{r:?}");
         }
     }
 
@@ -362,21 +287,22 @@ mod tests {
 
     #[test]
     fn a_verdict_names_the_limit_and_the_worst_row() {
-        let config = Config {
+        let mut config = Config {
             segments: vec![2],
             ratios: vec![1.0],
             poses: vec![Pose::Bent],
-            refinements: vec![1],
-            choices: vec![Choice::schur(taut_solver::Backend::Dense(
-                taut_solver::DenseOptions::default(),
-            ))],
             ..Config::new(false)
         };
-        let row = run(&config, &Cases::default()).unwrap().remove(0);
-        let at = |mass_ratio: f64, forward_error: f64| Record {
-            mass_ratio,
-            forward_error,
-            ..row.clone()
+        config.asking.refinements = vec![1];
+        config.asking.choices = vec![taut_measure::reference::reference_choice()];
+        let row = run(&config, &Cases::default()).unwrap().0.remove(0);
+        let at = |mass_ratio: f64, forward_error: f64| {
+            let mut row = Record {
+                forward_error,
+                ..row.clone()
+            };
+            row.of.mass_ratio = mass_ratio;
+            row
         };
         let judged = |errors: [f64; 4]| {
             let ratios = [1.0, 1e6, 1e9, 1e12];
@@ -385,12 +311,12 @@ mod tests {
         };
         let good = judged([1e-16, 1e-13, 1e-15, 1e-7]);
         assert!(good.holds() && good.limit == Some(1e9));
-        assert_eq!(good.worst.mass_ratio, 1e6);
+        assert_eq!(good.worst.of.mass_ratio, 1e6);
         let bad = judged([1e-16, 1e-11, 1e-15, 1e-7]);
         assert!(!bad.holds() && bad.limit == Some(1.0));
         let failed = judged([f64::NAN, 1e-11, 1e-15, 1e-7]);
         assert!(!failed.holds() && failed.limit.is_none());
-        assert_eq!(failed.worst.mass_ratio, 1.0);
+        assert_eq!(failed.worst.of.mass_ratio, 1.0);
         // Nothing within the bar's range: nothing to say.
         assert_eq!(verdicts(&[at(1e10, 1e-16)]), []);
     }
@@ -401,7 +327,7 @@ mod tests {
             segments: vec![3],
             ..Config::new(false)
         };
-        let records = run(&config, &Cases::default()).unwrap();
+        let (records, _) = run(&config, &Cases::default()).unwrap();
         let text = taut_output::table::plain(&STUDY.sheet("errors").text(&data(&records).unwrap()));
         let heading = text.lines().find(|l| l.contains("solver")).unwrap();
         let ratios: Vec<&str> = heading.split_whitespace().skip(1).collect();

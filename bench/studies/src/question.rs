@@ -6,12 +6,13 @@
 //! | `mark` | a list of its rows, and a column that no other study has, by which rows without a name are known; the list without a name is the data itself |
 //! | `takes` | its options by name, in the order of the help |
 //! | `legend` | what stands above its tables |
+//! | `asks` | what it asks the engine of systems, as a file of `taut study systems` |
 //! | `pairs` | lists of pairs of texts that the study's own code asks for, by name |
 //!
 //! | `[[sheet]]` | meaning |
 //! |---|---|
 //! | `name`, `aside` | by which the study calls it; `true`: no table of the page |
-//! | `list`, `title`, `rivals` | as in [`Sheet`] |
+//! | `list`, `title`, `group` | as in [`Sheet`] |
 //! | `shared`, `columns`, `across` | [`Column`]s: `key`, `heading`, `unit`; `show`, one of `time`, `ratio`, `rate`, `error:DIGITS`, `fixed:DIGITS`, `digits:FACTOR`, or `=FUNCTION`; `best`, `least` or `=FUNCTION` |
 //! | `takes`, `counts` | functions of rows |
 //!
@@ -41,6 +42,8 @@ pub struct Question {
     named: Vec<(Text, Sheet)>,
     pairs: BTreeMap<Text, Vec<[Text; 2]>>,
     pub plots: Vec<Plan>,
+    /// What it asks the engine of systems; nothing where code asks.
+    pub asks: serde_json::Value,
 }
 
 #[derive(Default, Deserialize)]
@@ -57,6 +60,7 @@ struct File {
     pairs: BTreeMap<Text, Vec<[Text; 2]>>,
     sheet: Vec<SheetEntry>,
     plot: Vec<Plan>,
+    asks: serde_json::Value,
 }
 
 #[derive(Default, Deserialize)]
@@ -71,7 +75,7 @@ struct SheetEntry {
     across: Option<AcrossEntry>,
     takes: Text,
     counts: Text,
-    rivals: Vec<Text>,
+    group: Vec<Text>,
 }
 
 #[derive(Default, Deserialize)]
@@ -145,6 +149,7 @@ impl Question {
                 .collect(),
             pairs: file.pairs,
             plots: file.plot,
+            asks: file.asks,
         }
     }
 
@@ -266,7 +271,7 @@ impl Reader {
             }),
             takes: self.holds(entry.takes),
             counts: self.holds(entry.counts),
-            rivals: entry.rivals.leak(),
+            group: entry.group.leak(),
         }
     }
 }

@@ -217,12 +217,12 @@ fn gains(data: &Value) -> String {
     let number = |row: &Row, key| number_of(row, key).unwrap_or(f64::NAN);
     let mut text = String::new();
     for row in rows.iter().filter(|row| is(row, "ruled")) {
-        let rivals = rows.iter().filter(|fixed| {
+        let baselines = rows.iter().filter(|fixed| {
             !is(fixed, "ruled")
                 && fixed["scene"] == row["scene"]
                 && number(fixed, "error_mm") <= number(row, "error_mm")
         });
-        let times = rivals.map(|fixed| number(fixed, "step_ns"));
+        let times = baselines.map(|fixed| number(fixed, "step_ns"));
         let gain = match times.min_by(f64::total_cmp) {
             Some(fastest) => {
                 let gain = fastest / number(row, "step_ns");

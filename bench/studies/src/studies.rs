@@ -5,8 +5,8 @@
 use crate::options::Refused;
 use crate::study::Study;
 use crate::{
-    accuracy, energy, engines, estimate, hard, iterative, kernels, ladder, linear, matrix, paper,
-    resolution, scenes, sequence, shocks, stability, statics,
+    accuracy, energy, engines, estimate, hard, kernels, ladder, linear, matrix, paper, resolution,
+    scenes, sequence, shocks, stability, statics, systems,
 };
 use clap::ArgMatches;
 use serde_json::Value;
@@ -17,12 +17,13 @@ pub const SCENES: &Study = &scenes::STUDY;
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
 
 /// Studies of `taut study`, in the order of its list.
-pub const STUDIES: [&Study; 13] = [
+pub const STUDIES: [&Study; 14] = [
     &accuracy::STUDY,
     &linear::STUDY,
     &kernels::STUDY,
-    &iterative::STUDY,
     SCENES,
+    &systems::STUDY,
+    &systems::ITERATIVE,
     &matrix::STUDY,
     &sequence::STUDY,
     &shocks::STUDY,

@@ -4,23 +4,30 @@
 //! | part | holds |
 //! |---|---|
 //! | [`State`] | a scene at a moment, whose system all solvers solve, with its multipliers in 32 digits; one solve there |
+//! | [`Asking`], [`SolveRow`] | what is asked of a system: solvers, limits, refinements; one solve |
 //! | [`grid`] | the hoists of a sweep |
 //! | [`entrants`], [`rungs`] | who takes part, with which limits of iterations, and why the others do not |
-//! | [`turns`] | times of rivals that take turns |
+//! | [`turns`] | times of entrants that take turns |
 //! | [`Fewest`] | the fewest iterations that reach an error |
 //! | `Told` | what a study comes to: settings, text, rows |
 
+mod asked;
 mod fewest;
+mod rows;
 mod state;
 pub mod turns;
 
+pub(crate) use asked::{ITERATIVE, STUDY};
 pub use fewest::Fewest;
+pub use rows::{Asking, SolveRow};
 pub use state::{Solved, Start, State};
 
+use crate::cases::Records;
 use crate::study::{Found, Study};
 use serde_json::Value;
 use taut_integrator::StepError;
 use taut_measure::choice::{Choice, Omission};
+use taut_output::check::ExperimentError;
 use taut_output::settings::Setting;
 use taut_output::table::{self, MARK};
 use taut_solver::SolveError;
@@ -96,6 +103,18 @@ pub(crate) fn add_omissions(all: &mut Vec<Omission>, new: Vec<Omission>) {
             all.push(omission);
         }
     }
+}
+
+/// The rows of all systems, and which solvers have none.
+pub(crate) fn collected<T>(
+    records: Records<(Vec<T>, Vec<Omission>)>,
+) -> Result<(Vec<T>, Vec<Omission>), ExperimentError> {
+    let (mut rows, mut omissions) = (Vec::new(), Vec::new());
+    for (own, omitted) in records.all()? {
+        rows.extend(own);
+        add_omissions(&mut omissions, omitted);
+    }
+    Ok((rows, omissions))
 }
 
 /// A solver's error as that of a step at time 0.

@@ -81,7 +81,7 @@ mod tests {
         let row = |case: &str| {
             Check::within(case, "1", "2", 1.0, 2.0)
                 .by("the same measure")
-                .noting("word ".repeat(60))
+                .with_note("word ".repeat(60))
         };
         let outcome = Outcome {
             checks: vec![row("a"), row("b")],

@@ -7,13 +7,13 @@ use comfy_table::{Attribute, Cell, Color};
 pub const MARK: &str =
     "*: the least of its column, apart from what failed, became unstable or ran out of iterations";
 
-/// Rows with the least value of their group, if they have a rival in it. `rows` holds the group and
+/// Rows with the least value of their group, if they have a peer in it. `rows` holds the group and
 /// the value of each row; a missing or infinite value or NaN is never the least.
 pub(crate) fn least<G: PartialEq>(rows: &[(G, Option<f64>)]) -> Vec<bool> {
     let is_least = |row: &(G, Option<f64>)| {
-        let rivals = || rows.iter().filter(|(group, _)| *group == row.0);
-        let least = rivals().filter_map(finite).reduce(f64::min);
-        least.is_some() && finite(row) == least && rivals().nth(1).is_some()
+        let peers = || rows.iter().filter(|(group, _)| *group == row.0);
+        let least = peers().filter_map(finite).reduce(f64::min);
+        least.is_some() && finite(row) == least && peers().nth(1).is_some()
     };
     rows.iter().map(is_least).collect()
 }

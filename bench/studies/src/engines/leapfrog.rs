@@ -1,4 +1,4 @@
-//! The explicit rival: point masses and springs stepped by leapfrog (kick–drift), four side by side.
+//! The explicit baseline: point masses and springs stepped by leapfrog (kick–drift), four side by side.
 //!
 //! v ← v + Δt (g + F/m), x ← x + Δt v, with v half a step ahead. It is stable below Δt = 2/ω, ω² ≈ 4 k/m for a long
 //! chain: that, not accuracy, is what sets its number of sub-steps. A sub-step is two passes over plain arrays, which

@@ -1,4 +1,4 @@
-//! Our own step: one a frame and a few, with the cable's full joints and with ball joints, which is all that the rivals
+//! Our own step: one a frame and a few, with the cable's full joints and with ball joints, which is all that the baselines
 //! have.
 
 use taut_integrator::{StepError, StepOptions, Stepper};

@@ -4,7 +4,7 @@ use super::Setup;
 use std::fmt;
 use taut_integrator::{Form, GeometricStiffness, Scheme, StepOptions};
 use taut_measure::Choice;
-use taut_model::scene_file::Part;
+use taut_measure::lean::{Leaner, Part};
 use taut_model::{SceneError, SceneSource};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +43,7 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
 
 impl Change {
     /// The change in words, and the option of `taut run` or the key of a scene that makes it.
-    pub(super) fn told(&self, source: &SceneSource) -> (String, String) {
+    pub(super) fn described(&self, source: &SceneSource) -> (String, String) {
         let of_scene = |key: &str, value: &str| match (self, source) {
             (_, SceneSource::Explicit(text)) if !text.cable.is_empty() || key == "friction" => {
                 format!("{key} = {value}")
@@ -56,23 +56,23 @@ impl Change {
             }
             _ => "--apply".into(),
         };
-        let told = |what: &str, how: &str| (what.to_owned(), how.to_owned());
+        let described = |what: &str, how: &str| (what.to_owned(), how.to_owned());
         match self {
-            Self::Without(Part::Torsion) => told("no torsion", &of_scene("twist", "false")),
-            Self::Without(Part::Bending) => told("no bending", &of_scene("bend", "false")),
-            Self::Without(Part::Stretch) => told("no stretch: rigid", "--apply"),
-            Self::Without(Part::Friction) => told("no friction", &of_scene("friction", "0")),
-            Self::Without(Part::Contacts) => told("no contacts", "--apply"),
-            Self::Without(_) => told("massless cables", "--apply"),
-            Self::Segments(factor) => told(&format!("segments × {factor}"), "--apply"),
-            Self::Ruled => told("segments by rule", "resolution = {}"),
-            Self::NoStiffness => told("no geometric stiffness", "--stiffness off"),
-            Self::NoGuard => told("no guard", "--guard off"),
-            Self::NoRefinement => told("no refinement", "--refine 0"),
-            Self::Scheme(scheme) => told(&scheme.to_string(), &format!("--scheme {scheme}")),
-            Self::Substeps(factor) => told(&format!("sub-steps × {factor}"), "--substeps"),
-            Self::Step(factor) => told(&format!("Δt × {factor}"), "--dt"),
-            Self::Solver(choice) => told(&choice.family(), "--backend"),
+            Self::Without(Part::Torsion) => described("no torsion", &of_scene("twist", "false")),
+            Self::Without(Part::Bending) => described("no bending", &of_scene("bend", "false")),
+            Self::Without(Part::Stretch) => described("no stretch: rigid", "--apply"),
+            Self::Without(Part::Friction) => described("no friction", &of_scene("friction", "0")),
+            Self::Without(Part::Contacts) => described("no contacts", "--apply"),
+            Self::Without(_) => described("massless cables", "--apply"),
+            Self::Segments(factor) => described(&format!("segments × {factor}"), "--apply"),
+            Self::Ruled => described("segments by rule", "resolution = {}"),
+            Self::NoStiffness => described("no geometric stiffness", "--stiffness off"),
+            Self::NoGuard => described("no guard", "--guard off"),
+            Self::NoRefinement => described("no refinement", "--refine 0"),
+            Self::Scheme(scheme) => described(&scheme.to_string(), &format!("--scheme {scheme}")),
+            Self::Substeps(factor) => described(&format!("sub-steps × {factor}"), "--substeps"),
+            Self::Step(factor) => described(&format!("Δt × {factor}"), "--dt"),
+            Self::Solver(choice) => described(&choice.family(), "--backend"),
         }
     }
 

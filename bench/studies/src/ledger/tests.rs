@@ -3,7 +3,7 @@
 use super::change::Change;
 use super::*;
 use taut_integrator::{GeometricStiffness, Scheme, StepOptions};
-use taut_model::scene_file::Part;
+use taut_measure::lean::Part;
 
 fn setup(name: &str, overrides: &[(&str, &str)]) -> Setup {
     Setup {

@@ -174,7 +174,7 @@ fn supplementary(records: &[Value]) -> Vec<Check> {
 }
 
 /// A row with its limit as text and as a ratio.
-fn told(row: &Value) -> Value {
+fn reported(row: &Value) -> Value {
     let ratio = 10.0_f64.powf(decade(row).max(0.0));
     with(row, &json!({ "limit": power(decade(row)), "ratio": ratio }))
 }
@@ -208,7 +208,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     checks.extend(table2::enough(&swept, 3, 3.0));
     checks.extend(table2::enough(&swept, 20, 5.0));
     checks.extend(timing::cost(&times));
-    let rows: Vec<Value> = records.iter().map(told).collect();
+    let rows: Vec<Value> = records.iter().map(reported).collect();
     let text = table("claims", &rows) + "\n";
     words::outcome(checks, text, &records, vec![charts(&rows)])
 }

@@ -77,7 +77,7 @@ pub(super) fn specimens(_: bool, progress: &ProgressBar) -> Result<Outcome, Expe
         let (scene, rows) = twist::at_rest(nylon, SEGMENTS, Joint::Cosserat, turns * TAU)?;
         let twist = worst(rows.last(), "twist");
         let said = tell("twisted", json!({ "turns": turns }));
-        checks.push(said.beside([turns, twist / TAU]));
+        checks.push(said.compared_with([turns, twist / TAU]));
         pictures.push((format!("twist-{turns}").into(), portrait(scene)?));
         progress.inc(1);
     }
@@ -201,7 +201,7 @@ pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, Experi
         let scene = stepper.scene();
         let [ground, cable] = carried(&stepper)?;
         let said = tell("ground", json!({ "name": name }));
-        checks.push(said.beside([load * GRAVITY - cable, ground]));
+        checks.push(said.compared_with([load * GRAVITY - cable, ground]));
         // How far a slack cable bulges: the largest distance of a segment from the vertical through the load.
         let segments = scene.cables[0].bodies.iter();
         let aside = segments.map(|i| {

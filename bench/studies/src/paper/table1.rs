@@ -194,7 +194,7 @@ fn has_bending(record: &Value) -> bool {
 ///
 /// Linear theory of stiff bending: the regularised rows hold the tension 3 M g of a swing from the horizontal as long as
 /// ε ≤ 4 sin²(π/2N)/(3 M g d), what the longest wave of N links needs.
-fn told(record: &Value) -> Value {
+fn reported(record: &Value) -> Value {
     let is_its = |row: &&Row| {
         record["model"] == letter(row.model)
             && record["links_compliance"] == row.links
@@ -228,7 +228,7 @@ fn told(record: &Value) -> Value {
 /// The table's rows against the paper in the plane; what is left of (e) and (f) in space, beside the paper or the limit of
 /// its bending in the plane with the same compliances.
 pub fn checks(records: &[Value]) -> Vec<Check> {
-    let rows: Vec<Value> = records.iter().map(told).collect();
+    let rows: Vec<Value> = records.iter().map(reported).collect();
     let of = |name, row: &Value, key| {
         let error = number(row, "limit_log10") - row[key].as_f64()?;
         Some(tell(name, row.clone()).off(error.abs()))
@@ -251,7 +251,7 @@ pub fn checks(records: &[Value]) -> Vec<Check> {
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let records = run(&rows(quick), &NOISES, quick, progress)?;
-    let rows: Vec<Value> = records.iter().map(told).collect();
+    let rows: Vec<Value> = records.iter().map(reported).collect();
     let ends = records.iter().map(|r| number(r, "above_ends_s"));
     let row = json!({ "ends": ends.fold(0.0, f64::max), "rows": table("table1", &rows) });
     let (checks, text) = (checks(&records), text("table1", &row));

@@ -185,7 +185,7 @@ fn laws(
         "ratios": RATIOS.map(ratio).join(", "),
     });
     [
-        tell(elements, row.clone()).beside([1.0, exponent(&points)]),
+        tell(elements, row.clone()).compared_with([1.0, exponent(&points)]),
         tell(load, row).off(high / low - 1.0),
     ]
 }

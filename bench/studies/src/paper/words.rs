@@ -126,7 +126,7 @@ impl Told {
     }
 
     /// A number beside its reference.
-    pub(super) fn beside(self, values: [f64; 2]) -> Check {
+    pub(super) fn compared_with(self, values: [f64; 2]) -> Check {
         let measure = match self.said.absolute {
             true => Measure::Absolute,
             false => Measure::Relative,

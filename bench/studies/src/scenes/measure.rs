@@ -5,10 +5,11 @@ use crate::systems::{Start, State};
 use nalgebra::Vector3;
 use taut_integrator::{Elimination, StepError, StepOptions, Stepper};
 use taut_measure::choice::Choice;
+use taut_measure::matrix::solve::status;
 use taut_measure::reference::reference_choice;
 use taut_measure::trajectory::{load_position, steps_in};
 use taut_model::{Network, NetworkParams, Scene};
-use taut_solver::{SolveReport, Status};
+use taut_solver::SolveReport;
 
 /// A network with what all its rows share.
 pub(super) struct Case {
@@ -152,13 +153,7 @@ fn errors(
     };
     let solved = case.state.solve(unrefined.clone(), Start::Warm)?;
     row.iterations_used = solved.iterations;
-    row.status = match solved.report.status {
-        Status::Direct => "direct",
-        Status::Converged => "converged",
-        Status::IterationLimit => "limit",
-        _ => "stalled",
-    }
-    .to_owned();
+    row.status = status(solved.report.status).to_owned();
     let stepper = case.state.stepper(unrefined, Start::Warm)?;
     // A second analysis, for its report alone.
     let analysed = options.backend.create().and_then(|mut solver| {

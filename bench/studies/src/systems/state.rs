@@ -1,16 +1,26 @@
 //! A scene at a moment, and one solve of its system.
 
 use super::failed;
+use super::turns::{self, Work};
 use serde::{Deserialize, Serialize};
-use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper};
+use taut_integrator::{GeometricStiffness, Phase, StepError, StepOptions, Stepper};
 use taut_measure::reference::Snapshot;
 use taut_model::Scene;
 use taut_solver::{BackwardError, SolveReport, backward_error, forward_error};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// From the pieces to the multipliers.
+const PHASES: [Phase; 4] = [
+    Phase::Assemble,
+    Phase::Factorize,
+    Phase::Solve,
+    Phase::Refine,
+];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Start {
     /// From zero.
+    #[default]
     Cold,
     /// From the multipliers of the step before.
     Warm,
@@ -118,6 +128,18 @@ impl State {
         let mut stepper = Stepper::new(self.scene.clone(), options)?;
         self.put(&mut stepper, start)?;
         Ok(stepper)
+    }
+
+    /// What a solve takes, from the pieces to the multipliers.
+    pub fn work(&self, options: StepOptions, start: Start) -> Result<Work<'_>, StepError> {
+        let mut stepper = self.stepper(options, start)?;
+        Ok(Box::new(move |passes| {
+            turns::sum(passes, || {
+                self.put(&mut stepper, start)?;
+                let phases = stepper.solve()?.phases;
+                Ok([PHASES.map(|phase| phases.of(phase)).iter().sum(); 3])
+            })
+        }))
     }
 
     pub fn solve(&self, options: StepOptions, start: Start) -> Result<Solved, StepError> {

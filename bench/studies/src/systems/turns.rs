@@ -1,4 +1,4 @@
-//! Times of rivals that take turns of about [`VISIT`] each, so that what slows the machine for a while slows all, and a
+//! Times of entrants that take turns of about [`VISIT`] each, so that what slows the machine for a while slows all, and a
 //! slow one waits until the others have had as much time. A turn begins with passes that are not timed, and is cut into
 //! samples long enough for the clock.
 
@@ -29,8 +29,8 @@ pub struct Time {
     pub samples: usize,
 }
 
-/// A rival with what was measured of it.
-struct Rival<'a> {
+/// A entrant with what was measured of it.
+struct Entrant<'a> {
     work: Result<Work<'a>, StepError>,
     passes: usize,
     /// A pass outlasts ten turns, so the state of the caches is irrelevant.
@@ -40,7 +40,7 @@ struct Rival<'a> {
     samples: Vec<[f64; 3]>,
 }
 
-impl<'a> Rival<'a> {
+impl<'a> Entrant<'a> {
     /// Makes two passes, the second of which says how long one is, and is the only sample without a share of time.
     fn new(work: Result<Work<'a>, StepError>, share: Duration) -> Self {
         let (mut passes, mut slow, mut samples) = (1, false, Vec::new());
@@ -127,31 +127,31 @@ fn summary(samples: impl Iterator<Item = f64>) -> Time {
     }
 }
 
-/// Times of rivals, round by round, until each has had its share and enough samples. Who has had more time than the
+/// Times of entrants, round by round, until each has had its share and enough samples. Who has had more time than the
 /// rounds so far waits. Without a share a pass of each is all. One that fails neither stops the others nor is waited for.
 pub fn times<'a>(
     works: impl IntoIterator<Item = Result<Work<'a>, StepError>>,
     share: Duration,
 ) -> Vec<Result<[Time; 3], StepError>> {
-    let rivals = works.into_iter().map(|work| Rival::new(work, share));
-    let mut rivals: Vec<Rival<'_>> = rivals.collect();
+    let entrants = works.into_iter().map(|work| Entrant::new(work, share));
+    let mut entrants: Vec<Entrant<'_>> = entrants.collect();
     let clock = Instant::now();
-    let all = share * u32::try_from(rivals.len()).unwrap_or(u32::MAX);
+    let all = share * u32::try_from(entrants.len()).unwrap_or(u32::MAX);
     let mut due = Duration::ZERO;
-    let some_run = |rivals: &[Rival<'_>]| rivals.iter().any(|rival| rival.work.is_ok());
+    let some_run = |entrants: &[Entrant<'_>]| entrants.iter().any(|entrant| entrant.work.is_ok());
     let is_timed = !share.is_zero();
     while is_timed
-        && some_run(&rivals)
-        && (clock.elapsed() < all || !rivals.iter().all(Rival::is_done))
+        && some_run(&entrants)
+        && (clock.elapsed() < all || !entrants.iter().all(Entrant::is_done))
     {
-        for rival in &mut rivals {
-            if rival.spent <= due {
-                rival.visit();
+        for entrant in &mut entrants {
+            if entrant.spent <= due {
+                entrant.visit();
             }
         }
         due += VISIT;
     }
-    rivals.into_iter().map(Rival::times).collect()
+    entrants.into_iter().map(Entrant::times).collect()
 }
 
 #[cfg(test)]

@@ -192,7 +192,7 @@ fn monotone(case: String, rungs: &[(f64, Option<f64>)], bar: Bar) -> Check {
     };
     Check {
         verdict,
-        ..check.noting(note)
+        ..check.with_note(note)
     }
 }
 

@@ -210,7 +210,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let checks = vec![
         off("gain of energy", "no gain", largest(|w| w.drift), GAIN)
             .by("largest mean of a window less that of the first, over the swing's energy")
-            .noting(format!(
+            .with_note(format!(
                 "{:+.1e} a step: what the step damps of the swing",
                 last / steps as f64
             )),

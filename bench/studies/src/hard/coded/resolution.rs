@@ -131,7 +131,7 @@ fn catenary(quick: bool, unforeseen: &mut f64) -> Result<Check, ExperimentError>
         BARS[0],
     )
     .by("largest distance of a joint over the length")
-    .noting(format!(
+    .with_note(format!(
         "{} merges, {} splits; bends of 0.05 rad at most",
         changes.merges, changes.splits
     )))
@@ -249,7 +249,7 @@ fn piled(unforeseen: &mut f64) -> Result<(Check, Scene), ExperimentError> {
         BARS[2],
     )
     .by("mean tension over EA (d − L)/L, less 1")
-    .noting(format!(
+    .with_note(format!(
         "{} merges, {} splits",
         changes.merges, changes.splits
     ));
@@ -381,7 +381,7 @@ fn kept(midst: &Scene) -> Check {
         BARS[4],
     )
     .by("largest change, over the sum of the segments' own; angular momentum across the axis")
-    .noting(format!(
+    .with_note(format!(
         "{spun:.1e} of the angular momentum about the axis of bent pairs is not: a thin rod would have to spin"
     ))
 }

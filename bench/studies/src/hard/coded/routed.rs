@@ -44,7 +44,7 @@ pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, 
         none("twist", fine[2] / fine[1]),
         none("stretch", fine[0] / fine[1]),
         Check::second_order("a helix: order of the bending energy in 1/N", order, 0.1)
-            .noting("16 and 32 segments; the direction of the last leg is 0.04 of it"),
+            .with_note("16 and 32 segments; the direction of the last leg is 0.04 of it"),
     ];
     checks.push(uneven()?);
     Ok(checks.into())
@@ -130,5 +130,5 @@ fn uneven() -> Result<Check, ExperimentError> {
     }
     let case = "segments of lengths 8 : 1: elongation under 2 t";
     Ok(Check::relative(case, [exact, sunk], "m", 1e-9)
-        .noting(format!("at most {off:.1e} off over a second")))
+        .with_note(format!("at most {off:.1e} off over a second")))
 }

@@ -87,7 +87,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
                 BARS[2],
             )
             .by("largest relative change, of the segments alone")
-            .noting(format!(
+            .with_note(format!(
                 "kinetic energy of the segments changes by {energy:.1e} of itself"
             )),
         );

@@ -437,7 +437,7 @@ impl Reader<'_> {
             }
             arguments.push(self.level(0)?);
         }
-        called(name, arguments)
+        call(name, arguments)
     }
 
     fn digits(&mut self) -> Result<Formula, CaseError> {
@@ -457,7 +457,7 @@ impl Reader<'_> {
 }
 
 /// A call of a function that there is, with as many arguments as it takes.
-fn called(name: String, arguments: Vec<Formula>) -> Result<Formula, CaseError> {
+fn call(name: String, arguments: Vec<Formula>) -> Result<Formula, CaseError> {
     let series = OF_SERIES.iter().find(|(known, _)| *known == name);
     let exact = plain(&name).map(|(_, count, _)| *count);
     let counts = match exact.or(series.map(|(_, count)| *count)) {

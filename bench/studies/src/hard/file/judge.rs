@@ -48,7 +48,7 @@ pub(super) fn check(entry: &CheckEntry, names: &Names) -> Result<Check, CaseErro
     if let Some(by) = &entry.by {
         check = check.by(names.text(by)?);
     }
-    check = check.noting(words(&entry.note)?);
+    check = check.with_note(words(&entry.note)?);
     if let Some(limit) = &entry.limit {
         check = check.limited(holds(number(&limit.when)?), names.text(&limit.cause)?);
     }

@@ -69,11 +69,7 @@ fn unfilled(scene: &Table, path: Path, names: &Names) -> Path {
 /// A fault of a run's scene, told where the case has it: the scene that is built has other lines than its file.
 pub(super) fn in_scene(fault: &SceneError, filled: &Table, run: &Run, names: &Names) -> CaseError {
     let (place, message) = match fault {
-        SceneError::Toml {
-            line,
-            column,
-            message,
-        } => (line.zip(*column), message.clone()),
+        SceneError::Toml { place, message } => (*place, message.clone()),
         SceneError::InText { line, column, .. } => {
             let place = format!("line {line}, column {column}: ");
             (

@@ -128,7 +128,7 @@ pub fn outcome(rows: &[Value]) -> Result<Outcome, ExperimentError> {
     checks.extend(judged(rows, "", &["bend-closes"]));
     checks.extend(MEASURES.map(|(name, measure, expected)| {
         let found = finest(&deviations(rows, 0.25 * TAU, measure)).unwrap_or(f64::NAN);
-        tell("bend-order", json!({ "measure": name })).beside([expected, found])
+        tell("bend-order", json!({ "measure": name })).compared_with([expected, found])
     }));
     checks.extend(published(rows));
     checks.push(stability_of_the_plane()?);
@@ -151,7 +151,7 @@ fn published(rows: &[Value]) -> Vec<Check> {
     let size = |measure, n: usize| at(rows, measure, n).abs();
     let deviation = |(n, printed): (usize, f64)| {
         let values = [printed, size(MEASURES[0].1, n)].map(|d| 100.0 * d);
-        tell("bend-deviation", json!({ "n": n })).beside(values)
+        tell("bend-deviation", json!({ "n": n })).compared_with(values)
     };
     let mut checks = PUBLISHED.map(deviation).to_vec();
     let misfit = |measure| {

@@ -37,7 +37,7 @@ fn in_motion(held: &[Value]) -> Vec<Check> {
     let exact = greenhill();
     let chain = buckling_torque(96, 1e12, 0.0);
     let said = tell("twist-greenhill", json!({ "turns": turns(exact) }));
-    let mut checks = vec![said.beside([exact, chain])];
+    let mut checks = vec![said.compared_with([exact, chain])];
     let loose = |joint: &'static str| held.iter().filter(move |h| is_loose(h, joint));
     let taut = |step| {
         let taut = held.iter().filter(|h| number(h, "tension") > 1.0);

@@ -1,4 +1,4 @@
-//! The system's LAPACK (BSD-3-Clause): Cholesky factorisation of a band, dpbtrf, and its solve, dpbtrs. A rival to
+//! The system's LAPACK (BSD-3-Clause): Cholesky factorisation of a band, dpbtrf, and its solve, dpbtrs. A baseline to
 //! compare with, no solver of anything else here.
 //!
 //! Whatever LAPACK relies on is checked or held here: a [`Band`] owns its array and knows its sizes, and lengths are

@@ -2,7 +2,7 @@
 //! ```
 //! # #[cfg(feature = "rapier")]
 //! # {
-//! use taut_rivals::rapier::engines;
+//! use taut_baselines::rapier::engines;
 //!
 //! // Ladders of settings, each of them from the cheapest to the dearest.
 //! assert!(engines().iter().all(|engine| !engine.ladders.is_empty()));

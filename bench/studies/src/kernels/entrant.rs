@@ -6,13 +6,13 @@ use crate::systems::{Start, failed};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Instant;
+#[cfg(feature = "lapack")]
+use taut_baselines::lapack::Band;
 use taut_integrator::{Form, StepError};
 use taut_measure::choice::Choice;
 use taut_measure::errors::worse;
 use taut_measure::matrix::Triangle;
 use taut_measure::matrix::solve::refining;
-#[cfg(feature = "lapack")]
-use taut_rivals::lapack::Band;
 use taut_solver::{BackwardError, SolveError, SymBlockMatrix, backward_error, forward_error};
 
 /// Right-hand sides of a solve of many.
@@ -59,13 +59,13 @@ impl Use {
 /// One that solves. The text form is that of a [`Choice`], one with `+refine` or `+many` after it, `lapack:lower` or
 /// `lapack:upper`.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Rival {
+pub enum Entrant {
     Solver(Choice, Use),
     /// LAPACK's dpbtrf and dpbtrs on S.
     Lapack(Triangle),
 }
 
-impl Rival {
+impl Entrant {
     /// All that are worth a row, whether compiled in or not: the direct solvers but for the dense one, and the others.
     pub fn all() -> Vec<Self> {
         let direct = Choice::all()
@@ -77,7 +77,7 @@ impl Rival {
         });
         let others = OTHERS.iter().filter_map(|name| name.parse().ok());
         solvers
-            .filter(|rival| !rival.is_dense())
+            .filter(|entrant| !entrant.is_dense())
             .chain(others)
             .collect()
     }
@@ -111,7 +111,7 @@ impl Rival {
     }
 }
 
-impl fmt::Display for Rival {
+impl fmt::Display for Entrant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Solver(choice, of) => write!(f, "{choice}{}", of.suffix()),
@@ -121,7 +121,7 @@ impl fmt::Display for Rival {
     }
 }
 
-impl FromStr for Rival {
+impl FromStr for Entrant {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -173,15 +173,15 @@ fn errors(case: &Case, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<Error
     Ok(Errors { backward, forward })
 }
 
-/// The errors of a rival's first pass, and its further passes.
-pub(super) fn work<'a>(case: &'a Case, rival: &Rival) -> Result<(Errors, Work<'a>), StepError> {
-    match rival {
-        Rival::Solver(choice, Use::Refined) => stepping(case, choice),
-        Rival::Solver(choice, _) => solving(case, choice, rival.cables()),
+/// The errors of a entrant's first pass, and its further passes.
+pub(super) fn work<'a>(case: &'a Case, entrant: &Entrant) -> Result<(Errors, Work<'a>), StepError> {
+    match entrant {
+        Entrant::Solver(choice, Use::Refined) => stepping(case, choice),
+        Entrant::Solver(choice, _) => solving(case, choice, entrant.cables()),
         #[cfg(feature = "lapack")]
-        Rival::Lapack(triangle) => banding(case, *triangle),
+        Entrant::Lapack(triangle) => banding(case, *triangle),
         #[cfg(not(feature = "lapack"))]
-        Rival::Lapack(_) => Err(failed(NO_LAPACK)),
+        Entrant::Lapack(_) => Err(failed(NO_LAPACK)),
     }
 }
 
@@ -268,23 +268,27 @@ mod tests {
 
     #[test]
     fn the_names_are_known_and_round_trip() {
-        let names: Vec<_> = Rival::all().iter().map(Rival::family).collect();
+        let names: Vec<_> = Entrant::all().iter().map(Entrant::family).collect();
         for name in ["banded", "faer:ldlt/kkt", "umfpack", "umfpack/kkt"] {
             assert!(names.iter().any(|n| n == name), "{name}: {names:?}");
         }
         assert!(OTHERS.iter().all(|name| names.iter().any(|n| n == name)));
-        for rival in Rival::all() {
-            assert_eq!(rival.to_string().parse(), Ok(rival.clone()), "{rival}");
+        for entrant in Entrant::all() {
+            assert_eq!(
+                entrant.to_string().parse(),
+                Ok(entrant.clone()),
+                "{entrant}"
+            );
         }
     }
 
     #[test]
     fn unknown_names_list_the_known_ones() {
         for name in ["superlu", "superlu+refine", "lapack", "lapack:9"] {
-            let e = name.parse::<Rival>().unwrap_err();
+            let e = name.parse::<Entrant>().unwrap_err();
             assert!(e.contains("banded") && e.contains("lapack:lower"), "{e}");
         }
-        let e = "banded/kkt+refine".parse::<Rival>().unwrap_err();
+        let e = "banded/kkt+refine".parse::<Entrant>().unwrap_err();
         assert!(e.contains("/kkt"), "{e}");
     }
 }
