@@ -192,13 +192,15 @@ impl Activation {
     }
 
     /// The weights of the bounded rows at the present state, where the rows' rates are `jv` + `phi_t`, and their drives those of this
-    /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s].
+    /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s]. A part of a cable `is_light`, young or not, where
+    /// rope slips over to it: that has no mass, and would swing undamped.
     pub(crate) fn weigh(
         &mut self,
         system_data: &mut SystemData,
         of: &[Weights; 2],
         (jv, phi_t): (&[f64], &[f64]),
         jerk: f64,
+        is_light: impl Fn(&SystemData, usize, bool) -> bool,
         dt: f64,
     ) {
         if !self.made.is_empty() {
@@ -218,6 +220,7 @@ impl Activation {
             }
             let implicit = match *age {
                 0 if rate < 0.0 => 1.0,
+                age if is_light(system_data, k, age < YOUNG) => 1.0,
                 YOUNG.. => 0.0,
                 _ => share(response(system_data, k), system_data.rows.compliance[r], dt),
             };

@@ -180,6 +180,20 @@ impl ActiveSet {
         places.filter_map(|(k, place)| (place == RowState::Lower).then_some(k))
     }
 
+    /// True if bounded row `k` is part of a cable over sheaves with friction, and no body moves along with it; or, where rope
+    /// `slips` past it, if another part moves more of them, or as much and comes before it.
+    pub(crate) fn is_light(&self, system_data: &SystemData, k: usize, slips: bool) -> bool {
+        let Some(chain) = self.chains.iter().find(|chain| chain.contains(&k)) else {
+            return false;
+        };
+        let own = response(system_data, k);
+        let is_more = |other: usize| {
+            let of = response(system_data, other);
+            of > own || of == own && other < k
+        };
+        own == 0.0 || slips && chain.iter().any(|other| *other != k && is_more(*other))
+    }
+
     /// No drum has an end.
     pub(crate) fn forget_room(&mut self) {
         self.room.fill(f64::INFINITY);

@@ -206,8 +206,12 @@ impl Step {
             self.contacts.resting.fill([0.0; 3]);
         }
         self.contacts.end_rebound();
-        // The rates of the step are those before the blow.
-        self.history.forget(&self.system_data.rows.phi_t);
+        // The rates of the step are those before the blow. A drum that has emptied in it stands.
+        let rows = &self.system_data.rows;
+        self.history.forget(&rows.phi_t);
+        for k in self.active_set.emptied() {
+            self.history.phi_t[rows.bounds[k].row] = 0.0;
+        }
         Ok(())
     }
 

@@ -75,8 +75,10 @@ impl Step {
                 true => f64::INFINITY,
                 false => divided::LEAST * slowest(&self.scene, dt),
             };
+            let bounded = &self.active_set;
+            let is_light = |system: &SystemData, k, young| bounded.is_light(system, k, young);
             self.activation
-                .weigh(system_data, &weights, rates, jerk, dt);
+                .weigh(system_data, &weights, rates, jerk, is_light, dt);
             self.slip.forget();
         }
         let stiff = stiffness != GeometricStiffness::Off;

@@ -122,6 +122,7 @@ impl Step {
         let [_, scratch] = &mut self.system.in_rows;
         let mut moved = std::mem::take(scratch);
         self.drives(dt, &mut moved);
+        self.yielded(dt, &mut moved);
         let loads = self.work_of_loads(dt);
         let by_contacts = 0.5 * self.work_by_contacts();
         let recovery = 0.5 * self.work_of_recovery(dt);
@@ -264,35 +265,59 @@ impl Step {
         }
     }
 
-    /// Work of external loads and of rows at their limits of force in the last sub-step of `dt` \[J].
+    /// From `moved` by how much motors and joints at their limits of force have yielded in the last sub-step of `dt`:
+    /// dt (J v + ∂φ/∂t) of all bodies.
+    fn yielded(&self, dt: f64, moved: &mut [f64]) {
+        let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
+        for k in self.at_limits().filter(|k| !self.is_winch(*k)) {
+            let bound = rows.bounds[k];
+            let first = rows.row_range(bound.constraint).start;
+            let moved = &mut moved[bound.row];
+            *moved -= dt * rows.phi_t[bound.row];
+            for s in rows.slot_range(bound.constraint) {
+                let j = rows.block(s).rows()[bound.row - first];
+                *moved -= dt * dot(&j, &bodies.rates(rows.slots[s].body));
+            }
+        }
+    }
+
+    /// Bounded rows at a limit of force, by their numbers among the bounds.
+    fn at_limits(&self) -> impl Iterator<Item = usize> + '_ {
+        let bounds = self
+            .system_data
+            .rows
+            .bounds
+            .iter()
+            .zip(self.active_set.places());
+        let at_limit = |(bound, place): (&RowBounds, RowState)| {
+            place != RowState::Inside && self.multipliers.mu[bound.row] != 0.0
+        };
+        (0..)
+            .zip(bounds)
+            .filter_map(move |(k, of)| at_limit(of).then_some(k))
+    }
+
+    fn is_winch(&self, bound: usize) -> bool {
+        let constraint = self.system_data.rows.bounds[bound].constraint;
+        self.scene.constraints[constraint].winch().is_some()
+    }
+
+    /// Work of external loads, and of what drums at their limits of force held before, in the last sub-step of `dt` \[J].
     fn work_of_loads(&self, dt: f64) -> f64 {
         let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
         let mut work = 0.0;
-        let bounds = rows.bounds.iter().zip(self.active_set.places());
-        for (k, (bound, place)) in bounds.enumerate() {
-            let mu = self.multipliers.mu[bound.row];
-            if place == RowState::Inside || mu == 0.0 {
-                continue;
+        for k in self.at_limits().filter(|k| self.is_winch(*k)) {
+            // As the drum pays out it is told to have the work of all of that. What the rope was stretched by was no work
+            // where no force tells it: before the first step, against a damper, as the gap of a rigid row.
+            let row = rows.bounds[k].row;
+            let last = self.record.account.lambda.get(row);
+            let is_told = last.is_some_and(|last| *last != 0.0);
+            let compliance = rows.compliance[row];
+            if !is_told || rows.damping[row] > 0.0 || compliance == 0.0 {
+                let kept = compliance * self.activation.spring_of_limit(rows, k, dt);
+                let force = self.multipliers.mu[row] / dt;
+                work -= force * (self.activation.begun(k) - kept).max(0.0);
             }
-            if self.scene.constraints[bound.constraint].winch().is_some() {
-                // As the drum pays out it is told to have the work of all of that. What the rope was stretched by was no work
-                // where no force tells it: before the first step, against a damper, as the gap of a rigid row.
-                let last = self.record.account.lambda.get(bound.row);
-                let is_told = last.is_some_and(|last| *last != 0.0);
-                let compliance = rows.compliance[bound.row];
-                if !is_told || rows.damping[bound.row] > 0.0 || compliance == 0.0 {
-                    let kept = compliance * self.activation.spring_of_limit(rows, k, dt);
-                    work -= mu / dt * (self.activation.begun(k) - kept).max(0.0);
-                }
-                continue;
-            }
-            let first = rows.row_range(bound.constraint).start;
-            for s in rows.slot_range(bound.constraint) {
-                let body = rows.slots[s].body;
-                let j = rows.block(s).rows()[bound.row - first];
-                work += mu * dot(&j, &bodies.rates(body));
-            }
-            work += mu * rows.phi_t[bound.row];
         }
         for i in self.scene.dynamic_bodies() {
             work += dt
