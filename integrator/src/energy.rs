@@ -122,6 +122,39 @@ impl Step {
         0.5 * (all - slack.map(|b| stored(b.row)).sum::<f64>())
     }
 
+    /// Elastic energy of row `row` of a constraint, at most ½ φ²/ε: damping adds to λ, but stores nothing \[J].
+    pub(crate) fn stored(&self, constraint: usize, row: usize) -> f64 {
+        let rows = &self.system_data.rows;
+        let compliance = rows.compliance[row];
+        if compliance == 0.0 {
+            return 0.0;
+        }
+        let phi = rows.phi[row];
+        let stretch = match self.stretch_at_limit(row) {
+            Some(begun) => begun,
+            None => self.stretch(constraint, row).abs().min(phi.abs()),
+        };
+        0.5 * stretch * stretch / compliance
+    }
+
+    /// φ of a damped rope whose drum slips, at the time that energies belong to \[m]: its spring does not follow the limit of the force.
+    fn stretch_at_limit(&self, row: usize) -> Option<f64> {
+        let rows = &self.system_data.rows;
+        let slips = |k: usize| {
+            let winch = self.scene.constraints[rows.bounds[k].constraint].winch();
+            self.active_set.place(k) == RowState::Lower && winch.is_some()
+        };
+        let bounded = rows.bounds.binary_search_by_key(&row, |bound| bound.row);
+        let k = bounded
+            .ok()
+            .filter(|k| rows.damping[row] > 0.0 && slips(*k))?;
+        let phi = match self.progress.stage {
+            Stage::Advanced { implicit: true, .. } => rows.phi[row],
+            _ => self.activation.begun(k),
+        };
+        Some(phi.max(0.0))
+    }
+
     /// ε λ + τ r⁺ = −φ of row `row` of a constraint \[m], its force without that of the damper, which a row at a bound does not have.
     /// ½ φ²/ε of a stiff row would be that of its drift, which its damper takes back: the part ε/(ε + Δt² J M̃⁻¹ Jᵀ) of τ r⁺ counts, that
     /// of a row which the step resolves.

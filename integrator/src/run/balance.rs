@@ -127,7 +127,16 @@ impl Stepper {
         };
         let free = (f64::NEG_INFINITY, f64::INFINITY);
         let all: f64 = (0..rows.rows()).map(|r| energy(r, free)).sum();
-        let beyond = |b: &RowBounds| energy(b.row, free) - energy(b.row, (b.lower, b.upper));
+        // A drum's limit is of the force with its damper's.
+        let constraints = &self.step.scene.constraints;
+        let is_damped = |b: &RowBounds| {
+            rows.damping[b.row] > 0.0 && constraints[b.constraint].winch().is_some()
+        };
+        let of = |b: &RowBounds| match is_damped(b) {
+            true => (f64::NEG_INFINITY, b.upper),
+            false => (b.lower, b.upper),
+        };
+        let beyond = |b: &RowBounds| energy(b.row, free) - energy(b.row, of(b));
         all - rows.bounds.iter().map(beyond).sum::<f64>()
     }
 
@@ -241,18 +250,10 @@ impl Stepper {
         carry.any(|touch| before(touch) < -slowest)
     }
 
-    /// Elastic energy of the rows, at most ½ φ²/ε: damping adds to λ, but stores nothing.
+    /// Elastic energy of the rows.
     fn stored_energy(&self) -> f64 {
         let rows = &self.step.system_data.rows;
-        let of_row = |(c, r): (usize, usize)| {
-            let compliance = rows.compliance[r];
-            if compliance == 0.0 {
-                return 0.0;
-            }
-            let stored = self.step.stretch(c, r).powi(2).min(rows.phi[r].powi(2));
-            0.5 * stored / compliance
-        };
-        let of_constraint = |c: usize| rows.row_range(c).map(move |r| of_row((c, r)));
+        let of_constraint = |c: usize| rows.row_range(c).map(move |r| self.step.stored(c, r));
         (0..rows.constraints()).flat_map(of_constraint).sum()
     }
 

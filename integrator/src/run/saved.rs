@@ -251,7 +251,7 @@ impl SavedRun {
         }
         let (sums, by_row) = self.account.numbers();
         finite("account", sums)?;
-        let counts = [rows, rows, bounded];
+        let counts = [rows, rows, bounded, bounded];
         let vectors = by_row.into_iter().zip(counts);
         for (numbers, needed) in vectors.filter(|(numbers, _)| !numbers.is_empty()) {
             count("account", numbers.len(), needed)?;

@@ -42,6 +42,12 @@ pub(crate) struct Account {
         serde(default, skip_serializing_if = "Vec::is_empty")
     )]
     pub(crate) compliance: Vec<f64>,
+    /// Elastic energies of the bounded rows that were at a limit in the last sub-step, 0 of the others \[J].
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Vec::is_empty")
+    )]
+    pub(crate) strain: Vec<f64>,
     /// Excess in the last steps \[J], and that of the balance before.
     pub(crate) recent: [f64; LASTING],
     #[cfg_attr(feature = "serde", serde(default))]
@@ -55,7 +61,7 @@ pub(crate) struct Account {
 impl Account {
     /// Numbers that are finite in a sound account, and the vectors with one number a row, or a bounded one, which are
     /// empty before the first step.
-    pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 3]) {
+    pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 4]) {
         let sums = [
             &self.work,
             &self.pending,
@@ -66,7 +72,7 @@ impl Account {
         ];
         (
             sums.into_iter().chain(&self.recovery).chain(&self.start),
-            [&self.open, &self.lambda, &self.compliance],
+            [&self.open, &self.lambda, &self.compliance, &self.strain],
         )
     }
 
@@ -85,34 +91,45 @@ impl Account {
         (self.open, self.lambda) = (vec![0.0; rows], vec![0.0; rows]);
     }
 
-    /// Becomes a copy of `other`. Allocates only where this one has fewer rows.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        let vectors = [&mut self.open, &mut self.lambda, &mut self.compliance];
-        let [mut open, mut lambda, mut compliance] = vectors.map(std::mem::take);
-        open.clone_from(&other.open);
-        lambda.clone_from(&other.lambda);
-        compliance.clone_from(&other.compliance);
-        *self = Self {
+    fn vectors(&mut self) -> [&mut Vec<f64>; 4] {
+        [
+            &mut self.open,
+            &mut self.lambda,
+            &mut self.compliance,
+            &mut self.strain,
+        ]
+    }
+
+    /// With the sums of `sums` and the vectors that it is lent, in the order of [`vectors`](Self::vectors).
+    fn of(sums: &Self, [open, lambda, compliance, strain]: [Vec<f64>; 4]) -> Self {
+        Self {
             open,
             lambda,
             compliance,
-            ..*other
-        };
+            strain,
+            ..*sums
+        }
+    }
+
+    /// Becomes a copy of `other`. Allocates only where this one has fewer rows.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let mut own = self.vectors().map(std::mem::take);
+        let [open, lambda, compliance, strain] = &mut own;
+        open.clone_from(&other.open);
+        lambda.clone_from(&other.lambda);
+        compliance.clone_from(&other.compliance);
+        strain.clone_from(&other.strain);
+        *self = Self::of(other, own);
     }
 
     /// The next step begins a new balance.
     pub(crate) fn close(&mut self) {
-        let vectors = [&mut self.open, &mut self.lambda, &mut self.compliance];
-        let [mut open, mut lambda, mut compliance] = vectors.map(std::mem::take);
+        let mut own = self.vectors().map(std::mem::take);
+        let [open, lambda, bounded @ ..] = &mut own;
         open.fill(0.0);
         lambda.fill(0.0);
-        compliance.clear();
-        *self = Self {
-            open,
-            lambda,
-            compliance,
-            ..Self::default()
-        };
+        bounded.iter_mut().for_each(Vec::clear);
+        *self = Self::of(&Self::default(), own);
     }
 }
 
@@ -126,7 +143,7 @@ impl Step {
         let loads = self.work_of_loads(dt);
         let by_contacts = 0.5 * self.work_by_contacts();
         let recovery = 0.5 * self.work_of_recovery(dt);
-        let wound = self.wound(dt);
+        let wound = self.wound(dt) - self.strained();
         let account = &mut self.record.account;
         account.open.resize(self.multipliers.mu.len(), 0.0);
         account.lambda.resize(self.multipliers.mu.len(), 0.0);
@@ -171,6 +188,25 @@ impl Step {
             }
         }
         wound
+    }
+
+    /// Elastic energy that motors and joints have gained while they were at their limits \[J]: the force there is that of the limit,
+    /// whatever the stretch.
+    fn strained(&mut self) -> f64 {
+        let mut strain = std::mem::take(&mut self.record.account.strain);
+        strain.resize(self.system_data.rows.bounds.len(), 0.0);
+        let mut gained = 0.0;
+        for (k, strain) in strain.iter_mut().enumerate() {
+            let bound = self.system_data.rows.bounds[k];
+            let is_at_limit = self.active_set.place(k) != RowState::Inside && bound.side() == 0.0;
+            if is_at_limit || *strain > 0.0 {
+                let now = self.stored(bound.constraint, bound.row);
+                gained += if *strain > 0.0 { now - *strain } else { 0.0 };
+                *strain = if is_at_limit { now } else { 0.0 };
+            }
+        }
+        self.record.account.strain = strain;
+        gained
     }
 
     /// Half of the present impulses bring the velocities to their own time at the last rates of the drives, or, with `sign` 1, back
@@ -313,7 +349,7 @@ impl Step {
             let last = self.record.account.lambda.get(row);
             let is_told = last.is_some_and(|last| *last != 0.0);
             let compliance = rows.compliance[row];
-            if !is_told || rows.damping[row] > 0.0 || compliance == 0.0 {
+            if compliance == 0.0 || !is_told && rows.damping[row] == 0.0 {
                 let kept = compliance * self.activation.spring_of_limit(rows, k, dt);
                 let force = self.multipliers.mu[row] / dt;
                 work -= force * (self.activation.begun(k) - kept).max(0.0);

@@ -127,7 +127,8 @@ impl Facts for Fairlead {
         Some(&self.winch)
     }
 
-    fn winch_mut(&mut self, _t: f64) -> Option<(&mut Winch, f64)> {
+    fn winch_mut(&mut self, t: f64) -> Option<(&mut Winch, f64)> {
+        self.winch.since = t;
         Some((&mut self.winch, self.length))
     }
 

@@ -257,7 +257,7 @@ impl MasslessCable {
         if let Some(winch) = &mut self.winch {
             self.law.compliance *= length / self.length;
             self.length = length;
-            winch.since = t;
+            winch.since = winch.since.max(t);
         }
     }
 
@@ -344,7 +344,9 @@ impl Facts for MasslessCable {
 
     fn winch_mut(&mut self, t: f64) -> Option<(&mut Winch, f64)> {
         self.rebase(t);
-        self.winch.as_mut().zip(Some(self.length))
+        let winch = self.winch.as_mut()?;
+        winch.since = t;
+        Some((winch, self.length))
     }
 
     fn stall(&mut self, tension: f64, t: f64) -> bool {

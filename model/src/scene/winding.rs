@@ -33,7 +33,7 @@ impl Scene {
         };
         let length = lead.length_at(t) + paid;
         let by = length - lead.length;
-        lead.winch.since = t;
+        lead.winch.since = lead.winch.since.max(t);
         let (Some(body), Some(cable), true) = (lead.frames[1].body_index(), cable, by != 0.0)
         else {
             return false;
