@@ -258,6 +258,12 @@ impl ActiveSet {
         self.emptied.fill(None);
         (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
         (self.closing, self.gives_way) = (false, false);
+        // What can have no force is in no system: two such rows of one body may be the same.
+        for (row, bound) in self.rows.iter_mut().zip(&rows.bounds) {
+            if row.place == RowState::Inside && bound.lower == bound.upper {
+                row.place = RowState::Upper;
+            }
+        }
         self.unite_chains(rows);
     }
 

@@ -62,3 +62,8 @@ fn contacts_carry_and_decide_what_formulas_say() {
 fn what_lies_or_rides_stays_in_its_place() {
     holds(include_str!("cases/riding.toml"));
 }
+
+#[test]
+fn drives_at_their_limits_pay_for_what_they_move() {
+    holds(include_str!("cases/limits.toml"));
+}

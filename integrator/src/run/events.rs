@@ -9,7 +9,10 @@ use crate::StepError;
 use crate::run::Stepper;
 use crate::run::change::Edit;
 use crate::run::identity::ConstraintId;
-use taut_model::{Action, CableParts, Event, Frame, When};
+use taut_model::{Action, CableParts, Event, Frame, Side, When};
+
+/// Distance of points that an event ties as one, over the arm of the point that is moved there.
+const NEAR: f64 = 1e-3;
 
 impl Stepper {
     /// Names of the events of the last step.
@@ -185,11 +188,22 @@ impl Edit {
         }
     }
 
-    /// Ties two points together as they are at `time` (s).
+    /// Ties two points together as they are at `time` (s). Points [`NEAR`] each other, as where shapes touch, become one: a link as
+    /// short as that turns faster than the step.
     fn attach(&mut self, name: &str, between: &[Frame; 2], time: f64) {
-        let points = between.map(|f| f.resolve(&self.scene().bodies, time).point());
-        let length = (points[0] - points[1]).norm();
-        self.add_constraint(name, Action::tie(*between, length), 0);
+        let bodies = &self.scene().bodies;
+        let points = between.map(|f| f.resolve(bodies, time).point());
+        let mut frames = *between;
+        let mut length = (points[0] - points[1]).norm();
+        for (k, frame) in frames.iter_mut().enumerate() {
+            if let Side::Body(i) = frame.side
+                && (0.0 < length && length < NEAR * frame.point.norm())
+            {
+                frame.point += bodies.orientation[i].inverse() * (points[1 - k] - points[k]);
+                length = 0.0;
+            }
+        }
+        self.add_constraint(name, Action::tie(frames, length), 0);
     }
 }
 
