@@ -98,7 +98,7 @@ impl Contact {
 
 /// A collider where it is now.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct PlacedSolid {
     solid: Solid,
     /// Corners of its box, grown by its own reach, world \[m].
     low: Vector3<f64>,
@@ -114,7 +114,7 @@ pub struct Collisions {
     /// Numbers of the colliders with an end, in the order of the last sort, and of the half-spaces.
     bounded: Vec<usize>,
     planes: Vec<usize>,
-    places: Vec<Place>,
+    places: Vec<PlacedSolid>,
     near: Vec<[usize; 2]>,
     touches: Vec<Touch>,
     contacts: Vec<Contact>,
@@ -193,7 +193,7 @@ impl Collisions {
                     + 1e-3 * collider.shape.dimensions()[0]
             };
             let half = solid.extents().add_scalar(margin);
-            self.places.push(Place {
+            self.places.push(PlacedSolid {
                 solid,
                 low: solid.centre - half,
                 high: solid.centre + half,
@@ -333,7 +333,7 @@ fn speeds(scene: &Scene, body: Option<usize>) -> [Vector3<f64>; 2] {
 }
 
 /// Largest distance at which a pair counts.
-fn reach(scene: &Scene, pair: [usize; 2], places: &[Place], dt: f64) -> Reach {
+fn reach(scene: &Scene, pair: [usize; 2], places: &[PlacedSolid], dt: f64) -> Reach {
     let colliders = pair.map(|i| &scene.colliders[i]);
     let [[v, _], [w, _]] = colliders.map(|c| speeds(scene, c.body));
     let turning = |own: usize, other: usize| {
@@ -358,7 +358,7 @@ fn reach(scene: &Scene, pair: [usize; 2], places: &[Place], dt: f64) -> Reach {
 }
 
 /// The axis along which the boxes are spread most.
-fn widest(bounded: &[usize], places: &[Place]) -> usize {
+fn widest(bounded: &[usize], places: &[PlacedSolid]) -> usize {
     let infinite = Vector3::repeat(f64::INFINITY);
     let (mut low, mut high) = (infinite, -infinite);
     for i in bounded {

@@ -72,14 +72,14 @@ pub(crate) enum Factors {
 
 /// Result of the rule for a matrix that is not singular.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Verdict {
+pub(crate) struct Assessment {
     /// 1/(‖R A C‖₁ ‖(R A C)⁻¹‖₁).
     pub(crate) reciprocal: f64,
     /// Quality of its factors.
     pub(crate) factors: Factors,
 }
 
-impl Verdict {
+impl Assessment {
     /// Where entries grew so much that nothing can be told.
     pub(crate) const UNKNOWN: Self = Self {
         reciprocal: 0.0,
@@ -147,9 +147,9 @@ impl Rule {
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         roundoff: f64,
         mut solve: impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
-    ) -> Result<Verdict, SolveError> {
+    ) -> Result<Assessment, SolveError> {
         if self.sums.is_empty() {
-            return Ok(Verdict {
+            return Ok(Assessment {
                 reciprocal: 1.0,
                 factors: Factors::Good,
             });
@@ -163,11 +163,11 @@ impl Rule {
         self.scale_by_inverse(entries, &mut solve)?;
         // Whatever the digits of the factors, those of x have to do.
         match self.check_scaled(entries, f64::ROUNDOFF, &mut solve) {
-            Ok(Verdict {
+            Ok(Assessment {
                 factors: Factors::Useless,
                 ..
             }) => found,
-            Ok(verdict) => Ok(Verdict {
+            Ok(verdict) => Ok(Assessment {
                 factors: Factors::Graded,
                 ..verdict
             }),
@@ -182,7 +182,7 @@ impl Rule {
         entries: &(impl Iterator<Item = (usize, usize, f64)> + Clone),
         roundoff: f64,
         solve: &mut impl FnMut(&mut [f64], bool) -> Result<(), SolveError>,
-    ) -> Result<Verdict, SolveError> {
+    ) -> Result<Assessment, SolveError> {
         self.sums.fill(0.0);
         entries.clone().for_each(|(r, c, a)| {
             self.sums[c] += self.scales.at(r, c, a).abs();
@@ -227,7 +227,7 @@ impl Rule {
         if factors == Factors::Useless && reciprocal < GROWTH {
             return Err(singular);
         }
-        Ok(Verdict {
+        Ok(Assessment {
             reciprocal: reciprocal.min(1.0),
             factors,
         })

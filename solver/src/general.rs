@@ -16,7 +16,7 @@
 
 use crate::backends::General;
 use crate::claim::Judge;
-use crate::condition::{Factors, Rule, Verdict};
+use crate::condition::{Assessment, Factors, Rule};
 use crate::error::expect_len;
 use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport};
 
@@ -297,7 +297,7 @@ impl GeneralSolver {
                     // After such growth the factors are those of another matrix: they do not show
                     // that A is singular.
                     (Err(SolveError::Singular { .. }), None) if work.growth() > GROWN => {
-                        Verdict::UNKNOWN
+                        Assessment::UNKNOWN
                     }
                     (judged, _) => judged?,
                 };

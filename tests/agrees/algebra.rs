@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use taut_tests::algebra::draw::Drawn;
-use taut_tests::algebra::{Verdict, exact, judge};
+use taut_tests::algebra::{Judgement, exact, judge};
 
 /// Systems of a test, unless the variable `TAUT_ALGEBRA` says otherwise.
 const SYSTEMS: u64 = 500;
@@ -30,7 +30,7 @@ fn what_was_told_wrongly_once_is_not_again() {
 }
 
 /// The first 20 of each kind of fault.
-fn list(verdicts: &BTreeMap<u64, Verdict>) -> String {
+fn list(verdicts: &BTreeMap<u64, Judgement>) -> String {
     let mut kinds: BTreeMap<&str, Vec<(u64, &str)>> = BTreeMap::new();
     for (seed, verdict) in verdicts {
         for fault in &verdict.faults {

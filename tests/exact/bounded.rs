@@ -11,7 +11,7 @@ const MOST_TRIED: usize = 7;
 
 /// Where a row is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Place {
+enum RowState {
     Inside,
     At(f64),
 }
@@ -64,10 +64,10 @@ impl Problem {
     }
 
     /// The impulses with each bounded row at its place.
-    fn with_places(&self, places: &[Place]) -> Option<Vec<f64>> {
+    fn with_places(&self, places: &[RowState]) -> Option<Vec<f64>> {
         let (mut s, mut b) = (self.s.clone(), self.equations.b.clone());
         for (&(row, ..), place) in self.bounds.iter().zip(places) {
-            if let Place::At(value) = *place {
+            if let RowState::At(value) = *place {
                 s.row_mut(row).fill(0.0);
                 s[(row, row)] = 1.0;
                 b[row] = value;
@@ -75,7 +75,7 @@ impl Problem {
         }
         let mut mu = s.lu().solve(&b)?.as_slice().to_vec();
         for (&(row, ..), place) in self.bounds.iter().zip(places) {
-            if let Place::At(value) = *place {
+            if let RowState::At(value) = *place {
                 // To the last bit, by which it is judged.
                 mu[row] = value;
             }
@@ -87,8 +87,8 @@ impl Problem {
     fn solution(&self) -> (Vec<f64>, f64) {
         let choices = self.bounds.iter().map(|&(_, lower, upper)| {
             let ends = [lower, upper].into_iter().filter(|x| x.is_finite());
-            let mut places = vec![Place::Inside];
-            places.extend(ends.map(Place::At));
+            let mut places = vec![RowState::Inside];
+            places.extend(ends.map(RowState::At));
             places
         });
         let choices: Vec<_> = choices.collect();

@@ -79,7 +79,7 @@ pub struct Fault {
 
 /// Result of judging one system.
 #[derive(Debug, Clone, Default)]
-pub struct Verdict {
+pub struct Judgement {
     /// All that is wrong.
     pub faults: Vec<Fault>,
     /// Each estimate of a condition over the condition.
@@ -88,7 +88,7 @@ pub struct Verdict {
     pub claims: usize,
 }
 
-impl Verdict {
+impl Judgement {
     fn fault(&mut self, kind: &'static str, numbers: String) {
         self.faults.push(Fault { kind, numbers });
     }
@@ -101,9 +101,9 @@ fn compiled(names: &[&str]) -> Vec<Backend> {
 }
 
 /// Judges what is told of the system of a seed.
-pub fn judge(seed: u64) -> Verdict {
+pub fn judge(seed: u64) -> Judgement {
     let drawn = Drawn::of_seed(seed);
-    let mut verdict = Verdict::default();
+    let mut verdict = Judgement::default();
     let truth = Truth::of(&drawn);
     let path = Path::new("drawn.mtx");
     let (matrix, dropped) = match matrix_of(&drawn.market, path) {
@@ -144,7 +144,7 @@ pub fn judge(seed: u64) -> Verdict {
 }
 
 /// Zeros make no pattern.
-fn pattern(drawn: &Drawn, matrix: &Matrix, verdict: &mut Verdict) {
+fn pattern(drawn: &Drawn, matrix: &Matrix, verdict: &mut Judgement) {
     let mut zeros = 0;
     if drawn.market.blocks.is_empty() {
         matrix.for_each(|r, c, a| zeros += usize::from(a == 0.0 && r != c));
@@ -154,7 +154,7 @@ fn pattern(drawn: &Drawn, matrix: &Matrix, verdict: &mut Verdict) {
     }
 }
 
-fn conditions(drawn: &Drawn, truth: &Truth, problem: &Problem<'_>, verdict: &mut Verdict) {
+fn conditions(drawn: &Drawn, truth: &Truth, problem: &Problem<'_>, verdict: &mut Judgement) {
     if truth.scaled > COMPARED || truth.condition > COMPARED {
         return;
     }
@@ -181,7 +181,7 @@ fn solve(
     truth: &Truth,
     problem: &Problem<'_>,
     backend: &Backend,
-    verdict: &mut Verdict,
+    verdict: &mut Judgement,
 ) {
     let mut x = vec![0.0; drawn.dim()];
     let solved = problem.analyze(backend).and_then(|mut solver| {
@@ -204,7 +204,7 @@ fn solve_after(
     truth: &Truth,
     matrix: &Matrix,
     backend: &Backend,
-    verdict: &mut Verdict,
+    verdict: &mut Judgement,
 ) {
     let Matrix::Symmetric(a) = matrix else { return };
     let (n, b) = (drawn.dim(), &truth.b);
@@ -263,7 +263,7 @@ fn told(
     matrix: &Matrix,
     backend: &Backend,
     (solved, x, error_of): (Result<SolveReport, SolveError>, &[f64], ErrorOf),
-    verdict: &mut Verdict,
+    verdict: &mut Judgement,
 ) {
     let form = match matrix {
         Matrix::Symmetric(_) => "",
@@ -311,7 +311,7 @@ fn told(
 }
 
 /// Checks the words of `taut solve`: whether it calls a matrix singular, and how it refuses.
-fn words((drawn, truth): (&Drawn, &Truth), system: &System, verdict: &mut Verdict) {
+fn words((drawn, truth): (&Drawn, &Truth), system: &System, verdict: &mut Judgement) {
     let singular = truth.least > SINGULAR;
     if !singular && condition_by_units(drawn, truth) > SOLVABLE {
         return;

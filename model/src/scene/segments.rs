@@ -110,7 +110,7 @@ pub struct Merged {
 
 /// A segment between its neighbours.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct Neighbours {
     cable: usize,
     /// Number of the segment in the cable, and of its body.
     segment: usize,
@@ -129,7 +129,7 @@ pub(super) struct Place {
 
 impl Scene {
     /// Segment number `segment` of cable number `cable`; `None` where there is none, or nothing holds it.
-    pub(super) fn place(&self, cable: usize, segment: usize) -> Option<Place> {
+    pub(super) fn place(&self, cable: usize, segment: usize) -> Option<Neighbours> {
         let body = *self.cables.get(cable)?.bodies.get(segment)?;
         let joints = [0, 1].map(|end| self.joint_at(cable, segment, end));
         // Side b of the joint towards the start is the segment, side a of the other.
@@ -144,7 +144,7 @@ impl Scene {
         if chord == 0.0 {
             return None;
         }
-        Some(Place {
+        Some(Neighbours {
             cable,
             segment,
             body,
@@ -311,7 +311,7 @@ impl Scene {
 
     /// Takes the last `rest` (m) of a segment as a new one, unstrained: the numbers of its body and of its joint, the last
     /// ones.
-    fn part(&mut self, at: &Place, stock: &Stock, rest: f64) -> [usize; 2] {
+    fn part(&mut self, at: &Neighbours, stock: &Stock, rest: f64) -> [usize; 2] {
         let (u, share) = (at.along, rest / at.length);
         // Rods of cable that was laid in a curve are shorter than it is.
         let chords = [at.chord * (1.0 - share), at.chord * share];
@@ -385,7 +385,7 @@ impl Scene {
 
     /// Turns the parts of a segment, the new `body` with the new `joint` and the other, so that of the twists at their outer
     /// ends the parts `kept` are left.
-    fn share_twists(&mut self, at: &Place, [body, joint]: [usize; 2], kept: &[f64; 2]) {
+    fn share_twists(&mut self, at: &Neighbours, [body, joint]: [usize; 2], kept: &[f64; 2]) {
         let twists = at.joints.map(|joint| self.twist_at(joint));
         let [first, second] = twists.map(|twist| twist.unwrap_or(0.0));
         let turns = [-first * (1.0 - kept[0]), second * (1.0 - kept[1])];
@@ -435,7 +435,7 @@ impl Scene {
     }
 
     /// The joint breaks as the one at the other end of the segments does.
-    fn break_alike(&mut self, at: &Place, joint: usize) {
+    fn break_alike(&mut self, at: &Neighbours, joint: usize) {
         let breaks = |joint: usize| {
             self.events.iter().find_map(|event| match &event.when {
                 When::Force { constraint, above } if *constraint == joint => {
@@ -512,7 +512,7 @@ impl Scene {
     /// Two segments as one, without the turn about its axis.
     fn merged(
         &self,
-        pair: &[Place; 2],
+        pair: &[Neighbours; 2],
         radius: f64,
         (growth, share): (&[f64; 2], f64),
         t: f64,
@@ -582,7 +582,7 @@ impl Scene {
 }
 
 /// By how much the joints around two segments grow that merge, and the first joint's part of both then.
-fn growth([first, second]: &[Place; 2]) -> ([f64; 2], f64) {
+fn growth([first, second]: &[Neighbours; 2]) -> ([f64; 2], f64) {
     let both = first.length + second.length;
     let before = [
         first.beyond[0] + first.length,

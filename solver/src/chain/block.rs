@@ -79,7 +79,7 @@ pub(super) const fn left_len(size: usize) -> usize {
     size / 2 * (size / 2 + 1) * 2 + size % 2 * size
 }
 
-/// Place of entry (i, j) in the Schur complement of a diagonal block: the blocks of two rows and columns by rows, of each its
+/// BlockSlot of entry (i, j) in the Schur complement of a diagonal block: the blocks of two rows and columns by rows, of each its
 /// diagonal, then its antidiagonal; the last row of an odd number by itself.
 const fn left_at(size: usize, i: usize, j: usize) -> usize {
     let before = i / 2 * (i / 2 + 1) * 2;

@@ -31,7 +31,7 @@ const MOST_ROWS: usize = 2;
 #[derive(Debug, Clone)]
 pub(crate) struct Bordered {
     chain: Chain,
-    /// Place of each of the border's rows in the matrix.
+    /// BlockSlot of each of the border's rows in the matrix.
     rows: Vec<usize>,
     border: Border,
     /// U ([`u_at`]), with a column of zeros where the border's rows are odd.

@@ -5,7 +5,7 @@ use crate::BlockPattern;
 
 /// Where a block lies that is eliminated, and its coupling to the block that comes after it.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Place {
+pub(super) struct BlockSlot {
     /// First scalar row.
     pub(super) row: usize,
     /// Number of rows; 0 for padding.
@@ -18,7 +18,7 @@ pub(super) struct Place {
     pub(super) next: usize,
 }
 
-impl Place {
+impl BlockSlot {
     /// The block `here`, and the block `next` that it couples to.
     fn new(offsets: Offsets<'_>, here: usize, next: Option<usize>) -> Self {
         let pattern = offsets.pattern;
@@ -56,7 +56,7 @@ pub(super) fn size_of_chain(pattern: &BlockPattern, chain: &[usize]) -> Option<u
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
     /// The block of each elimination: up from the first block, down from the last.
-    pub(super) ends: [Place; 2],
+    pub(super) ends: [BlockSlot; 2],
     /// True if these blocks and their couplings exist in full size.
     pub(super) full: bool,
 }
@@ -83,12 +83,12 @@ impl Schedule {
                 // With an even number of blocks the second elimination is one block shorter and comes one step later.
                 let down = blocks - blocks % 2 - t;
                 let down = if down < blocks {
-                    Place::new(offsets, chain[down], Some(chain[down - 1]))
+                    BlockSlot::new(offsets, chain[down], Some(chain[down - 1]))
                 } else {
-                    Place::default()
+                    BlockSlot::default()
                 };
-                let ends = [Place::new(offsets, chain[t], Some(chain[t + 1])), down];
-                let full = |p: &Place| p.size == size && p.next == size && p.coupling.is_some();
+                let ends = [BlockSlot::new(offsets, chain[t], Some(chain[t + 1])), down];
+                let full = |p: &BlockSlot| p.size == size && p.next == size && p.coupling.is_some();
                 Step {
                     full: ends.iter().all(full),
                     ends,
@@ -96,9 +96,9 @@ impl Schedule {
             })
             .collect();
         let middle = chain.get(count);
-        let middle = middle.map_or(Place::default(), |&j| Place::new(offsets, j, None));
+        let middle = middle.map_or(BlockSlot::default(), |&j| BlockSlot::new(offsets, j, None));
         steps.push(Step {
-            ends: [middle, Place::default()],
+            ends: [middle, BlockSlot::default()],
             full: false,
         });
         let is_patch = |step: &Step| step.ends.iter().any(|p| offsets.is_patch(p.diagonal));

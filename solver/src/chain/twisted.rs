@@ -3,7 +3,7 @@
 use super::block::{self, Blocks, ScratchOfTwo};
 use super::layout::{self, columns_of, per_step, unroll};
 use super::overlay::Overlay;
-use super::schedule::{Place, Schedule, Step};
+use super::schedule::{BlockSlot, Schedule, Step};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled, take_back, upper_solve};
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
@@ -153,7 +153,7 @@ impl<const B: usize> Padded<B> {
         }
     }
 
-    fn diagonal(&mut self, values: Overlay<'_>, end: usize, place: Place) {
+    fn diagonal(&mut self, values: Overlay<'_>, end: usize, place: BlockSlot) {
         let n = place.size;
         self.diagonal[end] = [[0.0; B]; B];
         copy(values, place.diagonal, [n, n], &mut self.diagonal[end]);
@@ -305,7 +305,7 @@ fn gather<V: Halves, const B: usize>(v: &[f64], step: &Step) -> [V; B] {
             rows[i] = pair(up[i], down[i]);
         });
     } else {
-        let at = |place: Place, i: usize| {
+        let at = |place: BlockSlot, i: usize| {
             if i < place.size {
                 v[place.row + i]
             } else {

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::Place;
+use super::Neighbours;
 use crate::body::Body;
 use crate::scene::Scene;
 
@@ -68,7 +68,7 @@ impl Scene {
     /// their centre become a rod of their masses in the pose of `rod`; and the angular momentum
     /// about the rod that is lost \[N m s]. The rod keeps their angular momentum across it, and
     /// their own spins about it.
-    pub(super) fn straightened(&self, pair: &[Place; 2], rod: &Body) -> [f64; 2] {
+    pub(super) fn straightened(&self, pair: &[Neighbours; 2], rod: &Body) -> [f64; 2] {
         let bodies = &self.bodies;
         let (centre, inertia) = self.as_one(&pair.map(|p| p.body));
         let about = |point: &Vector3<f64>| {
