@@ -41,7 +41,6 @@ pub enum Finding {
     Refused,
 }
 
-/// One solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solve {
     /// Steps before it.

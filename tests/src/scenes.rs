@@ -11,7 +11,6 @@ pub fn origin() -> Frame {
     Frame::world(Vector3::zeros())
 }
 
-/// The centre of a body.
 pub fn centre(body: usize) -> Frame {
     Frame::body(body, Vector3::zeros())
 }

@@ -14,12 +14,10 @@ fn of_seed(make: Make, shape: Shape, seed: u64) -> System {
     system
 }
 
-/// The positive definite system of a seed.
 pub fn positive_definite(shape: Shape, seed: u64) -> System {
     of_seed(systems::positive_definite, shape, seed)
 }
 
-/// The quasi-definite system of a seed.
 pub fn quasi_definite(shape: Shape, seed: u64) -> System {
     of_seed(systems::quasi_definite, shape, seed)
 }

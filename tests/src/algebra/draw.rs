@@ -78,7 +78,6 @@ pub enum Scaling {
     Rows,
     /// Each column by that.
     Columns,
-    /// Both.
     Both,
     /// Falling from the first row and column to the last.
     Graded,

@@ -90,7 +90,6 @@ pub fn refining(backend: Backend) -> Backend {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
     pub matrix: String,
-    /// Dimension.
     pub dim: usize,
     /// Block rows.
     pub blocks: usize,
@@ -128,7 +127,6 @@ pub struct Record {
     pub backend: String,
     /// All its options, as the command line reads them.
     pub options: String,
-    /// Dimension.
     pub dim: usize,
     /// Block rows.
     pub blocks: usize,

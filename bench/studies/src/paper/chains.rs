@@ -62,7 +62,6 @@ pub fn samples(
     Ok((samples, violation < BAR))
 }
 
-/// The values of one key of samples.
 pub fn values(samples: &[Value], key: &str) -> Vec<f64> {
     samples.iter().map(|s| number(s, key)).collect()
 }

@@ -157,7 +157,6 @@ impl Told {
     }
 }
 
-/// A text with the values of a row.
 pub(super) fn filled(text: &str, row: &Value) -> String {
     let mut out = String::new();
     let mut rest = text;

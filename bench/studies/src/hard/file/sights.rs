@@ -14,7 +14,6 @@ enum Sight<'a> {
     Probe(Probe),
     /// A column of the table beside the case.
     Beside(&'a TimeTable, usize),
-    /// One of the columns.
     Column(usize),
 }
 

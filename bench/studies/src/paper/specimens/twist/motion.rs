@@ -36,7 +36,6 @@ const PUSH_TURN: f64 = 2.399_963_229_728_653;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Step {
-    /// The paper's.
     Paper,
     /// The default, with geometric stiffness and guard.
     Default,
