@@ -216,12 +216,13 @@ impl Activation {
             }
             if *age == UNKNOWN {
                 // A row that is open, or within a step of it, has not been closed for long.
-                *age = if phi < dt * rate.abs() { 0 } else { YOUNG };
+                let is_open = phi < dt * rate.abs() || is_light(system_data, k, false);
+                *age = if is_open { 0 } else { YOUNG };
             }
             let implicit = match *age {
                 0 if rate < 0.0 => 1.0,
-                age if is_light(system_data, k, age < YOUNG) => 1.0,
                 YOUNG.. => 0.0,
+                _ if is_light(system_data, k, true) => 1.0,
                 _ => share(response(system_data, k), system_data.rows.compliance[r], dt),
             };
             system_data.mix_weights(r, of, implicit);
