@@ -15,7 +15,8 @@
 //! TAUT_GOLDEN=write cargo test -p taut-bench --features umfpack --test golden -- --include-ignored
 //! ```
 //!
-//! and the difference is what a reviewer reads. `hard`, `paper` and `static` take minutes: `--ignored` compares them.
+//! and the difference is what a reviewer reads. `hard`, `paper` and `static` take minutes: `--ignored` compares them, as
+//! `.ci/weekly` does. Files of `saved` are written where there are none and stay as they are.
 
 mod prints;
 mod reads_old_files;

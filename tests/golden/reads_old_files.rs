@@ -11,12 +11,15 @@ fn saved_runs_and_recordings_of_earlier_versions_are_read_or_refused_by_name() {
     let folder = golden().join("saved");
     for name in SCENES {
         let [state, tape] = ["json", "tape"].map(|ext| folder.join(format!("{name}.{ext}")));
+        // Those of earlier versions stay: no later one can write them again.
+        let missing = [("--save", &state), ("--record", &tape)].into_iter();
+        let missing = missing.filter(|(_, path)| !path.exists());
+        let missing = missing.map(|(option, path)| format!(" {option} {}", path.display()));
+        let missing: String = missing.collect();
         let (state, tape) = (state.display(), tape.display());
-        if writes() {
+        if writes() && !missing.is_empty() {
             fs::create_dir_all(&folder).expect("a folder");
-            let run = format!(
-                "run {name} --time 0.2 --estimate off --quiet --save {state} --record {tape}"
-            );
+            let run = format!("run {name} --time 0.2 --estimate off --quiet{missing}");
             assert_eq!(taut("saved", &run).1, 0, "{run}");
             continue;
         }
