@@ -197,9 +197,9 @@ impl fmt::Display for Verdict {
 }
 
 /// True of an error that keeps a bar. Errors may be negative, where less is better: what does not gain energy may lose it.
-/// NaN and −∞ are no errors, but what a formula without a result ends in.
+/// NaN and −∞ are no errors, but what a formula without a result ends in, and ∞ is no bar.
 fn is_within(error: f64, bar: f64) -> bool {
-    f64::NEG_INFINITY < error && error <= bar
+    f64::NEG_INFINITY < error && error <= bar && bar.is_finite()
 }
 
 impl Check {
@@ -454,6 +454,7 @@ mod tests {
     fn an_error_that_is_no_number_is_told_from_one_that_is_absent() {
         let row = |error| Check::within("case", "", "", error, 1.0);
         let claim = Check::claim("case", "", "", Verdict::NotYet, "");
+        let unbarred = Check::within("case", "", "", 0.5, f64::INFINITY);
         for (check, error, reached, verdict) in [
             (row(0.5), json!(0.5), "number", "pass"),
             (row(f64::NAN), Value::Null, "not-finite", "fail"),
@@ -461,6 +462,7 @@ mod tests {
             (row(f64::NEG_INFINITY), Value::Null, "not-finite", "fail"),
             (row(-2.0), json!(-2.0), "number", "pass"),
             (claim, Value::Null, "absent", "not-yet"),
+            (unbarred, json!(0.5), "number", "fail"),
         ] {
             let written = serde_json::to_value(&check).expect("JSON");
             assert_eq!(written["error"], error);

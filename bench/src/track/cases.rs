@@ -72,12 +72,12 @@ impl Place {
         Some(HoistParams {
             segments,
             mass_ratio,
-            ..ladder::Config::default().scene
+            ..ladder::Config::new(false).scene
         })
     }
 
     fn network(network: Network, size: usize) -> NetworkParams {
-        scenes::Config::default().params(network, size, NETWORK_RATIO)
+        scenes::Config::new(false).params(network, size, NETWORK_RATIO)
     }
 
     /// The scene at its beginning, in its static equilibrium.

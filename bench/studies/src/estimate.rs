@@ -155,12 +155,10 @@ fn once(
 fn rows(case: &Case, config: &Config) -> Result<Vec<Value>, ExperimentError> {
     let source = case.source()?;
     // Loads of capstans fall.
-    let longest = if case.0 == "capstan" {
-        1.0
-    } else {
-        f64::INFINITY
+    let time = match case.0 {
+        "capstan" => config.time.min(1.0),
+        _ => config.time,
     };
-    let time = config.time.min(longest);
     let fine = once(&source, FINE, None, time)?;
     let finer = source.with_segments(2.0)?;
     let finer = finer.map(|source| once(&source, FINE, None, time));

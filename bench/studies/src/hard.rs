@@ -14,9 +14,9 @@ pub use file::{CaseError, CaseFile};
 pub(crate) use study::STUDY;
 
 pub use crate::checks::Measured;
+use crate::options::Refused;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use std::fmt;
 use std::sync::LazyLock;
 use taut_integrator::StepOptions;
 use taut_measure::choice::Choice;
@@ -101,30 +101,13 @@ pub fn from_files() -> impl Iterator<Item = Case> {
     FILES.iter().map(Case::File)
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnknownCase {
-    pub name: String,
-}
-
-impl fmt::Display for UnknownCase {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+/// The case with that name, in upper or lower case.
+pub fn named(name: &str) -> Result<Case, Refused> {
+    let found = cases().find(|c| c.name().eq_ignore_ascii_case(name));
+    found.ok_or_else(|| {
         let names: Vec<&str> = cases().map(|c| c.name()).collect();
         let names = names.join(", ");
-        write!(
-            f,
-            "no case is called `{}`: choose one of {names}",
-            self.name
-        )
-    }
-}
-
-impl std::error::Error for UnknownCase {}
-
-/// The case with that name, in upper or lower case.
-pub fn named(name: &str) -> Result<Case, UnknownCase> {
-    let found = cases().find(|c| c.name().eq_ignore_ascii_case(name));
-    found.ok_or_else(|| UnknownCase {
-        name: name.to_owned(),
+        Refused(format!("no case is called `{name}`: choose one of {names}"))
     })
 }
 

@@ -58,12 +58,6 @@ pub struct Config {
     pub timing_budget: Duration,
 }
 
-impl Default for Config {
-    fn default() -> Self {
-        Self::new(false)
-    }
-}
-
 impl Config {
     /// 24 and 100 segments, mass ratios 1 to 10⁵, every solver, 2.5 s of an anchor moved by 0.5 m in 1.5 s. Quick a tenth of
     /// the work: for CI and a first look.

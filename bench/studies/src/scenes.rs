@@ -58,12 +58,6 @@ pub struct Config {
     pub timing_budget: Duration,
 }
 
-impl Default for Config {
-    fn default() -> Self {
-        Self::new(false)
-    }
-}
-
 impl Config {
     /// All scenes and solvers; quick two small sizes of each scene.
     pub fn new(quick: bool) -> Self {

@@ -26,7 +26,7 @@ mod text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use taut_measure::errors::Cause;
 use taut_measure::files::read_text;
 use taut_measure::time_table::TimeTable;
@@ -74,6 +74,9 @@ pub struct CaseFile {
     /// As it was read.
     #[serde(skip)]
     text: String,
+    /// Its own, and those of its tables; none for a case that comes with the program.
+    #[serde(skip)]
+    pub(super) files: Vec<PathBuf>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -363,7 +366,11 @@ impl CaseFile {
     /// Reads the case of a file, and the tables beside it.
     pub fn open(path: &Path) -> Result<Self, ExperimentError> {
         let beside = |name: &str| Ok(read_text(&path.with_file_name(name))?);
-        Ok(Self::read(&read_text(path)?, &beside)?)
+        let mut file = Self::read(&read_text(path)?, &beside)?;
+        let tables = file.run.iter().filter_map(|run| run.file.as_ref());
+        let tables = tables.map(|name| path.with_file_name(name));
+        file.files = std::iter::once(path.to_owned()).chain(tables).collect();
+        Ok(file)
     }
 
     /// Reads a case whose tables come with the program.
@@ -384,6 +391,9 @@ impl CaseFile {
         };
         keys::refuse_unknown(text)?;
         let mut file: Self = toml::from_str(text).map_err(syntax)?;
+        if file.name.trim().is_empty() {
+            return Err(CaseError::message(&"it is empty").inside(&"name"));
+        }
         for (k, run) in file.run.iter_mut().enumerate() {
             let sound = run.know_their_names(&file.values);
             let sound = sound.and_then(|()| run.read_table(table));
@@ -456,51 +466,58 @@ fn refuse_rows(key: &str, rows: &[Table], known: &[&str]) -> Result<(), CaseErro
 }
 
 /// A file of a case that cannot be read or run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CaseError {
     /// In the words of a reader, a scene or a step.
+    #[error("{message}")]
     Told { message: String },
     /// A name that there is not, and what is told of those that there are.
+    #[error("no {kind} is called `{name}`{hint}")]
     Unknown {
         kind: &'static str,
         name: String,
         hint: String,
     },
+    #[error("`{function}` takes {count} arguments, not {found}")]
     Arguments {
         function: String,
         count: usize,
         found: usize,
     },
     /// Formulas end too early, or go on.
+    #[error("{expected} is missing before `{found}`")]
     Formula {
         expected: &'static str,
         found: String,
     },
     /// A number is needed that is another in each step or run.
+    #[error("it is another number in each step or run: reduce it, as by `last` or `largest`")]
     Varies,
     /// `NAME = FORMULA` without a name.
+    #[error("`{text}`: write `NAME = FORMULA`")]
     NoName { text: String },
     /// Neither how many steps, nor how long; or what is compared.
+    #[error("{place} needs `{key}`")]
     Missing {
         key: &'static str,
         place: &'static str,
     },
-    /// A count that is too small, no whole number, or too large; or a time.
+    /// A count that is too small, no whole number, or too large; or a time: what it has to be.
+    #[error("`{key}` is {found}: it has to be {range}")]
     Count {
         key: &'static str,
         found: f64,
-        least: f64,
-        most: f64,
+        range: String,
     },
     /// An error, and the formula or the text that it is in.
-    Within { text: String, error: Box<CaseError> },
+    #[error("`{text}`: {error}")]
+    Within { text: String, error: Box<Self> },
     /// An error, and the keys that lead to it in its run.
-    InKey {
-        path: Vec<String>,
-        error: Box<CaseError>,
-    },
+    #[error("`{}`: {error}", path.join("."))]
+    InKey { path: Vec<String>, error: Box<Self> },
     /// An error, and the line that it is in.
-    At { line: usize, error: Box<CaseError> },
+    #[error("line {line}: {error}")]
+    At { line: usize, error: Box<Self> },
 }
 
 impl CaseError {
@@ -567,53 +584,6 @@ impl CaseError {
         }
     }
 }
-
-impl fmt::Display for CaseError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Told { message } => write!(f, "{message}"),
-            Self::Unknown { kind, name, hint } => {
-                write!(f, "no {kind} is called `{name}`{hint}")
-            }
-            Self::Arguments {
-                function,
-                count,
-                found,
-            } => write!(f, "`{function}` takes {count} arguments, not {found}"),
-            Self::Formula { expected, found } => {
-                write!(f, "{expected} is missing before `{found}`")
-            }
-            Self::Varies => write!(
-                f,
-                "it is another number in each step or run: reduce it, as by `last` or `largest`"
-            ),
-            Self::NoName { text } => write!(f, "`{text}`: write `NAME = FORMULA`"),
-            Self::Missing { key, place } => write!(f, "{place} needs `{key}`"),
-            Self::Count {
-                key,
-                found,
-                least,
-                most,
-            } => {
-                let is_whole = found.is_nan() || found.fract() == 0.0 || *key == "time";
-                let whole = if is_whole { "" } else { "whole, " };
-                write!(
-                    f,
-                    "`{key}` is {found}: it has to be {whole}from {least} to "
-                )?;
-                match most {
-                    most if *most < 1e3 => write!(f, "{most}"),
-                    most => write!(f, "{most:.0e}"),
-                }
-            }
-            Self::Within { text, error } => write!(f, "`{text}`: {error}"),
-            Self::InKey { path, error } => write!(f, "`{}`: {error}", path.join(".")),
-            Self::At { line, error } => write!(f, "line {line}: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for CaseError {}
 
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@ use crate::question;
 use crate::study::{Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use taut_output::check::ExperimentError;
 
 pub(crate) const STUDY: Study = Study {
@@ -15,11 +15,12 @@ pub(crate) const STUDY: Study = Study {
     question: question!("hard", &[]),
     options: Options::augment_args,
     reads: |matches| {
-        let given = matches.get_raw("cases").into_iter().flatten();
-        given
-            .filter(|name| is_file(name))
-            .map(PathBuf::from)
-            .collect()
+        let cases = matches.get_many("cases").into_iter().flatten();
+        let files = cases.filter_map(|case| match case {
+            Case::File(file) => Some(&file.files),
+            Case::Coded(_) => None,
+        });
+        files.flatten().cloned().collect()
     },
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
 };

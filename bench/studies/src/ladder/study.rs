@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn settings_have_units() {
-        let settings = settings(&Config::default()).expect("a hoist");
+        let settings = settings(&Config::new(false)).expect("a hoist");
         let value = |name: &str| {
             settings
                 .iter()

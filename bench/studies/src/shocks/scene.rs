@@ -64,11 +64,7 @@ impl Shock {
     }
 
     fn params(self, ratio: f64, length: f64) -> HoistParams {
-        let jerk = if self == Self::Jerk {
-            0.2 * length
-        } else {
-            0.0
-        };
+        let jerk = if self == Self::Jerk { 0.2 } else { 0.0 } * length;
         HoistParams {
             segments: SEGMENTS,
             length,

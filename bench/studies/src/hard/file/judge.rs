@@ -13,7 +13,11 @@ pub(super) fn check(entry: &CheckEntry, names: &Names) -> Result<Check, CaseErro
     let bar = || {
         let (key, place) = ("bar", "[[run.check]]");
         let missing = CaseError::Missing { key, place };
-        names.number(entry.bar.as_ref().ok_or(missing)?)
+        let written = entry.bar.as_ref().ok_or(missing)?;
+        match written.as_float().is_some_and(|bar| !bar.is_finite()) {
+            true => Err(CaseError::message(&"a bar is finite").within(&written.to_string())),
+            false => names.number(written),
+        }
     };
     let case = names.text(&entry.case)?;
     let mut check = if let Some(condition) = &entry.holds {

@@ -157,17 +157,18 @@ pub(super) fn counted(
     found: f64,
     range: RangeInclusive<f64>,
 ) -> Result<usize, CaseError> {
-    let (least, most, whole) = (*range.start(), *range.end(), found.round());
+    let (least, most, whole) = (range.start(), range.end(), found.round());
     let is_whole = key == "time" || (found - whole).abs() <= 1e-9 * whole.abs();
-    match is_whole && range.contains(&found) {
-        true => Ok(whole as usize),
-        false => Err(CaseError::Count {
-            key,
-            found,
-            least,
-            most,
-        }),
+    if is_whole && range.contains(&found) {
+        return Ok(whole as usize);
     }
+    let exact = found.is_nan() || found.fract() == 0.0 || key == "time";
+    let most = formed(*most, if *most < 1e3 { "" } else { ".0e" });
+    let range = format!(
+        "{}from {least} to {most}",
+        if exact { "" } else { "whole, " }
+    );
+    Err(CaseError::Count { key, found, range })
 }
 
 /// Where the brace before a text closes.
