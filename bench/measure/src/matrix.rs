@@ -203,6 +203,14 @@ fn sibling(path: &Path, what: &str) -> Option<PathBuf> {
     names.into_iter().find(|p| p.is_file())
 }
 
+/// The files that a system is read from: the matrix, and those of b and x that there are beside it.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    let beside = ["b", "x"]
+        .into_iter()
+        .filter_map(|what| sibling(path, what));
+    std::iter::once(path.to_owned()).chain(beside).collect()
+}
+
 /// The matrix of a file without its zeros, and what was dropped.
 pub fn matrix_of(market: &Market, path: &Path) -> Result<(Matrix, Dropped), MarketError> {
     matrix_with(market, path, GeneralMatrix::drop_zeros)

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use taut_integrator::Stepper;
 use taut_measure::files::{self, Output};
 use taut_measure::inputs::Inputs;
-use taut_measure::matrix::System;
 use taut_measure::matrix::dump::{self, Label};
 use taut_measure::matrix::sequence::{INDEX, Recorder, Wanted, Written};
 use taut_measure::matrix::solve::{Record, STALLED};
+use taut_measure::matrix::{System, files as system_files};
 use taut_measure::{pace, source};
 use taut_output::check::ExperimentError;
 use taut_output::row::number_of;
@@ -251,12 +251,9 @@ fn comments(args: &DumpArgs, mass_ratio: f64) -> Vec<String> {
 
 /// Solves one system with the backends asked for.
 pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
-    let given = [
-        Some(args.matrix.as_path()),
-        args.b.as_deref(),
-        args.x.as_deref(),
-    ];
-    let read: Vec<&Path> = given.into_iter().flatten().collect();
+    let own = system_files(&args.matrix);
+    let read = own.iter().chain(&args.b).chain(&args.x);
+    let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     if args.matrix.is_dir() || args.matrix.ends_with("info.toml") {
         return Err(Failure::Input(format!(
             "`{}` is no matrix: contact problems are solved in their scene, `taut run SCENE --contacts METHOD`",

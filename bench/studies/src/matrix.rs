@@ -8,17 +8,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 use taut_measure::Choice;
 use taut_measure::matrix::solve::{About, CONVERGED, Config, DIRECT, Record, Results};
-use taut_measure::matrix::{System, solve};
+use taut_measure::matrix::{self, System, solve};
 use taut_solver::Backend;
 
 pub(crate) const STUDY: Study = Study {
     name: "matrix",
     question: question!("matrix", FUNCTIONS),
     options: Own::augment_args,
-    reads: |matches| {
-        let paths = matches.get_many("matrices");
-        paths.into_iter().flatten().cloned().collect()
-    },
+    reads: |matches| read_by(matches, "matrices", matrix::files),
     run: |matches, reporter| {
         run(
             &Asked::read(matches),

@@ -2,6 +2,7 @@
 
 use clap::{ArgMatches, Args, Command};
 use std::any::Any;
+use std::path::{Path, PathBuf};
 use taut_measure::choice::Choice;
 use taut_measure::trajectory::steps_in;
 use taut_output::settings::distinct;
@@ -51,6 +52,16 @@ pub(crate) fn taking(command: Command, names: &[&str], own: fn(Command) -> Comma
 fn given<T: Any + Clone + Send + Sync>(matches: &ArgMatches, name: &str) -> Vec<T> {
     let values = matches.try_get_many::<T>(name).ok().flatten();
     values.into_iter().flatten().cloned().collect()
+}
+
+/// The files that the paths of an option lead to.
+pub(crate) fn read_by(
+    matches: &ArgMatches,
+    name: &str,
+    files: fn(&Path) -> Vec<PathBuf>,
+) -> Vec<PathBuf> {
+    let paths = given::<PathBuf>(matches, name).into_iter();
+    paths.flat_map(|path| files(&path)).collect()
 }
 
 impl Asked {

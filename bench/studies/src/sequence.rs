@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use taut_measure::choice::Choice;
 use taut_measure::errors::worse;
-use taut_measure::matrix::sequence::{self, FORMS, INDEX, Sequence, Stretch, Systems};
+use taut_measure::matrix::sequence::{self, FORMS, Sequence, Stretch, Systems};
 use taut_measure::trajectory::Timing;
 use taut_solver::{SolveError, backward_error, forward_error};
 
@@ -140,13 +140,7 @@ pub(crate) const STUDY: Study = Study {
     name: "sequence",
     question: question!("sequence", FUNCTIONS),
     options: Own::augment_args,
-    reads: |matches| {
-        let folder = matches.get_one::<PathBuf>("folder");
-        folder
-            .map(|folder| folder.join(INDEX))
-            .into_iter()
-            .collect()
-    },
+    reads: |matches| read_by(matches, "folder", sequence::files),
     run: |matches, reporter| {
         let folder = Own::from_arg_matches(matches)?.folder;
         ask(&Asked::read(matches), &folder, reporter.cases)

@@ -20,7 +20,7 @@ pub struct Study {
     pub question: fn() -> &'static Question,
     /// Adds its own options to a command, all that it has where its question names none.
     pub options: fn(Command) -> Command,
-    /// The files that it reads, by its options.
+    /// All files that it reads by its options, those among them that other files name.
     pub reads: fn(&ArgMatches) -> Vec<PathBuf>,
     /// Runs it. What it comes to depends on its options and on the records of its cases alone.
     pub run: fn(&ArgMatches, &mut Reporter<'_>) -> Result<Found, ExperimentError>,
@@ -64,7 +64,7 @@ pub(crate) mod question {
     pub(crate) use super::{Found, Reporter, Study, data};
     pub(crate) use crate::cases::Cases;
     pub(crate) use crate::motions::{self, joined};
-    pub(crate) use crate::options::{Asked, Refused, pick};
+    pub(crate) use crate::options::{Asked, Refused, pick, read_by};
     pub(crate) use crate::question;
     pub(crate) use crate::question::Function::{Holds, Text, Worth};
     pub(crate) use crate::question::Functions;

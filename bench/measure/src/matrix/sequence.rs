@@ -21,7 +21,7 @@ use super::market;
 use super::{Matrix, member, shape, stored_matrix_of};
 use crate::errors::Cause;
 use crate::files::read_text;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use taut_integrator::Form;
 use taut_solver::SymBlockMatrix;
 
@@ -167,6 +167,17 @@ pub fn read(folder: &Path) -> Result<Sequence, Cause> {
         first,
         stretches: stretches.collect::<Result<_, Cause>>()?,
     })
+}
+
+/// The files that a sequence is read from.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let stretches = read_index(folder).map_or(0, |(_, times)| times.len());
+    let names = (0..stretches).flat_map(|stretch| FORMS.map(|form| name(form, stretch)));
+    let members = names.flat_map(|name| {
+        ["", "_values", "_rhs", "_exact"].map(|what| member(folder, &format!("{name}{what}")))
+    });
+    let there = members.filter(|path| path.exists());
+    std::iter::once(folder.join(INDEX)).chain(there).collect()
 }
 
 /// The first step, and the times of each stretch.

@@ -12,7 +12,7 @@ use std::time::Duration;
 use taut_measure::choice::{Choice, Omission};
 use taut_measure::files::read_text;
 use taut_measure::reference::reference_choice;
-use taut_measure::source::built;
+use taut_measure::source::{built, is_file};
 
 /// Most systems of a file, refinements, steps and iterations.
 const MOST: [usize; 4] = [10_000, 100, 100_000, 10_000_000];
@@ -209,10 +209,7 @@ pub(crate) const STUDY: Study = Study {
     name: "systems",
     question: question!("systems", FUNCTIONS),
     options: Own::augment_args,
-    reads: |matches| {
-        let file = matches.get_one::<PathBuf>("file");
-        file.cloned().into_iter().collect()
-    },
+    reads: |matches| read_by(matches, "file", files),
     run: |matches, reporter| {
         let path = Own::from_arg_matches(matches)?.file;
         let name = path.display().to_string();
@@ -229,6 +226,17 @@ pub(crate) const ITERATIVE: Study = Study {
     },
     ..study::PLAIN
 };
+
+/// A question's file, and those of its scenes.
+fn files(path: &Path) -> Vec<PathBuf> {
+    // A pipe can be read once.
+    let file = path.is_file().then(|| File::read(path).unwrap_or_default());
+    let groups = file.unwrap_or_default().on.into_iter();
+    let scenes = groups.flat_map(|group| group.scenes).filter(|s| is_file(s));
+    std::iter::once(path.to_owned())
+        .chain(scenes.map(PathBuf::from))
+        .collect()
+}
 
 const FUNCTIONS: Functions = &[
     ("cell", Text(cell)),
