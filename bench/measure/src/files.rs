@@ -84,8 +84,13 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
 /// Most bytes of a text that is read: more is no scene, table or run, but a device or a mistake.
 const MOST_TEXT: u64 = 1 << 30;
 
+/// Reads a text, without the mark of the order of bytes that some editors put before it.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    read_at_most(path, MOST_TEXT).map_err(FileError::at(path, "read"))
+    let text = read_at_most(path, MOST_TEXT).map_err(FileError::at(path, "read"))?;
+    match text.strip_prefix('\u{feff}') {
+        Some(rest) => Ok(rest.to_owned()),
+        None => Ok(text),
+    }
 }
 
 fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
@@ -360,6 +365,14 @@ pub fn open<const N: usize>(
     Ok(outputs)
 }
 
+/// True if both paths lead to one file, there or not.
+pub fn is_same(one: &Path, other: &Path) -> bool {
+    let place = |path: &Path| path.canonicalize().or_else(|_| new_file(path));
+    // Where the folder is not there either it holds no links.
+    let place = |path: &Path| place(path).or_else(|_| std::path::absolute(path)).ok();
+    place(one).is_some_and(|one| place(other) == Some(one))
+}
+
 /// Writes text to `path`, making its folder, or to standard output for `-`.
 pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
     Output::open(path)?.text(text)
@@ -388,6 +401,14 @@ mod tests {
         let says = text.starts_with("cannot secure `r.json`: it is written");
         assert!(says, "{text}");
         assert_eq!(error.source.kind(), ErrorKind::QuotaExceeded);
+    }
+
+    #[test]
+    fn a_text_begins_behind_the_mark_of_an_editor() {
+        let path = std::env::temp_dir().join(format!("taut-mark-{}", std::process::id()));
+        fs::write(&path, "\u{feff}{}").expect("writable");
+        assert_eq!(read_text(&path).expect("readable"), "{}");
+        fs::remove_file(&path).expect("removed");
     }
 
     #[test]

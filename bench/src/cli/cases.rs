@@ -49,6 +49,11 @@ impl CasesArgs {
     }
 }
 
+/// The file of a call's cases.
+pub(crate) fn path(call: &Call<'_>) -> Result<PathBuf, Failure> {
+    Ok(CasesArgs::from_arg_matches(call.matches)?.path(call.study.name))
+}
+
 /// Opens the file of a call. One that nobody asked for may be impossible to write: then the study runs without.
 pub(crate) fn open(call: &Call<'_>) -> Result<Opened, Failure> {
     let args = CasesArgs::from_arg_matches(call.matches)?;

@@ -37,7 +37,7 @@ pub(crate) struct ReportArgs {
 }
 
 /// Where the page goes.
-const PAGE: &str = "target/taut/report.html";
+pub(crate) const PAGE: &str = "target/taut/report.html";
 
 /// Reads the file, writes the page, the picture, or both.
 pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {

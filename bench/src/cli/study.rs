@@ -6,6 +6,7 @@ use super::cases::{self, CasesArgs, Opened};
 use super::console::Console;
 use super::{Cli, report};
 use clap::{Arg, ArgMatches, Args, Command, value_parser};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use taut_measure::files::{self, FileError, Output};
 use taut_output::check::ExperimentError;
@@ -178,6 +179,7 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
         let found = (call.study.run)(call.matches, &mut reporter);
         return Ok(files::print(&found.map_err(|e| failed(&e))?.text)?);
     }
+    refuse_shared(call, [("`--json`", json), ("`--csv`", csv)])?;
     let outputs = Outputs::open(call, json, csv, &[])?;
     let Opened {
         cases,
@@ -206,6 +208,27 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     cases.finish().map_err(Failure::Input)?;
     if !console.quiet {
         files::print(&format!("{}: {}\n", cases.summary(), path.display()))?;
+    }
+    Ok(())
+}
+
+/// Refuses a file of rows, or of cases, that is another file of the run as well.
+fn refuse_shared(call: &Call<'_>, rows: [(&str, Option<&Path>); 2]) -> Result<(), Failure> {
+    let kept = cases::path(call)?;
+    let name = call.study.name;
+    let data = PathBuf::from(format!("target/taut/{name}.report.json"));
+    let page = [("the page", Path::new(report::PAGE)), ("its data", &data)];
+    let rows = rows
+        .into_iter()
+        .filter_map(|(option, path)| Some((option, path?)));
+    let asked: Vec<_> = rows.chain([("`--cases`", &*kept)]).collect();
+    for (k, (option, path)) in asked.iter().enumerate() {
+        let mut others = asked[k + 1..].iter().chain(&page);
+        if let Some((other, _)) = others.find(|(_, other)| files::is_same(path, other)) {
+            let why = format!("{option} and {other} cannot share a file: give each its own");
+            let why = io::Error::new(ErrorKind::InvalidInput, why);
+            return Err(FileError::at(path, "write")(why).into());
+        }
     }
     Ok(())
 }
