@@ -6,11 +6,13 @@ use crate::machine::{self, Machine};
 use crate::run_file::Sum;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, Args, Command, FromArgMatches};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use taut_measure::files::{self, FileError};
-use taut_studies::cases::{Cases, Header, Journal, Known, Shard};
+use taut_studies::cases::{Cases, Header, Journal, Known, Shard, shared};
 
 /// Which cases are run, and where they are kept.
 #[derive(Debug, Args)]
@@ -79,17 +81,33 @@ pub(crate) fn open(call: &Call<'_>) -> Result<Opened, Failure> {
     })
 }
 
-/// Version of this program, of its sources as far as they are known, and how it was built.
-pub(crate) fn version() -> String {
+/// Version of this program, with a sum of its file, and how it was built. Sources may have changed since, and two builds of
+/// changed ones have one commit: only the program itself tells what it computes.
+pub(crate) fn version() -> Result<String, FileError> {
+    static OWN: OnceLock<u32> = OnceLock::new();
+    // What runs, though another build may have taken its place.
+    let running = PathBuf::from("/proc/self/exe");
+    let program = || match running.exists() {
+        true => Ok(running),
+        false => std::env::current_exe().map_err(FileError::at("taut".as_ref(), "read")),
+    };
+    let own = shared(&OWN, || sum_of(&program()?))?;
     let build: Vec<&str> = machine::build_options().collect();
-    let (version, commit) = (env!("CARGO_PKG_VERSION"), machine::commit());
-    format!("{version} ({commit}), {}", build.join(" "))
+    let version = env!("CARGO_PKG_VERSION");
+    Ok(format!("{version} ({own:08x}), {}", build.join(" ")))
+}
+
+fn sum_of(path: &Path) -> Result<u32, FileError> {
+    let mut sum = Sum::default();
+    let read = File::open(path).and_then(|mut file| io::copy(&mut file, &mut sum));
+    read.map_err(FileError::at(path, "read"))?;
+    Ok(sum.finalize())
 }
 
 /// Identity of a call's cases: program, command, input files.
 pub(crate) fn header(call: &Call<'_>) -> Result<Header, FileError> {
     Ok(Header {
-        version: version(),
+        version: version()?,
         command: command(call),
         inputs: inputs(call)?,
         machine: Machine::current().to_string(),
@@ -124,11 +142,20 @@ fn is_flag(option: &Arg) -> bool {
 /// study.
 fn inputs(call: &Call<'_>) -> Result<Vec<String>, FileError> {
     let paths = (call.study.reads)(call.matches).into_iter();
-    let input = |path: PathBuf| {
-        let mut sum = Sum::default();
-        let read = File::open(&path).and_then(|mut file| io::copy(&mut file, &mut sum));
-        read.map_err(FileError::at(&path, "read"))?;
-        Ok(format!("{} {:08x}", path.display(), sum.finalize()))
-    };
-    paths.filter(|path| path.is_file()).map(input).collect()
+    let there: BTreeSet<PathBuf> = paths.filter(|path| path.is_file()).collect();
+    there.iter().map(|path| input(path)).collect()
+}
+
+fn input(path: &Path) -> Result<String, FileError> {
+    let shown = path.display();
+    Ok(match path.is_file() {
+        true => format!("{shown} {:08x}", sum_of(path)?),
+        false => format!("{shown} is missing"),
+    })
+}
+
+/// The inputs that a header names as they are now.
+pub(crate) fn anew(inputs: &[String]) -> Result<Vec<String>, FileError> {
+    let paths = inputs.iter().filter_map(|input| input.rsplit_once(' '));
+    paths.map(|(path, _)| input(path.as_ref())).collect()
 }

@@ -28,9 +28,10 @@ pub(crate) struct MergeArgs {
 pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
     let written = Written::read(&args.files).map_err(Failure::Input)?;
     let first = &args.files[0];
-    // Before its options are read, which may be others in another version.
+    // Before its options are read, which may be others in another version or be read from the files.
     let same = Header {
-        version: cases::version(),
+        version: cases::version()?,
+        inputs: cases::anew(&written.header.inputs)?,
         ..written.header.clone()
     };
     let refused = |other| written.header.check(first, other, "this program");
