@@ -16,7 +16,7 @@ mod value;
 pub use file::{Header, Journal, Known, Written, not_cases};
 pub use value::Record;
 
-use file::Line;
+use file::{Line, damaged};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -204,7 +204,7 @@ impl Cases {
         let unkept = |why| format!("the record of the case `{name}` cannot be kept: {why}");
         let new;
         let record = match self.known.get(&name) {
-            Some(record) => record,
+            Some((record, _)) => record,
             None if self.is_merged => {
                 let unknown = format!(
                     "the case `{name}` is in no file: name those of all shards, and finish the stopped ones with `--resume`"
@@ -218,7 +218,10 @@ impl Cases {
                 &new
             }
         };
-        let read = record.read().map_err(unkept)?;
+        let read = record.read().map_err(|why| match self.known.get(&name) {
+            Some((_, path)) => damaged(path, &format!("the record of the case `{name}` ({why})")),
+            None => unkept(why),
+        })?;
         self.bar.inc(1);
         Ok(Some(read))
     }

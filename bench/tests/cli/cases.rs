@@ -116,6 +116,57 @@ fn the_file_of_a_case_counts_with_its_content() {
     at.ends(1, "hard own.toml");
 }
 
+/// Files that a study finds by others count as well, and are not written over.
+#[test]
+fn files_that_other_files_lead_to_are_read() {
+    let at = folder("led_to");
+    at.write("a.toml", at.good("scene hoist --set segments=3"));
+    let question = "on = [{ scenes = [\"a.toml\"] }]\nbackends = [\"dense\"]";
+    at.write("q.toml", question);
+    at.good("dump a.toml --step 1 --out d --name m");
+    at.good("dump a.toml --steps 0..2 --out s");
+    at.write("t.csv", "time,x\n0,0\n1,0\n");
+    let case = weighed(1.0).replace("steps = 3", "file = \"t.csv\"\nsteps = 3");
+    at.write("own.toml", case);
+    let calls = [
+        ("study systems q.toml --quick", "a.toml"),
+        ("study matrix d/m.mtx --quick --backends dense", "d/m_b.mtx"),
+        ("study sequence s --backends dense", "s/schur_1_rhs.mtx"),
+        ("hard own.toml", "t.csv"),
+    ];
+    for (k, (call, file)) in calls.into_iter().enumerate() {
+        let call = format!("{call} --cases {k}.cases");
+        at.refused(format!("{call} --json {file}"), &["it is read"]);
+        at.good(&call);
+        at.good(format!("{call} --resume"));
+        let text = at.read(file);
+        at.write(file, format!("{text}\n"));
+        let told = ["content of what it reads", file];
+        at.refused(format!("{call} --resume"), &told);
+        at.refused(format!("merge {k}.cases"), &told);
+        fs::remove_file(at.join(file)).expect("there");
+        let missing = format!("`{file} is missing`");
+        at.refused(format!("merge {k}.cases"), &[&missing]);
+        at.write(file, text);
+    }
+    at.refused("solve d/m.mtx --json d/m_b.mtx", &["it is read"]);
+}
+
+/// Refused before anything is made.
+#[test]
+fn cases_share_no_file_with_what_else_is_written() {
+    let at = folder("shared_file");
+    let rows = r"
+        study stability --cases x --json x → `--json` and `--cases` cannot share a file
+        study stability --cases x --csv ./x → `--csv` and `--cases`
+        study stability --json target/taut/stability.cases → `--json` and `--cases`
+        study stability --cases target/taut/report.html → `--cases` and the page
+        hard --json target/taut/hard.report.json → `--json` and its data
+    ";
+    at.refuses(rows);
+    assert_eq!(fs::read_dir(&at.0).expect("a folder").count(), 0);
+}
+
 /// The checks of `taut hard` and what `taut paper` writes are those of one run.
 #[test]
 fn experiments_that_end_in_checks_are_merged() {
@@ -214,10 +265,12 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
     at.write("torn.cases", &bytes[..30]);
     at.write("cut.cases", &bytes[..bytes.len() - 3]);
     at.write("text.cases", "a,b\n");
+    at.write("built.cases", at.read(one).replacen(" (", " (0", 1));
     let rows = format!(
         r"
         merge {one} --json merged.json → is in no file … all shards
         merge {one} other.cases --json merged.json → other.cases` has another command … --time=0.2
+        merge built.cases --json merged.json → built.cases` has another version … one build
         merge {one} text.cases --json merged.json → text.cases` is no file of cases … taut
         merge {one} none.cases --json merged.json → cannot read … none.cases
         merge {one} {two} --json {one} → it is read

@@ -127,6 +127,25 @@ fn a_place_is_written_once_and_not_over_what_is_read() {
     at.refused("report rows.json --out rows.json", &["it is read"]);
 }
 
+/// The disk is full in the middle of a record: what is whole is kept, and gone on with.
+#[cfg(unix)]
+#[test]
+fn a_file_of_cases_holds_whole_lines() {
+    let at = folder("full_disk");
+    let call = "study stability --quick --time 0.1 --cases";
+    at.good(format!("{call} whole"));
+    for blocks in [0, 1, 4] {
+        let line = format!("ulimit -f {blocks}; taut {call} {blocks}");
+        let output = shell(&at, &line);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let left = at.read(blocks.to_string());
+        assert!(left.is_empty() || left.ends_with('\n'), "{left}");
+        at.good(format!("{call} {blocks} --resume"));
+        let both = ["whole", &blocks.to_string()].map(|name| at.read(name).len());
+        assert_eq!(both[0], both[1]);
+    }
+}
+
 /// A file that grows too large, as on a full disk, and a program that is killed: the old run or the new one is there.
 #[cfg(unix)]
 #[test]

@@ -4,18 +4,23 @@ use super::value::Record;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use taut_measure::files::{self, FileError};
 
 const BEGINNING: &[u8] = br#"{"header":"#;
+
+/// Some editors put it before a text.
+const BYTE_ORDER: &[u8] = b"\xef\xbb\xbf";
 
 /// Identity of a study's cases, and the machine that runs them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
-    /// Version of the program, with its sources' and how it was built.
+    /// Version of the program, how it was built, and a sum of what it is.
     pub version: String,
     /// The command with its options as they were given, without those that say where results go.
     pub command: Vec<String>,
@@ -28,18 +33,31 @@ pub struct Header {
 impl Header {
     /// Refuses a file of another version, another command or other inputs than `other`, which is called `name`.
     pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), String> {
-        let command = |h: &Self| format!("taut {}", h.command.join(" "));
-        let inputs = |h: &Self| h.inputs.join(", ");
-        let version = |h: &Self| h.version.clone();
-        for (what, [found, wanted]) in [
-            ("command", [self, other].map(command)),
-            ("version", [self, other].map(version)),
-            ("content of what it reads", [self, other].map(inputs)),
+        let both = [[self, other], [other, self]];
+        let command = both.map(|[own, _]| format!("taut {}", own.command.join(" ")));
+        let version = both.map(|[own, _]| own.version.clone());
+        let inputs = both.map(|[own, other]| {
+            let inputs = own.inputs.iter();
+            let only: Vec<_> = inputs
+                .filter(|i| !other.inputs.contains(i))
+                .cloned()
+                .collect();
+            if only.is_empty() {
+                "nothing".to_owned()
+            } else {
+                only.join(", ")
+            }
+        });
+        let again = "or delete it and run its study again";
+        for (what, [found, wanted], cure) in [
+            ("command", command, "name another file,"),
+            ("version", version, "keep to one build of the program,"),
+            ("content of what it reads", inputs, "put that back,"),
         ] {
             if found != wanted {
                 let path = path.display();
                 return Err(format!(
-                    "`{path}` has another {what} than {name}: `{found}`, not `{wanted}`"
+                    "`{path}` has another {what} than {name}: `{found}`, not `{wanted}`: {cure} {again}"
                 ));
             }
         }
@@ -47,7 +65,8 @@ impl Header {
     }
 }
 
-pub type Known = HashMap<String, Record>;
+/// Records by the names of their cases, each with the file that it is from.
+pub type Known = HashMap<String, (Record, Arc<Path>)>;
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -101,34 +120,44 @@ fn add(
     bytes: &[u8],
     name: &str,
 ) -> Result<usize, String> {
-    let (length, shown) = (length(path, bytes)?, path.display());
+    let (length, shown, from) = (length(path, bytes)?, path.display(), Arc::from(path));
     if length < bytes.len() {
         files::note(format!("the last line of `{shown}` is torn and left out"));
     }
     for (k, line) in bytes[..length].split_inclusive(|b| *b == b'\n').enumerate() {
+        let line = line.strip_prefix(BYTE_ORDER).unwrap_or(line);
         match (serde_json::from_slice(line), &mut *whole) {
             (Ok(Line::Header(header)), whole) => {
                 let whole = whole.get_or_insert_with(|| Written::new(header.clone()));
                 header.check(path, &whole.header, name)?;
                 whole.ran_on(&header.machine);
             }
-            (Ok(Line::Case(name, record)), Some(whole)) => {
-                drop(whole.known.insert(name, Record(record)))
-            }
-            _ => {
-                return Err(format!(
-                    "`{shown}` is damaged in line {}: delete it, and run its study again",
-                    k + 1
-                ));
-            }
+            (Ok(Line::Case(name, record)), Some(whole)) => match whole.known.entry(name) {
+                Entry::Vacant(place) => drop(place.insert((Record(record), Arc::clone(&from)))),
+                Entry::Occupied(there) if there.get().0.0 != record => {
+                    let (name, other) = (there.key(), there.get().1.display());
+                    return Err(format!(
+                        "`{other}` and `{shown}` hold different records of the case `{name}`: name one of them"
+                    ));
+                }
+                Entry::Occupied(_) => {}
+            },
+            _ => return Err(damaged(path, &format!("line {}", k + 1))),
         }
     }
     Ok(length)
 }
 
+/// Refusal of a file of which something does not read.
+pub(super) fn damaged(path: &Path, place: &str) -> String {
+    let path = path.display();
+    format!("`{path}` is damaged in {place}: delete it, and run its study again")
+}
+
 fn length(path: &Path, bytes: &[u8]) -> Result<usize, String> {
-    let beginning = bytes.len().min(BEGINNING.len());
-    match bytes[..beginning] == BEGINNING[..beginning] {
+    let text = bytes.strip_prefix(BYTE_ORDER).unwrap_or(bytes);
+    let beginning = text.len().min(BEGINNING.len());
+    match text[..beginning] == BEGINNING[..beginning] {
         true => Ok(bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1)),
         false => Err(not_cases(path)),
     }
@@ -159,9 +188,13 @@ fn regular(path: &Path) -> Result<(), String> {
 pub struct Journal {
     path: PathBuf,
     pub(super) file: File,
-    /// Bytes to keep, and a line to write after them before the first case. Until then the file stays as it was: a study that
-    /// refuses its options costs no cases.
-    start: Option<(usize, Option<Line>)>,
+    /// Bytes of whole lines. What follows them goes with the first line that is written: a study that refuses its options
+    /// costs no cases.
+    length: u64,
+    /// Written before the first case.
+    header: Option<Line>,
+    /// Why nothing more is written.
+    failure: Option<String>,
 }
 
 impl Journal {
@@ -209,27 +242,38 @@ impl Journal {
         let mut written = written.unwrap_or_else(|| Written::new(header.clone()));
         let is_new = length == 0 || !written.machines.contains(&header.machine);
         written.ran_on(&header.machine);
-        let start = Some((length, is_new.then_some(Line::Header(header))));
-        let path = path.to_owned();
-        Ok((Self { path, file, start }, written))
+        let journal = Self {
+            path: path.to_owned(),
+            file,
+            length: length as u64,
+            header: is_new.then_some(Line::Header(header)),
+            failure: None,
+        };
+        Ok((journal, written))
     }
 
-    /// Appends a line, after what the file is to start with.
+    /// Appends a line, after what the file is to start with. One that fails is the last: nothing follows a part of a line.
     pub(super) fn write(&mut self, line: Option<&Line>) -> Result<(), String> {
-        self.try_write(line)
-            .map_err(|e| fault(&self.path, "write", e))
+        if self.failure.is_none()
+            && let Err(e) = self.try_write(line)
+        {
+            // Where that fails as well the file ends in a torn line.
+            let _ = self.file.set_len(self.length);
+            self.failure = Some(fault(&self.path, "write", e));
+        }
+        self.failure.clone().map_or(Ok(()), Err)
     }
 
     fn try_write(&mut self, line: Option<&Line>) -> io::Result<()> {
-        let start = self.start.take();
-        if let Some((length, _)) = start {
-            self.file.set_len(length as u64)?;
-            self.file.seek(SeekFrom::End(0))?;
-        }
         let mut text = String::new();
-        for line in start.iter().flat_map(|(_, line)| line).chain(line) {
+        for line in self.header.iter().chain(line) {
             text += &(serde_json::to_string(line)? + "\n");
         }
-        self.file.write_all(text.as_bytes())
+        self.file.set_len(self.length)?;
+        self.file.seek(SeekFrom::End(0))?;
+        self.file.write_all(text.as_bytes())?;
+        self.length += text.len() as u64;
+        self.header = None;
+        Ok(())
     }
 }

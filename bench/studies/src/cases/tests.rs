@@ -164,6 +164,41 @@ fn a_file_has_one_writer_whose_failure_is_told() {
     journal.file = fs::File::open(&path).expect("there");
     let cases = Cases::new(Shard::WHOLE, Known::new(), Some(journal));
     refused(roots(&cases), &["cannot write", "a.cases"]);
+    drop(cases);
+    // What fails once is not tried again: the records behind it would follow a part of one.
+    let (mut journal, _) = open(&path, false, false).expect("opened");
+    let closed = fs::File::open(&path).expect("there");
+    let writable = std::mem::replace(&mut journal.file, closed);
+    refused(journal.write(None), &["cannot write"]);
+    journal.file = writable;
+    refused(journal.write(None), &["cannot write"]);
+    assert_eq!(fs::read(&path).expect("there"), b"");
+    let _ = fs::remove_dir_all(at);
+}
+
+#[test]
+fn a_case_of_two_files_has_one_record() {
+    let at = folder("twice");
+    let both = ["a.cases", "b.cases"].map(|name| at.join(name));
+    run(&both[0], Shard::WHOLE, false);
+    let text = fs::read_to_string(&both[0]).expect("written");
+    let write = |record: &str| {
+        assert!(text.contains(r##"["#NaN",-0.5]"##), "{text}");
+        let other = text.replace(r##"["#NaN",-0.5]"##, record);
+        fs::write(&both[1], format!("\u{feff}{other}")).expect("writable");
+    };
+    write(r##"["#NaN",-0.5]"##);
+    assert_eq!(Written::read(&both).expect("one").known.len(), 18);
+    write("true");
+    let words = ["a.cases", "b.cases", "different records", "roots 1: -2.0"];
+    refused(Written::read(&both), &words);
+    let read = Written::read(&both[1..]).expect("readable");
+    let words = [
+        "b.cases` is damaged in the record",
+        "roots 1: -2.0",
+        "(invalid type",
+    ];
+    refused(roots(&Cases::merged(read.known)), &words);
     let _ = fs::remove_dir_all(at);
 }
 

@@ -1,6 +1,6 @@
 //! Records as JSON.
 
-use ciborium::Value as Cbor;
+use ciborium::value::{Error, Value as Cbor};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Number, Value as Json};
@@ -17,7 +17,9 @@ impl Record {
     }
 
     pub(super) fn read<T: DeserializeOwned>(&self) -> Result<T, String> {
-        cbor(&self.0).deserialized().map_err(|e| e.to_string())
+        cbor(&self.0).deserialized().map_err(|e| match e {
+            Error::Custom(why) => why,
+        })
     }
 }
 
