@@ -27,7 +27,7 @@ use taut_measure::choice::Omission;
 use taut_measure::files;
 use taut_output::check::ExperimentError;
 use taut_output::settings::Setting;
-use taut_studies::ladder::{Extras, Record};
+use taut_studies::ladder::{Extras, LadderRow};
 use taut_studies::studies::{self, BENCH};
 use taut_studies::study::{Found, Study};
 
@@ -52,7 +52,7 @@ pub struct Report {
     pub settings: Vec<Setting>,
     /// Rows of the main job.
     #[serde(default)]
-    pub records: Vec<Record>,
+    pub records: Vec<LadderRow>,
     /// Solvers without rows, and why.
     #[serde(default)]
     pub omissions: Vec<Omission>,

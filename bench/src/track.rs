@@ -43,8 +43,8 @@ mod wall;
 pub use against::{Effort, Versus, against, ratios};
 pub use base::{Program, base};
 pub use callgrind::Counter;
-pub use cases::{CASES, Case, DT, Place, named};
-pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
+pub use cases::{CASES, Case, DT, Workload, named};
+pub use compare::{Comparison, Row, TOLERANCE, compare, uncompared, updated};
 pub use formats::{Entry, Metric, Metrics, bencher, entries};
 pub use history::{HISTORY, Run, append, data, read};
 pub use measures::{Figure, Kind, Measure, Missing};
@@ -85,7 +85,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
     progress.set_message("instructions, errors");
     let cases = &config.cases;
     let places = distinct(cases.iter().map(|case| case.place));
-    let judged: Vec<(Place, Result<Judged, Missing>)> = places
+    let judged: Vec<(Workload, Result<Judged, Missing>)> = places
         .par_iter()
         .map(|&place| (place, Judged::new(place).map_err(Missing::from)))
         .collect();

@@ -1,6 +1,6 @@
 use taut_measure::poses::Pose;
 use taut_studies::cases::Cases;
-use taut_studies::linear::{BAR, Config, Record, run};
+use taut_studies::linear::{BAR, Config, LinearRow, run};
 use taut_tests::prelude::*;
 
 /// Largest errors with one refinement over the direct solvers as measured, 24 segments: pose, form, ratios 1, 10⁶, 10⁹.
@@ -11,7 +11,7 @@ const MEASURED: [(Pose, Form, [f64; 3]); 4] = [
     (Pose::Bent, Form::Kkt, [2.8e-16, 4.2e-16, 3.8e-16]),
 ];
 
-fn sweep(step: StepOptions, ratios: &[f64], refinements: &[usize]) -> Vec<Record> {
+fn sweep(step: StepOptions, ratios: &[f64], refinements: &[usize]) -> Vec<LinearRow> {
     let config = Config::new(false)
         .with(|p| (p.segments, p.ratios) = (vec![24], ratios.to_vec()))
         .with(|p| p.asking.choices = compiled_direct())

@@ -112,11 +112,11 @@ fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
 pub struct Output {
     /// As it was given.
     path: PathBuf,
-    place: Place,
+    place: Target,
 }
 
 #[derive(Debug)]
-enum Place {
+enum Target {
     Stdout,
     /// A device or a pipe.
     Device(File),
@@ -129,7 +129,7 @@ impl Output {
     /// [`write`](Self::write), and is not made here.
     pub fn open(path: &Path) -> Result<Self, FileError> {
         Ok(Self {
-            place: Place::of(path).map_err(FileError::at(path, "write"))?,
+            place: Target::of(path).map_err(FileError::at(path, "write"))?,
             path: path.to_owned(),
         })
     }
@@ -141,7 +141,7 @@ impl Output {
 
     /// True for standard output, given as `-` or as a path that leads there.
     pub fn is_stdout(&self) -> bool {
-        matches!(self.place, Place::Stdout)
+        matches!(self.place, Target::Stdout)
     }
 
     pub fn write(
@@ -170,9 +170,9 @@ impl Output {
     pub fn begin(&self) -> Result<Writing, FileError> {
         let failed = |source| self.error(source);
         let (to, part): (Box<dyn Write>, _) = match &self.place {
-            Place::Stdout => (Box::new(io::stdout()), None),
-            Place::Device(file) => (Box::new(file.try_clone().map_err(failed)?), None),
-            Place::File(path) => {
+            Target::Stdout => (Box::new(io::stdout()), None),
+            Target::Device(file) => (Box::new(file.try_clone().map_err(failed)?), None),
+            Target::File(path) => {
                 let part = Part::create(path).map_err(failed)?;
                 (Box::new(part.file.try_clone().map_err(failed)?), Some(part))
             }
@@ -190,7 +190,7 @@ impl Output {
     }
 }
 
-impl Place {
+impl Target {
     fn of(path: &Path) -> io::Result<Self> {
         if path == Path::new("-") {
             return Ok(Self::Stdout);
@@ -343,8 +343,8 @@ pub fn open<const N: usize>(
             |message: String| Err(output.error(io::Error::new(ErrorKind::InvalidInput, message)));
         let same = |other: &Option<Output>| match (other.as_ref().map(|o| &o.place), &output.place)
         {
-            (Some(Place::Stdout), Place::Stdout) => true,
-            (Some(Place::File(other)), Place::File(place)) => other == place,
+            (Some(Target::Stdout), Target::Stdout) => true,
+            (Some(Target::File(other)), Target::File(place)) => other == place,
             _ => false,
         };
         if let Some(other) = outputs[..k].iter().position(same) {
@@ -357,7 +357,7 @@ pub fn open<const N: usize>(
                 format!("`{other}` and `{option}` cannot share a file: give each its own")
             });
         }
-        if matches!(&output.place, Place::File(place) if read.contains(place)) {
+        if matches!(&output.place, Target::File(place) if read.contains(place)) {
             return refused(format!("it is read: give `{option}` a file of its own"));
         }
         outputs[k] = Some(output);

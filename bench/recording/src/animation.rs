@@ -37,7 +37,7 @@ const WORLD: usize = 3;
 pub struct NoFrames;
 
 /// A frame: its part and its number there.
-type Place<'a> = (&'a Part, usize);
+type PartFrame<'a> = (&'a Part, usize);
 
 /// Parts of the file while it is built.
 #[derive(Default)]
@@ -62,7 +62,7 @@ struct Asset {
 /// The recording as glTF: binary, or as JSON with its numbers in base64.
 pub fn animation(recording: &Recording, binary: bool) -> Result<Vec<u8>, NoFrames> {
     let [start, _] = recording.span().ok_or(NoFrames)?;
-    let (mut places, mut times): (Vec<Place<'_>>, Vec<f32>) = (Vec::new(), Vec::new());
+    let (mut places, mut times): (Vec<PartFrame<'_>>, Vec<f32>) = (Vec::new(), Vec::new());
     for part in &recording.parts {
         for (frame, time) in part.times.iter().enumerate() {
             let time = (time - start) as f32;
@@ -87,7 +87,7 @@ pub fn animation(recording: &Recording, binary: bool) -> Result<Vec<u8>, NoFrame
 }
 
 /// Diagonal of the box that all bodies move in \[m].
-fn size(places: &[Place<'_>]) -> f64 {
+fn size(places: &[PartFrame<'_>]) -> f64 {
     let (mut low, mut high) = (
         Vector3::repeat(f64::INFINITY),
         Vector3::repeat(f64::NEG_INFINITY),
@@ -185,7 +185,7 @@ impl Asset {
     }
 
     /// Adds the static shapes of the world.
-    fn world(&mut self, places: &[Place<'_>]) {
+    fn world(&mut self, places: &[PartFrame<'_>]) {
         for solid in places
             .first()
             .map_or(&[][..], |(part, _)| &part.layout.world)
@@ -197,7 +197,7 @@ impl Asset {
     }
 
     /// A node for each name that a body has.
-    fn bodies(&mut self, places: &[Place<'_>]) {
+    fn bodies(&mut self, places: &[PartFrame<'_>]) {
         let mut names: HashMap<&str, Vec<Option<usize>>> = HashMap::new();
         let mut order = Vec::new();
         for (k, (part, _)) in places.iter().enumerate() {
@@ -215,7 +215,7 @@ impl Asset {
     }
 
     /// A body with its solids as of the first frame that has it, by its numbers in the frames.
-    fn body(&mut self, places: &[Place<'_>], name: &str, numbers: &[Option<usize>]) {
+    fn body(&mut self, places: &[PartFrame<'_>], name: &str, numbers: &[Option<usize>]) {
         let mut known = places.iter().zip(numbers);
         let Some((part, number)) = known.find_map(|((part, _), i)| Some((*part, (*i)?))) else {
             return;
@@ -267,7 +267,7 @@ impl Asset {
     }
 
     /// The motion of a body; without a size where it is not there.
-    fn moves(&mut self, places: &[Place<'_>], numbers: &[Option<usize>], node: usize) {
+    fn moves(&mut self, places: &[PartFrame<'_>], numbers: &[Option<usize>], node: usize) {
         let (mut at, mut turns, mut there) = (Vec::new(), Vec::new(), Vec::new());
         let mut last = Isometry3::identity();
         for ((part, frame), number) in places.iter().zip(numbers) {
@@ -288,7 +288,7 @@ impl Asset {
     /// Scales what has another length in another frame, against that of its mesh.
     fn stretch(
         &mut self,
-        places: &[Place<'_>],
+        places: &[PartFrame<'_>],
         numbers: &[Option<usize>],
         (k, solid): (usize, &Solid),
         node: usize,
@@ -298,7 +298,7 @@ impl Asset {
             _ => 1.0,
         };
         let own = length(solid);
-        let of = |((part, frame), number): (&Place<'_>, &Option<usize>)| {
+        let of = |((part, frame), number): (&PartFrame<'_>, &Option<usize>)| {
             let solid = part.layout.bodies[(*number)?].solids.get(k)?;
             let now = part.stretch(*frame, solid) * length(solid) / own;
             now.is_finite().then_some(now)
@@ -315,7 +315,7 @@ impl Asset {
     }
 
     /// A thin cylinder for each span of a massless cable or link.
-    fn lines(&mut self, places: &[Place<'_>]) {
+    fn lines(&mut self, places: &[PartFrame<'_>]) {
         let mut spans: HashMap<(&str, usize), Vec<Option<[At; 2]>>> = HashMap::new();
         let mut order = Vec::new();
         for (k, (part, frame)) in places.iter().enumerate() {

@@ -4,7 +4,7 @@ use super::Failure;
 use super::console::Console;
 use super::track::{Outputs, TrackArgs, counter};
 use crate::machine::Machine;
-use crate::track::{self, Case, Effort, Measure, Program, Row, Verdict, Versus};
+use crate::track::{self, Case, Comparison, Effort, Measure, Program, Row, Versus};
 use std::io;
 use taut_measure::files;
 
@@ -66,7 +66,7 @@ fn verdict(compared: &[Row]) -> Result<(), Failure> {
     let count = |verdict| compared.iter().filter(|c| c.verdict == verdict).count();
     let uncounted = |c: &&Row| c.measure == Measure::Instructions.name() && c.ratio.is_none();
     let uncounted = compared.iter().filter(uncounted).count();
-    match (count(Verdict::Fail), count(Verdict::NotMeasured)) {
+    match (count(Comparison::Fail), count(Comparison::NotMeasured)) {
         (0, n) if n == compared.len() => Err(Failure::NotChecked(
             "nothing was compared: the notes say why".to_owned(),
         )),

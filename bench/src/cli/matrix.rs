@@ -12,7 +12,7 @@ use taut_measure::files::{self, Output};
 use taut_measure::inputs::Inputs;
 use taut_measure::matrix::dump::{self, Label};
 use taut_measure::matrix::sequence::{INDEX, Recorder, Wanted, Written};
-use taut_measure::matrix::solve::{Record, STALLED};
+use taut_measure::matrix::solve::{STALLED, SystemRow};
 use taut_measure::matrix::{System, files as system_files};
 use taut_measure::{pace, source};
 use taut_output::check::ExperimentError;
@@ -267,7 +267,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
         .map_err(|e| Failure::Input(e.to_string()))?;
     if !json.as_ref().is_some_and(Output::is_stdout) {
         let text = matrix::solved(&results);
-        let is_stalled = |record: &Record| record.status == STALLED;
+        let is_stalled = |record: &SystemRow| record.status == STALLED;
         let stalled = match results.records.iter().any(is_stalled) {
             true => STALLED_LEGEND,
             false => "",

@@ -4,7 +4,7 @@ use super::Failure;
 use super::against;
 use super::console::Console;
 use crate::machine::Machine;
-use crate::track::{self, CASES, Case, Config, Counter, Entry, Row, Run, Verdict};
+use crate::track::{self, CASES, Case, Comparison, Config, Counter, Entry, Row, Run};
 use clap::{Args, value_parser};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -140,7 +140,11 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
         entries.clone(),
         &track::bencher(&figures),
     )?;
-    let failed = |rows: &[Row]| rows.iter().filter(|r| r.verdict == Verdict::Fail).count();
+    let failed = |rows: &[Row]| {
+        rows.iter()
+            .filter(|r| r.verdict == Comparison::Fail)
+            .count()
+    };
     if let Some(to) = update {
         let updated = track::updated(&entries, &baseline);
         // A figure that fails against itself exceeds a bar or was not measured.

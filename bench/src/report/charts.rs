@@ -6,7 +6,7 @@ use taut_output::plan::FLOOR;
 use taut_output::plot::{Axis, Chart, Look, Mark, Series, Shape};
 use taut_output::settings::distinct;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::{Extras, Pattern, Record, SceneKey, Trace};
+use taut_studies::ladder::{Extras, LadderRow, Pattern, SceneKey, Trace};
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
     Series {
@@ -17,10 +17,10 @@ fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
 
 /// Work against precision: a step's time over the error of the multipliers, a curve for each solver over its iterations
 /// and refinements; one chart for each scene.
-pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
+pub(super) fn work_precision(records: &[LadderRow]) -> Vec<Chart> {
     let scenes = distinct(records.iter().map(|r| (r.scene_key(), r.scene_title())));
     let chart = |(scene, title): (SceneKey<'_>, String)| {
-        let own: Vec<&Record> = records
+        let own: Vec<&LadderRow> = records
             .iter()
             .filter(|r| r.scene_key() == scene && r.error.is_none())
             .collect();
@@ -29,7 +29,7 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
             let mut points: Vec<[f64; 2]> = Vec::new();
             let mut notes: Vec<String> = Vec::new();
             // An iteration that has converged stands still, whatever its times.
-            let mut add = |error: f64, ns: f64, r: &Record, refinements: usize| {
+            let mut add = |error: f64, ns: f64, r: &LadderRow, refinements: usize| {
                 // An infinite or undefined error must not be raised to the floor.
                 if !error.is_finite() {
                     return;
@@ -72,7 +72,7 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
 }
 
 /// Work behind a point: iterations a step, or refinements.
-fn work_of(r: &Record, refinements: usize) -> String {
+fn work_of(r: &LadderRow, refinements: usize) -> String {
     if r.iterations > 0 {
         let used = number(r.iterations_used);
         return format!("{used} iterations a step of at most {}", r.iterations);

@@ -13,7 +13,7 @@ use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 use taut_output::plot::Chart;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::{self, Answer, Record, Trace};
+use taut_studies::ladder::{self, Answer, LadderRow, Trace};
 use taut_studies::studies::BENCH;
 
 /// Work against precision of the report's scenes.
@@ -52,7 +52,7 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ExperimentError>
 }
 
 /// Which solver to use: the fastest of each scene within each error, and who is next.
-fn answer(records: &[Record]) -> Option<Section> {
+fn answer(records: &[LadderRow]) -> Option<Section> {
     let Answer {
         sheet,
         rows,
@@ -160,7 +160,7 @@ fn means(scores: &[Scores]) -> Option<Section> {
 }
 
 /// How often solvers that said so had solved their system.
-fn claims(records: &[Record]) -> Option<Section> {
+fn claims(records: &[LadderRow]) -> Option<Section> {
     let rows = Value::from(ladder::claim_rows(records));
     let body = html! {
         p {
@@ -174,7 +174,7 @@ fn claims(records: &[Record]) -> Option<Section> {
     (rows != json!([])).then(|| Section::new("claims", "Claimed against verified", body))
 }
 
-fn rows(records: &[Record]) -> Option<Section> {
+fn rows(records: &[LadderRow]) -> Option<Section> {
     let rows = Value::from(ladder::data_of(records));
     let body = html! {
         p { (BENCH.question().legend) ". Marked: the least of its scene. A heading sorts its column." }

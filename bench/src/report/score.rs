@@ -6,7 +6,7 @@
 //! costs is exp(mean ln(t + s)) − s, s = 1 µs; a problem that it does not solve counts as ten times the most expensive
 //! solution of it.
 
-use taut_studies::ladder::{LEVELS, Record, SceneKey};
+use taut_studies::ladder::{LEVELS, LadderRow, SceneKey};
 
 /// Shift of the geometric mean \[ns].
 const SHIFT: f64 = 1e3;
@@ -24,12 +24,12 @@ pub(super) struct Scores {
 }
 
 /// The scores at every level.
-pub(super) fn scores(records: &[Record]) -> Vec<Scores> {
+pub(super) fn scores(records: &[LadderRow]) -> Vec<Scores> {
     LEVELS.map(|level| Scores::new(records, level)).to_vec()
 }
 
 impl Scores {
-    fn new(records: &[Record], level: f64) -> Self {
+    fn new(records: &[LadderRow], level: f64) -> Self {
         let mut scenes = Vec::new();
         let mut solvers: Vec<&str> = Vec::new();
         for r in records {

@@ -14,7 +14,7 @@
 use super::base::Program;
 use super::callgrind::Counter;
 use super::cases::{CASES, Case};
-use super::compare::{Row, TOLERANCE, Verdict};
+use super::compare::{Comparison, Row, TOLERANCE};
 use super::formats::{Entry, Metric, Metrics};
 use super::measures::{Measure, Missing};
 use super::peer::Peer;
@@ -258,13 +258,13 @@ fn both([base, head]: [Result<f64, Missing>; 2]) -> Result<[f64; 2], Missing> {
 }
 
 /// The verdict on a ratio that may be 1 + `bar`.
-fn judge(ratio: Ratio, bar: f64) -> Verdict {
+fn judge(ratio: Ratio, bar: f64) -> Comparison {
     match ratio {
         // Written so that NaN fails too.
-        r if !(r.value <= 1.0 + bar || r.low <= 1.0) => Verdict::Fail,
-        r if r.low > 1.0 => Verdict::Slower,
-        r if r.high < 1.0 => Verdict::Better,
-        _ => Verdict::Pass,
+        r if !(r.value <= 1.0 + bar || r.low <= 1.0) => Comparison::Fail,
+        r if r.low > 1.0 => Comparison::Slower,
+        r if r.high < 1.0 => Comparison::Better,
+        _ => Comparison::Pass,
     }
 }
 
@@ -334,12 +334,12 @@ mod tests {
     #[test]
     fn a_time_fails_beyond_interval_and_bar() {
         for (value, low, high, verdict) in [
-            (1.05, 1.04, 1.06, Verdict::Fail),
-            (1.05, 0.99, 1.11, Verdict::Pass),
-            (1.02, 1.01, 1.03, Verdict::Slower),
-            (1.001, 0.99, 1.01, Verdict::Pass),
-            (0.98, 0.97, 0.99, Verdict::Better),
-            (f64::NAN, f64::NAN, f64::NAN, Verdict::Fail),
+            (1.05, 1.04, 1.06, Comparison::Fail),
+            (1.05, 0.99, 1.11, Comparison::Pass),
+            (1.02, 1.01, 1.03, Comparison::Slower),
+            (1.001, 0.99, 1.01, Comparison::Pass),
+            (0.98, 0.97, 0.99, Comparison::Better),
+            (f64::NAN, f64::NAN, f64::NAN, Comparison::Fail),
         ] {
             assert_eq!(judge(ratio(value, low, high), SLOWER), verdict, "{value}");
         }
@@ -391,7 +391,7 @@ mod tests {
         assert_eq!(gone("gantry/banded"), None);
         let lost = gone("hoist-23/banded").unwrap();
         let found = (lost.case.as_str(), lost.verdict);
-        assert_eq!(found, ("hoist-23/banded", Verdict::Fail));
+        assert_eq!(found, ("hoist-23/banded", Comparison::Fail));
     }
 
     #[test]

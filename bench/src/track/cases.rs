@@ -18,7 +18,7 @@ pub const DT: f64 = 1.0 / 60.0;
 
 /// A scene at the size that is tracked.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum Workload {
     /// The hoist of the main job, its anchor moved.
     Hoist {
         /// Segments of the cable.
@@ -46,7 +46,7 @@ const NETWORK_RATIO: f64 = 100.0;
 /// Load over segment mass on the floor.
 const FLOOR_RATIO: f64 = 1e3;
 
-impl fmt::Display for Place {
+impl fmt::Display for Workload {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Hoist {
@@ -60,7 +60,7 @@ impl fmt::Display for Place {
     }
 }
 
-impl Place {
+impl Workload {
     pub fn hoist(self) -> Option<HoistParams> {
         let Self::Hoist {
             segments,
@@ -115,7 +115,7 @@ impl Place {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
     /// The scene.
-    pub place: Place,
+    pub place: Workload,
     /// The solver, as the command line reads it; its options besides are those of [`Choice::options`].
     pub backend: &'static str,
     /// Largest errors that pass, in the order of `BARRED`; infinite without a bar.
@@ -132,7 +132,7 @@ const BARRED: [Measure; 4] = [
     Measure::ElongationError,
 ];
 
-const fn case(place: Place, backend: &'static str, bars: [f64; 4]) -> Case {
+const fn case(place: Workload, backend: &'static str, bars: [f64; 4]) -> Case {
     Case {
         place,
         backend,
@@ -148,20 +148,20 @@ const fn quick(case: Case) -> Case {
     }
 }
 
-const fn hoist(segments: usize, mass_ratio: f64) -> Place {
-    Place::Hoist {
+const fn hoist(segments: usize, mass_ratio: f64) -> Workload {
+    Workload::Hoist {
         segments,
         mass_ratio,
     }
 }
 
-const HOIST: Place = hoist(24, 1e3);
-const HEAVY: Place = hoist(24, 1e5);
-const LONG: Place = hoist(100, 1e3);
-const LONGEST: Place = hoist(1000, 1e3);
-const RING: Place = Place::Network(Network::Ring, 24);
-const LADDER: Place = Place::Network(Network::Ladder, 4);
-const NET: Place = Place::Network(Network::Net, 8);
+const HOIST: Workload = hoist(24, 1e3);
+const HEAVY: Workload = hoist(24, 1e5);
+const LONG: Workload = hoist(100, 1e3);
+const LONGEST: Workload = hoist(1000, 1e3);
+const RING: Workload = Workload::Network(Network::Ring, 24);
+const LADDER: Workload = Workload::Network(Network::Ladder, 4);
+const NET: Workload = Workload::Network(Network::Net, 8);
 /// No bar: an iteration that does not converge there, or a scene without that error. Nor has the componentwise backward
 /// error of any iteration: they stop by a norm, in which small components do not count.
 const NONE: f64 = f64::INFINITY;
@@ -189,12 +189,12 @@ pub const CASES: [Case; 21] = [
     case(LONG, "cg:group", [1e-11, NONE, 1e-4, 5e-11]),
     case(LONG, "gauss-seidel:groups", [5e-4, NONE, NONE, NONE]),
     case(LONGEST, "banded", [1e-14, 5e-15, 3e-4, 1e-12]),
-    quick(case(Place::Gantry, "banded", [1e-15, 2e-15, 1e-2, NONE])),
+    quick(case(Workload::Gantry, "banded", [1e-15, 2e-15, 1e-2, NONE])),
     case(RING, "banded", [5e-15, 3e-15, 4e-4, NONE]),
     case(LADDER, "banded", [2e-15, 1e-13, 4e-4, NONE]),
     case(NET, "banded", [8e-15, 8e-15, 3e-4, NONE]),
     case(NET, "gauss-seidel:groups", [1e-12, NONE, 3e-4, NONE]),
-    case(Place::Floor, "banded", [5e-14, 3e-13, 1e-2, NONE]),
+    case(Workload::Floor, "banded", [5e-14, 3e-13, 1e-2, NONE]),
 ];
 
 impl Case {
@@ -228,7 +228,7 @@ impl Case {
     pub fn has_24_segments(&self) -> bool {
         matches!(
             self.place,
-            Place::Hoist { segments: 24, .. } | Place::Network(_, 24)
+            Workload::Hoist { segments: 24, .. } | Workload::Network(_, 24)
         )
     }
 
@@ -236,7 +236,7 @@ impl Case {
     /// ten thousand, with the seeds of hash tables: the smaller the scene, the more steps are to outweigh that.
     pub fn counted_steps(&self) -> usize {
         match self.place {
-            Place::Hoist { segments, .. } if segments >= 1000 => PASS,
+            Workload::Hoist { segments, .. } if segments >= 1000 => PASS,
             _ => 4 * PASS,
         }
     }
@@ -244,7 +244,7 @@ impl Case {
     /// Measures of the case, in the order of the tables.
     pub fn measures(&self) -> impl Iterator<Item = Measure> + use<> {
         let (counts, hoist) = (self.counts_instructions(), self.place.hoist().is_some());
-        let drives = self.place == Place::Gantry;
+        let drives = self.place == Workload::Gantry;
         Measure::ALL.into_iter().filter(move |m| match m {
             Measure::Instructions => counts,
             Measure::ElongationError => hoist,

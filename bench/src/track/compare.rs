@@ -22,7 +22,7 @@ use std::fmt;
 pub const TOLERANCE: f64 = 0.02;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum Comparison {
     /// Within tolerance or bar.
     Pass,
     Fail,
@@ -40,7 +40,7 @@ pub enum Verdict {
     Shown,
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Pass => "pass",
@@ -69,7 +69,7 @@ pub struct Row {
     pub ratio: Option<Ratio>,
     /// The bar, for errors.
     pub bar: Option<f64>,
-    pub verdict: Verdict,
+    pub verdict: Comparison,
     /// Reason or remark beside the verdict.
     pub note: String,
 }
@@ -84,7 +84,7 @@ impl Row {
             now: None,
             ratio: None,
             bar: None,
-            verdict: Verdict::Fail,
+            verdict: Comparison::Fail,
             note: String::new(),
         }
     }
@@ -92,8 +92,8 @@ impl Row {
     /// The row with the reason why it has no value.
     pub(super) fn without(self, missing: Missing) -> Self {
         let verdict = match missing {
-            Missing::NotMeasured(_) => Verdict::NotMeasured,
-            Missing::Failed(_) => Verdict::Fail,
+            Missing::NotMeasured(_) => Comparison::NotMeasured,
+            Missing::Failed(_) => Comparison::Fail,
         };
         let note = missing.reason();
         Self {
@@ -154,41 +154,41 @@ fn row(figure: &Figure, entry: Option<&Entry>) -> Row {
     }
 }
 
-fn judge(figure: &Figure, value: f64, entry: Option<&Entry>) -> (Verdict, String) {
+fn judge(figure: &Figure, value: f64, entry: Option<&Entry>) -> (Comparison, String) {
     if !value.is_finite() {
-        return (Verdict::Fail, "not a number".to_owned());
+        return (Comparison::Fail, "not a number".to_owned());
     }
     let known = |verdict| match entry {
         Some(_) => verdict,
-        None => Verdict::New,
+        None => Comparison::New,
     };
     let verdict = match figure.measure.kind() {
-        Kind::Wall => known(Verdict::Shown),
+        Kind::Wall => known(Comparison::Shown),
         Kind::Barred => match figure.bar {
-            Some(bar) if value > bar => Verdict::Fail,
-            Some(_) => known(Verdict::Pass),
-            None => known(Verdict::Shown),
+            Some(bar) if value > bar => Comparison::Fail,
+            Some(_) => known(Comparison::Pass),
+            None => known(Comparison::Shown),
         },
         Kind::Instructions => return instructions(value, &figure.condition, entry),
     };
     (verdict, String::new())
 }
 
-fn instructions(value: f64, toolchain: &str, entry: Option<&Entry>) -> (Verdict, String) {
+fn instructions(value: f64, toolchain: &str, entry: Option<&Entry>) -> (Comparison, String) {
     let Some(entry) = entry else {
-        return (Verdict::New, String::new());
+        return (Comparison::New, String::new());
     };
     if compiled(&entry.extra) != compiled(toolchain) {
         let note = format!("the baseline is of {}, this of {toolchain}", entry.extra);
-        return (Verdict::OtherToolchain, note);
+        return (Comparison::OtherToolchain, note);
     }
     let growth = value / entry.value - 1.0;
     // A baseline that makes no ratio passes nothing.
     let within = growth <= TOLERANCE;
     let verdict = match within {
-        false => Verdict::Fail,
-        true if growth < -TOLERANCE => Verdict::Better,
-        true => Verdict::Pass,
+        false => Comparison::Fail,
+        true if growth < -TOLERANCE => Comparison::Better,
+        true => Comparison::Pass,
     };
     (verdict, String::new())
 }
@@ -201,7 +201,7 @@ fn compiled(toolchain: &str) -> &str {
 
 /// Figures that were counted against nothing: instructions without a verdict.
 pub fn uncompared(rows: &[Row]) -> usize {
-    use Verdict::{Better, Fail, Pass};
+    use Comparison::{Better, Fail, Pass};
     let counted = rows
         .iter()
         .filter(|r| r.measure == Measure::Instructions.name());
@@ -246,7 +246,7 @@ mod tests {
         }
     }
 
-    fn verdict(measure: Measure, value: f64, bar: Option<f64>, baseline: f64) -> Verdict {
+    fn verdict(measure: Measure, value: f64, bar: Option<f64>, baseline: f64) -> Comparison {
         let rows = compare(&[figure(measure, value, bar)], &[entry(measure, baseline)]);
         assert_eq!(rows.len(), 1);
         rows[0].verdict
@@ -255,28 +255,28 @@ mod tests {
     #[test]
     fn two_percent_more_instructions_pass_and_no_more() {
         let of = |value| verdict(Measure::Instructions, value, None, 1000.0);
-        assert_eq!(of(1019.0), Verdict::Pass);
-        assert_eq!(of(1021.0), Verdict::Fail);
-        assert_eq!(of(981.0), Verdict::Pass);
-        assert_eq!(of(979.0), Verdict::Better);
-        assert_eq!(of(f64::NAN), Verdict::Fail);
+        assert_eq!(of(1019.0), Comparison::Pass);
+        assert_eq!(of(1021.0), Comparison::Fail);
+        assert_eq!(of(981.0), Comparison::Pass);
+        assert_eq!(of(979.0), Comparison::Better);
+        assert_eq!(of(f64::NAN), Comparison::Fail);
         let empty = verdict(Measure::Instructions, 0.0, None, 0.0);
-        assert_eq!(empty, Verdict::Fail);
+        assert_eq!(empty, Comparison::Fail);
     }
 
     #[test]
     fn another_compiler_is_shown_and_counted_as_uncompared() {
         for (extra, verdict) in [
-            ("rustc 2, generic, valgrind-2", Verdict::OtherToolchain),
-            ("rustc 1, x86-64-v3, valgrind-2", Verdict::OtherToolchain),
-            ("rustc 1, generic, valgrind-3", Verdict::Fail),
+            ("rustc 2, generic, valgrind-2", Comparison::OtherToolchain),
+            ("rustc 1, x86-64-v3, valgrind-2", Comparison::OtherToolchain),
+            ("rustc 1, generic, valgrind-3", Comparison::Fail),
         ] {
             let mut other = entry(Measure::Instructions, 1000.0);
             other.extra = extra.to_owned();
             let rows = compare(&[figure(Measure::Instructions, 2000.0, None)], &[other]);
             assert_eq!(rows[0].verdict, verdict);
             assert_eq!(rows[0].before, Some(1000.0));
-            let uncounted = verdict == Verdict::OtherToolchain;
+            let uncounted = verdict == Comparison::OtherToolchain;
             assert_eq!(uncompared(&rows), usize::from(uncounted));
             let now = "rustc 1, generic, valgrind-2";
             let named = rows[0].note.contains(extra) && rows[0].note.contains(now);
@@ -289,18 +289,18 @@ mod tests {
     #[test]
     fn errors_fail_at_their_bar_whatever_the_baseline() {
         let of = |value, baseline| verdict(Measure::ForwardError, value, Some(1e-12), baseline);
-        assert_eq!(of(9e-13, 1e-16), Verdict::Pass);
-        assert_eq!(of(1.1e-12, 1.0), Verdict::Fail);
-        assert_eq!(of(f64::NAN, 1e-16), Verdict::Fail);
-        assert_eq!(of(f64::INFINITY, 1e-16), Verdict::Fail);
+        assert_eq!(of(9e-13, 1e-16), Comparison::Pass);
+        assert_eq!(of(1.1e-12, 1.0), Comparison::Fail);
+        assert_eq!(of(f64::NAN, 1e-16), Comparison::Fail);
+        assert_eq!(of(f64::INFINITY, 1e-16), Comparison::Fail);
     }
 
     #[test]
     fn own_backends_must_not_allocate_and_others_may() {
         let of = |value, bar| verdict(Measure::Allocations, value, bar, 0.0);
-        assert_eq!(of(0.0, Some(0.0)), Verdict::Pass);
-        assert_eq!(of(0.1, Some(0.0)), Verdict::Fail);
-        assert_eq!(of(4.0, None), Verdict::Shown);
+        assert_eq!(of(0.0, Some(0.0)), Comparison::Pass);
+        assert_eq!(of(0.1, Some(0.0)), Comparison::Fail);
+        assert_eq!(of(4.0, None), Comparison::Shown);
     }
 
     #[test]
@@ -309,7 +309,7 @@ mod tests {
         let times = case.measures().filter(|m| m.kind() == Kind::Wall);
         let verdicts: Vec<_> = times.map(|m| verdict(m, 1e9, None, 1.0)).collect();
         assert!(!verdicts.is_empty());
-        let all_hold = verdicts.iter().all(|v| *v == Verdict::Shown);
+        let all_hold = verdicts.iter().all(|v| *v == Comparison::Shown);
         assert!(all_hold, "{verdicts:?}");
     }
 
@@ -320,10 +320,13 @@ mod tests {
         renamed.name = "ring-23/banded/forward-error".to_owned();
         let rows = compare(std::slice::from_ref(&new), std::slice::from_ref(&renamed));
         let verdicts: Vec<_> = rows.iter().map(|r| (r.case.as_str(), r.verdict)).collect();
-        let expected = [(CASE, Verdict::New), ("ring-23/banded", Verdict::Fail)];
+        let expected = [
+            (CASE, Comparison::New),
+            ("ring-23/banded", Comparison::Fail),
+        ];
         assert_eq!(verdicts, expected);
         let beyond = figure(Measure::ForwardError, 1e-11, Some(1e-12));
-        assert_eq!(compare(&[beyond], &[])[0].verdict, Verdict::Fail);
+        assert_eq!(compare(&[beyond], &[])[0].verdict, Comparison::Fail);
         // Tracked, but not part of this run.
         assert!(compare(&[], &[entry(Measure::Min, 1.0)]).is_empty());
     }
@@ -339,8 +342,8 @@ mod tests {
         let rows = compare(&[absent, broken], &[entry(Measure::Instructions, 1000.0)]);
         let verdicts: Vec<_> = rows.iter().map(|r| (r.verdict, r.note.as_str())).collect();
         let expected = [
-            (Verdict::NotMeasured, "no valgrind"),
-            (Verdict::Fail, "pivot"),
+            (Comparison::NotMeasured, "no valgrind"),
+            (Comparison::Fail, "pivot"),
         ];
         assert_eq!(verdicts, expected);
     }

@@ -5,7 +5,7 @@
 //! is the same each minute; a step's time is its least of all minutes, so that the steps that are long by themselves
 //! count, such as those that the guard repeats, and not those that the system interrupts.
 
-use super::cases::{DT, Place};
+use super::cases::{DT, Workload};
 use super::wall;
 use taut_integrator::{StepError, Stepper};
 use taut_measure::choice::Choice;
@@ -52,7 +52,7 @@ impl Minutes {
         slowed: f64,
     ) -> Result<(), StepError> {
         // A winch counts from its last change: time cannot be put back.
-        let mut stepper: Stepper = Place::Gantry.stepper(scene.clone(), choice.options(DT))?;
+        let mut stepper: Stepper = Workload::Gantry.stepper(scene.clone(), choice.options(DT))?;
         for (i, least) in self.least.iter_mut().enumerate() {
             if i % LEG == 0 {
                 stepper.set_controls(&LEGS[i / LEG % LEGS.len()])?;

@@ -5,7 +5,7 @@
 //! answers fall. Asked in turns, two such programs measure within milliseconds of each other.
 
 use super::base::Program;
-use super::cases::{CASES, Case, Place, named};
+use super::cases::{CASES, Case, Workload, named};
 use super::measures::{Measure, Missing};
 use super::minute::Minutes;
 use super::start::{PASS, Start};
@@ -125,7 +125,7 @@ fn answer(
         }
     };
     let is = |measure: Measure| question.measure == measure.name();
-    if is(Measure::P99) && case.place == Place::Gantry {
+    if is(Measure::P99) && case.place == Workload::Gantry {
         for _ in 0..question.repeats {
             let Timed { start, choice, .. } = timed;
             timed.minutes.drive(start.scene(), choice, slowed)?;

@@ -3,7 +3,7 @@
 
 use super::against::{Versus, against};
 use super::cases::Case;
-use super::compare::{Row, Verdict};
+use super::compare::{Comparison, Row};
 use indicatif::ProgressBar;
 
 /// The part that each step is made longer by.
@@ -53,24 +53,26 @@ pub fn self_test(
         progress.set_message(format!("trial {trial} of {trials}"));
         progress.reset();
         let same = against(versus, cases, progress)?;
-        let measured = |c: &&Row| c.verdict != Verdict::NotMeasured;
+        let measured = |c: &&Row| c.verdict != Comparison::NotMeasured;
         test.figures = same.iter().filter(measured).count();
         if test.figures == 0 {
             break;
         }
-        test.same += usize::from(all(&same, |verdict| verdict != Verdict::Fail));
+        test.same += usize::from(all(&same, |verdict| verdict != Comparison::Fail));
         widen(&mut test.same_ratios, &same);
         let slowed = against(&slower, cases, progress)?;
-        test.slowed += usize::from(all(&slowed, |verdict| verdict == Verdict::Fail));
+        test.slowed += usize::from(all(&slowed, |verdict| verdict == Comparison::Fail));
         widen(&mut test.slowed_ratios, &slowed);
     }
     Ok(test)
 }
 
 /// True if any figure was measured and every measured one has a right verdict.
-fn all(compared: &[Row], is_right: fn(Verdict) -> bool) -> bool {
+fn all(compared: &[Row], is_right: fn(Comparison) -> bool) -> bool {
     let verdicts = compared.iter().map(|c| c.verdict);
-    let mut judged = verdicts.filter(|v| *v != Verdict::NotMeasured).peekable();
+    let mut judged = verdicts
+        .filter(|v| *v != Comparison::NotMeasured)
+        .peekable();
     judged.peek().is_some() && judged.all(is_right)
 }
 
@@ -98,7 +100,7 @@ mod tests {
         let found = |missing| Row::new("gantry/banded", "time-min").without(missing);
         let absent = || found(Missing::NotMeasured(String::new()));
         let failed = || found(Missing::Failed(String::new()));
-        let fails = |verdict| verdict == Verdict::Fail;
+        let fails = |verdict| verdict == Comparison::Fail;
         assert!(!all(&[absent()], fails) && !all(&[absent()], |_| true));
         assert!(all(&[absent(), failed()], fails));
     }

@@ -1,7 +1,7 @@
 //! Common state of the cases of a scene, from which steps are measured, and the references of their
 //! errors.
 
-use super::cases::{Case, DT, Place};
+use super::cases::{Case, DT, Workload};
 use super::measures::{Measure, Missing};
 use nalgebra::Vector3;
 use taut_integrator::{StepError, StepOptions, Stepper};
@@ -24,14 +24,14 @@ const FINER: usize = 16;
 
 /// A scene and its common state, some steps from its beginning.
 pub(super) struct Start {
-    place: Place,
+    place: Workload,
     scene: Scene,
     state: Snapshot,
     guess: Vec<f64>,
 }
 
 impl Start {
-    pub(super) fn new(place: Place) -> Result<Self, StepError> {
+    pub(super) fn new(place: Workload) -> Result<Self, StepError> {
         let scene = place.scene()?;
         let mut stepper = place.stepper(scene.clone(), reference_choice().options(DT))?;
         for _ in 0..WARM_UP {
@@ -91,7 +91,7 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    pub(super) fn new(place: Place) -> Result<Self, StepError> {
+    pub(super) fn new(place: Workload) -> Result<Self, StepError> {
         let start = Start::new(place)?;
         let exact = start
             .stepper(&reference_choice())?

@@ -1,6 +1,6 @@
 //! The comparison as a table for people.
 
-use super::compare::{Row, TOLERANCE, Verdict};
+use super::compare::{Comparison, Row, TOLERANCE};
 use super::measures::Measure;
 use super::self_test::{Extreme, SLOWED, SelfTest};
 use comfy_table::Cell;
@@ -58,8 +58,8 @@ fn figures(
             t.add_row([case]);
         }
         let good = match row.verdict {
-            Verdict::Pass | Verdict::Better => Some(true),
-            Verdict::Fail | Verdict::Slower => Some(false),
+            Comparison::Pass | Comparison::Better => Some(true),
+            Comparison::Fail | Comparison::Slower => Some(false),
             _ => None,
         };
         let [third, fourth] = cells(row).map(|cell| Cell::new(cell.unwrap_or_default()));
@@ -116,7 +116,7 @@ fn bar(bar: f64) -> String {
 
 /// How many figures came to what, and what to do about it.
 fn summary(rows: &[Row]) -> String {
-    use Verdict::{Better, Fail, New, NotMeasured, OtherToolchain, Pass};
+    use Comparison::{Better, Fail, New, NotMeasured, OtherToolchain, Pass};
     let count = |verdict| rows.iter().filter(|r| r.verdict == verdict).count();
     let mut out = format!("\n{} figures:", rows.len());
     for verdict in [Pass, Fail, Better, New, OtherToolchain, NotMeasured] {
@@ -153,14 +153,14 @@ mod tests {
             ..Row::new("hoist-24-1e3/gauss-seidel:groups", measure.name())
         };
         let rows = [
-            row(Measure::Instructions, 900.0, Verdict::Better, ""),
+            row(Measure::Instructions, 900.0, Comparison::Better, ""),
             row(
                 Measure::LoadError,
                 f64::NAN,
-                Verdict::Fail,
+                Comparison::Fail,
                 &"not a number ".repeat(20),
             ),
-            row(Measure::Min, 1234.0, Verdict::Shown, ""),
+            row(Measure::Min, 1234.0, Comparison::Shown, ""),
         ];
         let text = plain(&text(&rows));
         assert_eq!(text.matches("gauss-seidel:groups").count(), 1);

@@ -13,7 +13,7 @@ mod trial;
 pub use answer::Answer;
 pub use case::{OwnScene, is_lost};
 pub use extras::{Extras, Pattern, Trace};
-pub use record::{Fastest, Record, SceneKey};
+pub use record::{Fastest, LadderRow, SceneKey};
 pub(crate) use study::{STUDY, are_networks};
 pub use table::{claim_rows, data_of, sheet_of};
 
@@ -105,7 +105,7 @@ impl Config {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Results {
     /// Rows, scene by scene, solvers in the order asked for, iterations ascending.
-    pub records: Vec<Record>,
+    pub records: Vec<LadderRow>,
     pub omissions: Vec<Omission>,
     pub scenes: Vec<SceneNote>,
 }
@@ -137,7 +137,7 @@ struct Task {
 }
 
 /// A row with whether more iterations would change nothing, which is not written with it.
-type Untimed = (Record, bool);
+type Untimed = (LadderRow, bool);
 
 /// Runs the main job. A scene is a case, with its reference and all its rows.
 ///

@@ -79,14 +79,14 @@ pub struct Shared {
     pub ea: f64,
 }
 
-pub type Record = SolveRow<Shared>;
+pub type LinearRow = SolveRow<Shared>;
 
 /// Solves every scene with every solver, in parallel, each scene a case: its rows, and which solvers have none. Rows are ordered by
 /// segments, pose, ratio, solver, refinements.
 pub fn run(
     config: &Config,
     cases: &Cases,
-) -> Result<(Vec<Record>, Vec<Omission>), ExperimentError> {
+) -> Result<(Vec<LinearRow>, Vec<Omission>), ExperimentError> {
     let mut scenes = Vec::new();
     for &segments in &config.segments {
         for &pose in &config.poses {
@@ -109,16 +109,16 @@ pub fn run(
 
 /// How far a direct solver with one refinement is within [`BAR`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct DirectReach {
     pub backend: String,
     /// Largest ratio of the sweep up to which all errors are within the bar; `None` if the smallest
     /// one exceeds it.
     pub limit: Option<f64>,
     /// The row with the largest error up to [`BAR_RATIO`], where NaN counts as the largest.
-    pub worst: Record,
+    pub worst: LinearRow,
 }
 
-impl Verdict {
+impl DirectReach {
     /// True if the bar holds at all ratios up to [`BAR_RATIO`].
     pub fn holds(&self) -> bool {
         self.worst.forward_error <= BAR
@@ -126,20 +126,20 @@ impl Verdict {
 }
 
 /// The verdicts on all direct solvers with rows for one refinement and ratios up to [`BAR_RATIO`].
-pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
-    let once = |r: &&Record| r.start.is_none() && r.refinements == 1;
+pub fn verdicts(records: &[LinearRow]) -> Vec<DirectReach> {
+    let once = |r: &&LinearRow| r.start.is_none() && r.refinements == 1;
     let judged = || records.iter().filter(once);
     let verdict = |backend: &String| {
         let own = || judged().filter(|r| r.backend == *backend);
         let beyond = own().filter(|r| r.forward_error.is_nan() || r.forward_error > BAR);
-        let ratio = |r: &Record| r.of.mass_ratio;
+        let ratio = |r: &LinearRow| r.of.mass_ratio;
         let beyond = beyond.map(ratio).fold(f64::INFINITY, f64::min);
         let within = own().map(ratio).filter(|ratio| *ratio < beyond);
         // `total_cmp` puts a positive NaN last; of equal errors the first row's counts.
-        let size = |r: &Record| r.forward_error.abs();
+        let size = |r: &LinearRow| r.forward_error.abs();
         let counted = own().rev().filter(|r| r.of.mass_ratio <= BAR_RATIO);
         let worst = counted.max_by(|a, b| size(a).total_cmp(&size(b)))?;
-        Some(Verdict {
+        Some(DirectReach {
             backend: backend.clone(),
             limit: within.max_by(f64::total_cmp),
             worst: worst.clone(),
@@ -205,7 +205,7 @@ fn kept(row: &Row) -> String {
 }
 
 /// Which direct solvers keep the bar.
-fn bars(verdicts: &[Verdict]) -> String {
+fn bars(verdicts: &[DirectReach]) -> String {
     if verdicts.is_empty() {
         return String::new();
     }
@@ -245,7 +245,7 @@ mod tests {
         let (records, omissions) = run(&config, &Cases::default()).unwrap();
         for choice in &config.asking.choices {
             let own = |segments: usize| {
-                let of = |r: &&Record| r.backend == choice.family() && r.of.segments == segments;
+                let of = |r: &&LinearRow| r.backend == choice.family() && r.of.segments == segments;
                 records.iter().filter(of).count()
             };
             let omitted = omissions.iter().any(|o| o.backend == choice.family());
@@ -297,7 +297,7 @@ mod tests {
         config.asking.choices = vec![taut_measure::reference::reference_choice()];
         let row = run(&config, &Cases::default()).unwrap().0.remove(0);
         let at = |mass_ratio: f64, forward_error: f64| {
-            let mut row = Record {
+            let mut row = LinearRow {
                 forward_error,
                 ..row.clone()
             };

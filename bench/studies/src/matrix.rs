@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 use taut_measure::Choice;
-use taut_measure::matrix::solve::{About, CONVERGED, Config, DIRECT, Record, Results};
+use taut_measure::matrix::solve::{About, CONVERGED, Config, DIRECT, Results, SystemRow};
 use taut_measure::matrix::{self, System, solve};
 use taut_solver::Backend;
 
@@ -149,7 +149,7 @@ fn shown_total(row: &Row) -> String {
     nanoseconds(total(row).unwrap_or(f64::NAN))
 }
 
-/// True if the row came to an end of its own, as [`Record::ended`] has it.
+/// True if the row came to an end of its own, as [`SystemRow::ended`] has it.
 fn ended(row: &Row) -> bool {
     [DIRECT, CONVERGED].contains(&text_of(row, "status"))
 }
@@ -203,7 +203,7 @@ pub fn solved(results: &Results) -> String {
 
 /// All rows of a system from the fastest on.
 pub fn compared(results: &Results) -> String {
-    let mut records: Vec<&Record> = results.records.iter().collect();
+    let mut records: Vec<&SystemRow> = results.records.iter().collect();
     records.sort_by(|a, b| a.total_ns().total_cmp(&b.total_ns()));
     let sheet = marked(&STUDY.question().sheets[0], results);
     whole(results, &sheet.of(&json!({ "records": records })))

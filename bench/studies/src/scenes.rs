@@ -112,7 +112,7 @@ impl Config {
 
 /// One row: a solver on a case. A number that is not known is none.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Record {
+pub struct SceneRow {
     pub scene: String,
     /// Its size: segments, cables of a ladder, rows and columns of a net.
     pub size: usize,
@@ -164,7 +164,7 @@ pub struct Record {
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
     /// Rows, case by case, solvers in the order asked for, iterations ascending.
-    pub records: Vec<Record>,
+    pub records: Vec<SceneRow>,
     /// Cost against size: see `growth`.
     pub growth: Vec<Value>,
     #[serde(skip)]
@@ -189,7 +189,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
         let case = case(network)?;
         let (tasks, omissions) = tasks(config, case);
         let row = |task: &Task| measure::row(config, case, task);
-        let rows: Vec<(Record, Option<SolveReport>)> = tasks.par_iter().map(row).collect();
+        let rows: Vec<(SceneRow, Option<SolveReport>)> = tasks.par_iter().map(row).collect();
         Ok::<_, StepError>((rows, omissions))
     })?;
     let timed = cases.in_turn("timing", &networks, |network| {
@@ -212,7 +212,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
             } else {
                 None
             };
-            let row = Record { said, ..row };
+            let row = SceneRow { said, ..row };
             results
                 .records
                 .push(time.map_or(row.clone(), |time| row.timed(time)));
@@ -222,7 +222,7 @@ pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     Ok(results)
 }
 
-impl Record {
+impl SceneRow {
     /// The row with times of the step and of its linear solve.
     fn timed(self, times: Result<[Time; 3], String>) -> Self {
         match times {
@@ -284,11 +284,11 @@ fn tasks(config: &Config, case: &Case) -> (Vec<Task>, Vec<Omission>) {
 /// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms of the
 /// minima, for every scene and solver with three sizes or more, from the fewest to the most rows. Iterative solvers stand
 /// there with their lowest limit of iterations only, which they use up: what an iteration costs.
-fn growth(records: &[Record]) -> Vec<Value> {
+fn growth(records: &[SceneRow]) -> Vec<Value> {
     let limits = records.iter().map(|r| r.iterations).filter(|k| *k > 0);
     let lowest = limits.min().unwrap_or(0);
     let least = records.iter().filter(|r| r.iterations <= lowest);
-    let key = |r: &Record| {
+    let key = |r: &SceneRow| {
         let ratio = r.mass_ratio.to_bits();
         (r.scene.clone(), ratio, r.backend.clone(), r.iterations)
     };

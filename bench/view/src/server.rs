@@ -87,11 +87,11 @@ pub(crate) struct Shared {
     /// Viewers so far: the number of each.
     count: AtomicU64,
     /// The viewer that set a control, or one of what follows it, to other than zero.
-    driven: Mutex<BTreeMap<Place, u64>>,
+    driven: Mutex<BTreeMap<DriveKey, u64>>,
 }
 
 /// A control, and what follows it if that is driven alone.
-type Place = (String, Option<String>);
+type DriveKey = (String, Option<String>);
 
 /// Messages that a new viewer gets first.
 #[derive(Default, Clone)]
@@ -177,7 +177,7 @@ impl Shared {
     }
 
     /// Removes and returns the places that `viewer` was the last to set to other than zero.
-    fn left_by(&self, viewer: u64) -> Vec<Place> {
+    fn left_by(&self, viewer: u64) -> Vec<DriveKey> {
         let mut left = Vec::new();
         locked(&self.driven).retain(|place, of| {
             if *of == viewer {

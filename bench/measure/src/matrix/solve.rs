@@ -121,7 +121,7 @@ pub struct About {
 
 /// One row: a backend on a system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct SystemRow {
     pub matrix: String,
     /// Backend without iterations and tolerance.
     pub backend: String,
@@ -158,7 +158,7 @@ pub struct Record {
     pub factor_entries: Option<usize>,
 }
 
-impl Record {
+impl SystemRow {
     /// Factorisation and solve \[ns].
     pub fn total_ns(&self) -> f64 {
         self.factorize_ns + self.solve_ns
@@ -176,7 +176,7 @@ pub struct Results {
     /// The system.
     pub about: About,
     /// Its rows, in the order of the backends.
-    pub records: Vec<Record>,
+    pub records: Vec<SystemRow>,
     pub omissions: Vec<Omission>,
 }
 
@@ -256,7 +256,7 @@ pub fn run(system: &System, config: &Config) -> Results {
     let fastest = records
         .iter()
         .filter(|r| none_ended || r.status != LIMIT)
-        .map(Record::total_ns)
+        .map(SystemRow::total_ns)
         .fold(f64::INFINITY, f64::min);
     for record in &mut records {
         record.ratio = record.total_ns() / fastest;
@@ -441,7 +441,7 @@ fn row(
     backend: &Backend,
     exact: Option<&[f64]>,
     budget: Duration,
-) -> Result<Record, SolveError> {
+) -> Result<SystemRow, SolveError> {
     let n = system.matrix.dim();
     let mut x = vec![0.0; n];
     let mut shortest = [f64::INFINITY; 3];
@@ -474,7 +474,7 @@ fn row(
     };
     let errors = system.matrix.backward_error(&system.b, &x)?;
     let [analyze_ns, factorize_ns, solve_ns] = shortest;
-    Ok(Record {
+    Ok(SystemRow {
         matrix: system.name.clone(),
         backend: Choice::schur(backend.clone()).family(),
         options: backend.to_string(),

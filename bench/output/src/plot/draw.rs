@@ -147,13 +147,13 @@ fn written(
 }
 
 fn draw_panel(chart: &Chart, area: &Area<'_>, tags: Tags) -> Result<(), PlotError> {
-    let places = |series: &Series| -> Vec<Place> {
+    let places = |series: &Series| -> Vec<Marker> {
         let points = series.points.iter().enumerate();
-        let place = |(of, p): (usize, &[f64; 2])| Place {
+        let place = |(of, p): (usize, &[f64; 2])| Marker {
             at: (chart.x.place(p[0]), chart.y.place(p[1])),
             of,
         };
-        let is_shown = |p: &Place| p.at.0.abs() < FARTHEST && p.at.1.abs() < FARTHEST;
+        let is_shown = |p: &Marker| p.at.0.abs() < FARTHEST && p.at.1.abs() < FARTHEST;
         points.map(place).filter(is_shown).collect()
     };
     let all: Vec<_> = chart.series.iter().map(places).collect();
@@ -206,7 +206,7 @@ fn draw_panel(chart: &Chart, area: &Area<'_>, tags: Tags) -> Result<(), PlotErro
 }
 
 /// A point that is shown.
-struct Place {
+struct Marker {
     /// Where, on the axes.
     at: (f64, f64),
     /// Which of the series' points it is.
@@ -218,7 +218,7 @@ struct Place {
 fn draw_guide(
     plane: &mut Plane<'_, '_>,
     name: &str,
-    points: &[Place],
+    points: &[Marker],
     is_first: bool,
 ) -> Result<(), PlotError> {
     let line = LineSeries::new(points.iter().map(|p| p.at), BLACK.mix(0.5).stroke_width(1));
@@ -244,7 +244,7 @@ fn draw_guide(
 fn draw_series(
     plane: &mut Plane<'_, '_>,
     mark: Mark,
-    points: &[Place],
+    points: &[Marker],
     (look, radius): (Look, i32),
     (tags, say): (Tags, impl Fn(usize) -> String),
 ) -> Result<(), PlotError> {
@@ -253,7 +253,7 @@ fn draw_series(
             .windows(2)
             .next()
             .map_or(1.0, |w| w[1].at.0 - w[0].at.0);
-        let bar = |&Place { at: (x, y), .. }: &Place| {
+        let bar = |&Marker { at: (x, y), .. }: &Marker| {
             let corners = [(x - 0.45 * width, 0.0), (x + 0.45 * width, y)];
             Rectangle::new(corners, colour(look).mix(0.7).filled())
         };

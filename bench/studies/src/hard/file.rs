@@ -271,7 +271,7 @@ struct Halve {
 /// Where a body has to be \[m].
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Place {
+struct BodyAt {
     body: String,
     place: [f64; 3],
 }

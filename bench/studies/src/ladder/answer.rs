@@ -2,11 +2,11 @@
 //! another family with its factor, and the iteration that comes furthest. In a sentence: which
 //! solver to use.
 
-use super::{LEVELS, Record, STUDY};
+use super::{LEVELS, LadderRow, STUDY};
 use crate::study::question::*;
 
 /// A row and what its step costs within a level \[ns].
-type Placed<'a> = (&'a Record, f64);
+type Placed<'a> = (&'a LadderRow, f64);
 
 /// A level, the fastest within it, and the next.
 type Outcome<'a> = (f64, [Option<Placed<'a>>; 2]);
@@ -16,23 +16,23 @@ fn shown(placed: Option<Placed<'_>>) -> Option<(String, String)> {
     placed.map(|(r, ns)| (name(r), nanoseconds(ns)))
 }
 
-fn scenes(records: &[Record]) -> impl Iterator<Item = &[Record]> {
+fn scenes(records: &[LadderRow]) -> impl Iterator<Item = &[LadderRow]> {
     records.chunk_by(|a, b| a.scene_key() == b.scene_key())
 }
 
 /// A backend without its options and form: solvers of a family share their factorisation or their iteration.
-fn family(r: &Record) -> &str {
+fn family(r: &LadderRow) -> &str {
     let end = r.backend.find([':', '/']).unwrap_or(r.backend.len());
     &r.backend[..end]
 }
 
-fn fastest<'a>(rows: impl Iterator<Item = &'a Record>, level: f64) -> Option<Placed<'a>> {
+fn fastest<'a>(rows: impl Iterator<Item = &'a LadderRow>, level: f64) -> Option<Placed<'a>> {
     let within = rows.filter_map(|r| Some((r, r.within(level)?.step_ns)));
     within.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The fastest of a scene within the level, and the fastest of another family.
-fn places(scene: &[Record], level: f64) -> [Option<Placed<'_>>; 2] {
+fn places(scene: &[LadderRow], level: f64) -> [Option<Placed<'_>>; 2] {
     let first = fastest(scene.iter(), level);
     let next = first.and_then(|(winner, _)| {
         let others = scene.iter().filter(|r| family(r) != family(winner));
@@ -43,7 +43,7 @@ fn places(scene: &[Record], level: f64) -> [Option<Placed<'_>>; 2] {
 
 /// Best iteration: the fastest within the strictest level that any reaches, else the one with the
 /// least error.
-fn best_iteration(scene: &[Record]) -> Option<Placed<'_>> {
+fn best_iteration(scene: &[LadderRow]) -> Option<Placed<'_>> {
     let iterations = || scene.iter().filter(|r| r.iterations > 0);
     let within = LEVELS.iter().rev();
     let within = within
@@ -54,7 +54,7 @@ fn best_iteration(scene: &[Record]) -> Option<Placed<'_>> {
 }
 
 /// A solver, with the iterations that it took.
-fn name(r: &Record) -> String {
+fn name(r: &LadderRow) -> String {
     if r.iterations == 0 {
         return r.backend.clone();
     }
@@ -80,7 +80,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    pub fn of(records: &[Record]) -> Self {
+    pub fn of(records: &[LadderRow]) -> Self {
         let is_own = records.first().is_some_and(|r| r.segments.is_none());
         Self {
             sheet: STUDY.sheet(if is_own { "answer-own" } else { "answer" }),
@@ -95,7 +95,7 @@ fn or_blank(value: Option<impl Into<Value>>) -> Value {
     value.map_or_else(|| "".into(), Into::into)
 }
 
-fn rows(scene: &[Record]) -> Vec<Value> {
+fn rows(scene: &[LadderRow]) -> Vec<Value> {
     let outcomes: Vec<Outcome<'_>> = LEVELS.iter().map(|l| (*l, places(scene, *l))).collect();
     let alike = |a: &Outcome<'_>, b: &Outcome<'_>| a.1.map(shown) == b.1.map(shown);
     let row = |(place, same): (usize, &[Outcome<'_>])| {
@@ -121,7 +121,7 @@ fn rows(scene: &[Record]) -> Vec<Value> {
 }
 
 /// Which solver to use: who is the fastest how often, by how much, and whether an iteration ever is.
-fn advice(records: &[Record]) -> String {
+fn advice(records: &[LadderRow]) -> String {
     let problems = scenes(records).flat_map(|scene| LEVELS.map(|level| places(scene, level)));
     let problems: Vec<_> = problems.collect();
     let solved: Vec<Placed<'_>> = problems.iter().filter_map(|[first, _]| *first).collect();
@@ -198,7 +198,7 @@ mod tests {
     }
 
     /// A row with an error and a time that are the same refined and unrefined.
-    fn row(ratio: f64, backend: &str, iterations: usize, ns: f64, error: f64) -> Record {
+    fn row(ratio: f64, backend: &str, iterations: usize, ns: f64, error: f64) -> LadderRow {
         let value = serde_json::json!({ "scene": "hoist", "segments": 24, "mass_ratio": ratio, "backend": backend,
             "options": backend, "iterations": iterations, "iterations_used": iterations, "dt": 0.0, "refinements": 0,
             "step_ns": ns, "step_ns_min": ns, "solve_ns": ns, "refine_ns": 0.0, "backward_error": error,
@@ -239,7 +239,7 @@ mod tests {
     /// Without a hoist's elongation the multipliers decide, and the scene stands by its name.
     #[test]
     fn another_scene_is_answered_by_its_name() {
-        let own = |scene: &str, backend: &str, ns: f64| Record {
+        let own = |scene: &str, backend: &str, ns: f64| LadderRow {
             scene: scene.to_owned(),
             segments: None,
             elongation_error: None,

@@ -2,7 +2,7 @@
 //! the times.
 
 use super::trial::{self, Trial};
-use super::{Case, Config, Record, Task, Untimed};
+use super::{Case, Config, LadderRow, Task, Untimed};
 use crate::statics;
 use crate::systems::failed;
 use crate::systems::turns::{self, Work};
@@ -21,7 +21,7 @@ pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untime
         let row = match rows.last().cloned() {
             Some((last, true)) => {
                 let options = trial.text();
-                let row = Record {
+                let row = LadderRow {
                     iterations: rung,
                     options,
                     ..last
@@ -35,7 +35,7 @@ pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untime
     rows
 }
 
-impl Record {
+impl LadderRow {
     /// An empty row, to be filled in.
     fn new(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Self {
         Self {
@@ -56,12 +56,12 @@ impl Record {
 }
 
 fn measure_row(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Untimed {
-    let mut row = Record::new(config, case, trial, rung);
+    let mut row = LadderRow::new(config, case, trial, rung);
     if let Err(e) = measure_algebra(config, case, trial, &mut row) {
         // Drops the measurements before the failure: their maximum is not that of all frames.
-        row = Record {
+        row = LadderRow {
             error: Some(e.to_string()),
-            ..Record::new(config, case, trial, rung)
+            ..LadderRow::new(config, case, trial, rung)
         };
     }
     if case.has_contacts() && row.error.is_none() {
@@ -151,7 +151,7 @@ fn measure_algebra(
     config: &Config,
     case: &Case,
     trial: &Trial,
-    row: &mut Record,
+    row: &mut LadderRow,
 ) -> Result<(), StepError> {
     let options = trial.plain_options(config.dt);
     let unrefined = StepOptions {
@@ -228,7 +228,7 @@ pub(super) fn timed(
     case: &Case,
     tasks: &[Task],
     rows: &[Vec<Untimed>],
-) -> Vec<Record> {
+) -> Vec<LadderRow> {
     let all = || {
         tasks.iter().zip(rows).flat_map(|(task, rows)| {
             let before = std::iter::once(false).chain(rows.iter().map(|(_, settled)| *settled));

@@ -7,7 +7,7 @@ use taut_output::notation::number;
 
 /// One row: a solver with its options on one scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Record {
+pub struct LadderRow {
     pub scene: String,
     /// Segments of the hoist's cable; none of another scene, which has no elongation either.
     pub segments: Option<usize>,
@@ -98,8 +98,8 @@ pub struct Fastest {
 pub type SceneKey<'a> = (&'a str, Option<usize>, u64);
 
 /// Marks, for each scene and error level, the fastest row whose error is within the level.
-pub(super) fn mark_fastest(records: &mut [Record]) {
-    let same_scene = |a: &Record, b: &Record| a.scene_key() == b.scene_key();
+pub(super) fn mark_fastest(records: &mut [LadderRow]) {
+    let same_scene = |a: &LadderRow, b: &LadderRow| a.scene_key() == b.scene_key();
     for rows in records.chunk_by_mut(same_scene) {
         for level in LEVELS {
             let candidates = rows.iter_mut();
@@ -112,7 +112,7 @@ pub(super) fn mark_fastest(records: &mut [Record]) {
     }
 }
 
-impl Record {
+impl LadderRow {
     pub fn scene_key(&self) -> SceneKey<'_> {
         (&self.scene, self.segments, self.mass_ratio.to_bits())
     }

@@ -1,6 +1,6 @@
 //! The main job's rows and its answer as text.
 
-use super::{Answer, Record, Results, STUDY, SceneNote};
+use super::{Answer, LadderRow, Results, STUDY, SceneNote};
 use crate::study::question::*;
 
 /// Functions that the tables of the main job name.
@@ -16,9 +16,9 @@ fn counts(row: &Row) -> bool {
     has_no_error(row) && has_ended(row) && number_of(row, "failure_time").is_none()
 }
 
-pub fn sheet_of(records: &[Record]) -> &'static Sheet {
+pub fn sheet_of(records: &[LadderRow]) -> &'static Sheet {
     match records.first() {
-        Some(Record { segments: None, .. }) => STUDY.sheet("rows-own"),
+        Some(LadderRow { segments: None, .. }) => STUDY.sheet("rows-own"),
         _ => STUDY.sheet("rows"),
     }
 }
@@ -60,8 +60,8 @@ pub(super) fn rows(results: &Results) -> String {
 }
 
 /// Records as rows; of the levels at which they are the fastest the errors alone.
-pub fn data_of(records: &[Record]) -> Vec<Value> {
-    let row = |r: &Record| {
+pub fn data_of(records: &[LadderRow]) -> Vec<Value> {
+    let row = |r: &LadderRow| {
         let levels: Vec<f64> = r.fastest_at.iter().map(|f| f.level).collect();
         // A record can always be data.
         let mut row = data(r).unwrap_or_default();
@@ -108,7 +108,7 @@ pub(super) fn answer(results: &Results) -> String {
 }
 
 /// The rows without the repetitions of an iteration that converged before an earlier limit.
-fn once(records: &[Record]) -> Vec<Record> {
+fn once(records: &[LadderRow]) -> Vec<LadderRow> {
     let mut rows = records.to_vec();
     rows.dedup_by(|r, last| {
         let converged = last.iterations_used < last.iterations as f64;
@@ -121,8 +121,8 @@ fn once(records: &[Record]) -> Vec<Record> {
 
 /// How often the solvers' own claims of a solution were true: those by the letter of their tolerance, those for rounding's
 /// sake alone, those that are false. A failed row claims nothing; rows that are older than the counts are left out.
-pub fn claim_rows(records: &[Record]) -> Vec<Value> {
-    let counts = |r: &Record| match (r.claimed_converged.zip(r.verified_converged), &r.error) {
+pub fn claim_rows(records: &[LadderRow]) -> Vec<Value> {
+    let counts = |r: &LadderRow| match (r.claimed_converged.zip(r.verified_converged), &r.error) {
         (Some((claimed, verified)), _) => Some([
             Some(r.frames),
             Some(claimed),
@@ -152,7 +152,7 @@ pub fn claim_rows(records: &[Record]) -> Vec<Value> {
     backends.into_iter().filter_map(row).collect()
 }
 
-fn claims(records: &[Record]) -> String {
+fn claims(records: &[LadderRow]) -> String {
     let claims = claim_rows(records);
     if claims.is_empty() {
         return String::new();

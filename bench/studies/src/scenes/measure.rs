@@ -1,6 +1,6 @@
 //! The common states of the networks, and one solver's errors there.
 
-use super::{BAR, Config, ITERATIVE_RUN_ROWS, RUN_ROWS, Record, SWING, WARM_UP};
+use super::{BAR, Config, ITERATIVE_RUN_ROWS, RUN_ROWS, SWING, SceneRow, WARM_UP};
 use crate::systems::{Start, State};
 use nalgebra::Vector3;
 use taut_integrator::{Elimination, StepError, StepOptions, Stepper};
@@ -14,7 +14,7 @@ use taut_solver::SolveReport;
 /// A network with what all its rows share.
 pub(super) struct Case {
     pub(super) network: Network,
-    shared: Record,
+    shared: SceneRow,
     pub(super) state: State,
     /// The load's place after the run; none for a case that is too large.
     load: Option<Vector3<f64>>,
@@ -79,14 +79,14 @@ impl Case {
             let places = start.bodies.position.iter().map(|x| x[k]);
             places.clone().fold(f64::MIN, f64::max) - places.fold(f64::MAX, f64::min)
         };
-        let shared = Record {
+        let shared = SceneRow {
             scene: params.network.name().to_owned(),
             size,
             mass_ratio: params.mass_ratio,
             bodies: start.bodies.len(),
             rows: state.rows(),
             dt: config.dt,
-            ..Record::default()
+            ..SceneRow::default()
         };
         let is_run = state.rows() <= RUN_ROWS;
         let load = is_run
@@ -116,9 +116,9 @@ fn arrival(
 }
 
 /// The untimed part of a row, and what the solver said.
-pub(super) fn row(config: &Config, case: &Case, task: &Task) -> (Record, Option<SolveReport>) {
+pub(super) fn row(config: &Config, case: &Case, task: &Task) -> (SceneRow, Option<SolveReport>) {
     let choice = &task.choice;
-    let mut row = Record {
+    let mut row = SceneRow {
         backend: match task.elimination {
             Elimination::Auto => choice.family(),
             order => format!("{} {order}", choice.family()),
@@ -144,7 +144,7 @@ fn errors(
     config: &Config,
     case: &Case,
     task: &Task,
-    row: &mut Record,
+    row: &mut SceneRow,
 ) -> Result<SolveReport, StepError> {
     let options = task.options(config);
     let unrefined = StepOptions {

@@ -9,7 +9,7 @@ use super::rest::{at_rest, under_part};
 use super::rows::{combined, gathered, rows, with_row};
 use super::sights::{Sights, wraps};
 use super::text::{Names, counted, defined, split};
-use super::{CaseError, CaseFile, Fewer, Halve, MayFail, Place, Rest, Run, See, Solvers};
+use super::{BodyAt, CaseError, CaseFile, Fewer, Halve, MayFail, Rest, Run, See, Solvers};
 use crate::checks::ended;
 use crate::hard::{alike, farthest, solvers, together};
 use indicatif::ProgressBar;
@@ -496,7 +496,7 @@ fn places(run: &Run, names: &Names, scene: &Scene) -> Result<Vec<Placed>, Experi
     let filled = filled.map_err(|e| e.inside(&"places"))?;
     let filled = filled.as_array().into_iter().flatten();
     let place = |entry: &Value| {
-        let place: Place = entry
+        let place: BodyAt = entry
             .clone()
             .try_into()
             .map_err(|e| CaseError::read(e.message(), []).inside(&"places"))?;

@@ -127,7 +127,7 @@ fn the_table_of_keys_is_that_of_the_reader() {
     read::<Run>("run", &[]);
     read::<Bodies>("run.bodies", &[]);
     read::<Mode>("run.mode", &[]);
-    read::<Place>("run.places", &["repeat", "value"]);
+    read::<BodyAt>("run.places", &["repeat", "value"]);
     read::<Step>("run.step", &[]);
     read::<Load>("run.load.BODY", &[]);
     read::<Change>("run.change", &[]);
