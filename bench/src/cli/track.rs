@@ -189,9 +189,7 @@ pub(super) struct Outputs {
     json: Option<Output>,
     bencher: Option<Output>,
     update: Option<Output>,
-    history: Option<Output>,
-    /// The runs of the history before this one.
-    runs: Vec<Run>,
+    history: Option<(Output, PathBuf)>,
 }
 
 impl Outputs {
@@ -213,13 +211,12 @@ impl Outputs {
             return Err(Failure::Input(why.to_owned()));
         }
         let runs = args.history.as_deref().map(track::read).transpose();
-        let runs = runs.map_err(Failure::Input)?;
+        runs.map_err(Failure::Input)?;
         Ok(Self {
             json,
             bencher,
             update,
-            history,
-            runs: runs.unwrap_or_default(),
+            history: history.zip(args.history.clone()),
         })
     }
 
@@ -240,8 +237,10 @@ impl Outputs {
         if let Some(bencher) = self.bencher {
             bencher.json(metrics)?;
         }
-        if let Some(history) = self.history {
-            track::append(&history, &self.runs, &Run::new(figures))?;
+        if let Some((history, path)) = self.history {
+            // Others may have added to it meanwhile.
+            let runs = track::read(&path).map_err(Failure::Input)?;
+            track::append(&history, &runs, &Run::new(figures))?;
         }
         Ok(())
     }

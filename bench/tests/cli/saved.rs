@@ -71,6 +71,13 @@ fn files_that_are_no_saved_run_are_refused() {
     at.good("run hoist --set segments=3 --time 0.1 --save run.json");
     let text = at.read("run.json");
     let write = |text: &str| at.write("bad.json", text);
+    // Keys in another order, whole numbers without a point.
+    let sorted: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let sorted = sorted.as_object().expect("an object").iter().rev();
+    let entry = |(key, value): (&String, &serde_json::Value)| format!("\"{key}\": {value}");
+    let sorted: Vec<_> = sorted.map(entry).collect();
+    write(&format!("{{{}}}", sorted.join(",\n")).replace("0.0,", "0,"));
+    at.good("run --resume bad.json --time 0.1");
     let rows = r#"
         version":3 | version":7 | version 7 … run the scene again
         substeps":1 | substeps":2 | bad.json` is damaged … checksum
