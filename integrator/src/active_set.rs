@@ -27,6 +27,9 @@ const NOISE: f64 = 1e-11;
 /// [`NOISE`] beside contacts, which are solved to fewer digits.
 const NOISE_BESIDE_CONTACTS: f64 = 1e-9;
 
+/// J M̃⁻¹ Jᵀ of a part of a cable that counts as held at both ends, over that of another part.
+const HELD: f64 = 1e-2;
+
 /// Σ over J M̃⁻¹ Jᵀ of drives with limits of force in a system that is singular without it: above the rounding of a pivot, and so small
 /// that a motor that pulls against a taut rope exceeds its limit, and is then held at it.
 const GIVES: f64 = 1e-9;
@@ -180,18 +183,17 @@ impl ActiveSet {
         places.filter_map(|(k, place)| (place == RowState::Lower).then_some(k))
     }
 
-    /// True if bounded row `k` is part of a cable over sheaves with friction, and no body moves along with it; or, where rope
-    /// `slips` past it, if another part moves more of them, or as much and comes before it.
-    pub(crate) fn is_light(&self, system_data: &SystemData, k: usize, slips: bool) -> bool {
+    /// True if bounded row `k` is part of a cable over sheaves with friction, and its tension moves no body, or next to none beside
+    /// another part: J M̃⁻¹ Jᵀ below [`HELD`] of that part's.
+    pub(crate) fn is_held(&self, system_data: &SystemData, k: usize) -> bool {
         let Some(chain) = self.chains.iter().find(|chain| chain.contains(&k)) else {
             return false;
         };
         let own = response(system_data, k);
-        let is_more = |other: usize| {
-            let of = response(system_data, other);
-            of > own || of == own && other < k
-        };
-        own == 0.0 || slips && chain.iter().any(|other| *other != k && is_more(*other))
+        own == 0.0
+            || chain
+                .iter()
+                .any(|other| own < HELD * response(system_data, *other))
     }
 
     /// No drum has an end.

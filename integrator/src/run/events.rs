@@ -11,7 +11,7 @@ use crate::run::change::Edit;
 use crate::run::identity::ConstraintId;
 use taut_model::{Action, CableParts, Event, Frame, Side, When};
 
-/// Distance of points that an event ties as one, over the arm of the point that is moved there.
+/// Distance of points that an event ties as one, over the shorter of their arms.
 const NEAR: f64 = 1e-3;
 
 impl Stepper {
@@ -195,9 +195,13 @@ impl Edit {
         let points = between.map(|f| f.resolve(bodies, time).point());
         let mut frames = *between;
         let mut length = (points[0] - points[1]).norm();
+        let on_bodies = || between.iter().filter(|f| f.body_index().is_some());
+        let arm = on_bodies()
+            .map(|f| f.point.norm())
+            .fold(f64::INFINITY, f64::min);
         for (k, frame) in frames.iter_mut().enumerate() {
             if let Side::Body(i) = frame.side
-                && (0.0 < length && length < NEAR * frame.point.norm())
+                && (0.0 < length && length < NEAR * arm)
             {
                 frame.point += bodies.orientation[i].inverse() * (points[1 - k] - points[k]);
                 length = 0.0;

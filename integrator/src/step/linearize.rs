@@ -76,9 +76,9 @@ impl Step {
                 false => divided::LEAST * slowest(&self.scene, dt),
             };
             let bounded = &self.active_set;
-            let is_light = |system: &SystemData, k, young| bounded.is_light(system, k, young);
+            let is_held = |system: &SystemData, k| bounded.is_held(system, k);
             self.activation
-                .weigh(system_data, &weights, rates, jerk, is_light, dt);
+                .weigh(system_data, &weights, rates, jerk, is_held, dt);
             self.slip.forget();
         }
         let stiff = stiffness != GeometricStiffness::Off;

@@ -198,10 +198,16 @@ impl Step {
         let mut gained = 0.0;
         for (k, strain) in strain.iter_mut().enumerate() {
             let bound = self.system_data.rows.bounds[k];
-            let is_at_limit = self.active_set.place(k) != RowState::Inside && bound.side() == 0.0;
+            let is_drive = bound.side() == 0.0 && !self.is_winch(k);
+            let is_at_limit = is_drive && self.active_set.place(k) != RowState::Inside;
             if is_at_limit || *strain > 0.0 {
                 let now = self.stored(bound.constraint, bound.row);
-                gained += if *strain > 0.0 { now - *strain } else { 0.0 };
+                gained += match *strain > 0.0 {
+                    true if is_at_limit => now - *strain,
+                    // A spring that lets go below its limit pays for that itself.
+                    true => (now - *strain).max(0.0),
+                    false => 0.0,
+                };
                 *strain = if is_at_limit { now } else { 0.0 };
             }
         }
