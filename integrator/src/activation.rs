@@ -69,6 +69,9 @@ pub(crate) const UNKNOWN: u8 = u8::MAX;
 /// less, 0.4 for 0.6 at Ω = 2, of a rebound that the step resolves no more.
 const HALF: f64 = 3.0;
 
+/// J M̃⁻¹ Jᵀ of a part of a cable that counts as held at both ends, over that of another part.
+const HELD: f64 = 1e-2;
+
 /// Least Ω, with its damper's part, of a row that divides its step where it is caught. Undivided, lifts by a pulley are 3 % short
 /// from here on, 16 % from Ω = 0.5 on, half from Ω = 2 on. A swing faster than g Δt/Ω goes slack again, and so do its divisions end; an
 /// undamped one between g Δt and that stays taut and divided.
@@ -200,7 +203,7 @@ impl Activation {
         of: &[Weights; 2],
         (jv, phi_t): (&[f64], &[f64]),
         jerk: f64,
-        is_held: impl Fn(&SystemData, usize) -> bool,
+        is_held: impl Fn(&SystemData, usize, f64) -> bool,
         dt: f64,
     ) {
         if !self.made.is_empty() {
@@ -216,13 +219,13 @@ impl Activation {
             }
             if *age == UNKNOWN {
                 // A row that is open, or within a step of it, has not been closed for long.
-                let is_open = phi < dt * rate.abs() || is_held(system_data, k);
+                let is_open = phi < dt * rate.abs() || is_held(system_data, k, 0.0);
                 *age = if is_open { 0 } else { YOUNG };
             }
             let implicit = match *age {
                 0 if rate < 0.0 => 1.0,
                 YOUNG.. => 0.0,
-                _ if is_held(system_data, k) => 1.0,
+                _ if is_held(system_data, k, HELD) => 1.0,
                 _ => share(response(system_data, k), system_data.rows.compliance[r], dt),
             };
             system_data.mix_weights(r, of, implicit);

@@ -27,9 +27,6 @@ const NOISE: f64 = 1e-11;
 /// [`NOISE`] beside contacts, which are solved to fewer digits.
 const NOISE_BESIDE_CONTACTS: f64 = 1e-9;
 
-/// J M̃⁻¹ Jᵀ of a part of a cable that counts as held at both ends, over that of another part.
-const HELD: f64 = 1e-2;
-
 /// Σ over J M̃⁻¹ Jᵀ of drives with limits of force in a system that is singular without it: above the rounding of a pivot, and so small
 /// that a motor that pulls against a taut rope exceeds its limit, and is then held at it.
 const GIVES: f64 = 1e-9;
@@ -184,16 +181,15 @@ impl ActiveSet {
     }
 
     /// True if bounded row `k` is part of a cable over sheaves with friction, and its tension moves no body, or next to none beside
-    /// another part: J M̃⁻¹ Jᵀ below [`HELD`] of that part's.
-    pub(crate) fn is_held(&self, system_data: &SystemData, k: usize) -> bool {
+    /// another part: J M̃⁻¹ Jᵀ at most `part` of that part's.
+    pub(crate) fn is_held(&self, system_data: &SystemData, k: usize, part: f64) -> bool {
         let Some(chain) = self.chains.iter().find(|chain| chain.contains(&k)) else {
             return false;
         };
         let own = response(system_data, k);
-        own == 0.0
-            || chain
-                .iter()
-                .any(|other| own < HELD * response(system_data, *other))
+        chain
+            .iter()
+            .any(|other| *other != k && own <= part * response(system_data, *other))
     }
 
     /// No drum has an end.

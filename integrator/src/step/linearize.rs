@@ -76,7 +76,7 @@ impl Step {
                 false => divided::LEAST * slowest(&self.scene, dt),
             };
             let bounded = &self.active_set;
-            let is_held = |system: &SystemData, k| bounded.is_held(system, k);
+            let is_held = |system: &SystemData, k, part| bounded.is_held(system, k, part);
             self.activation
                 .weigh(system_data, &weights, rates, jerk, is_held, dt);
             self.slip.forget();
