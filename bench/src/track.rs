@@ -84,14 +84,16 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
     progress.set_length(2 * config.cases.len() as u64);
     progress.set_message("instructions, errors");
     let cases = &config.cases;
-    let places = distinct(cases.iter().map(|case| case.place));
-    let judged: Vec<(Workload, Result<Judged, Missing>)> = places
+    let workloads = distinct(cases.iter().map(|case| case.workload));
+    let judged: Vec<(Workload, Result<Judged, Missing>)> = workloads
         .par_iter()
-        .map(|&place| (place, Judged::new(place).map_err(Missing::from)))
+        .map(|&workload| (workload, Judged::new(workload).map_err(Missing::from)))
         .collect();
     let judged = |case: &Case| {
-        let own = judged.iter().find(|(place, _)| *place == case.place);
-        &own.expect("the place of every case is judged").1
+        let own = judged
+            .iter()
+            .find(|(workload, _)| *workload == case.workload);
+        &own.expect("the workload of every case is judged").1
     };
     let mut figures: Vec<Vec<Figure>> = cases
         .par_iter()

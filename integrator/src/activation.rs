@@ -195,15 +195,15 @@ impl Activation {
     }
 
     /// The weights of the bounded rows at the present state, where the rows' rates are `jv` + `phi_t`, and their drives those of this
-    /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s]. Rope that slips over to a part which `is_held`
-    /// at both ends has no mass, and would swing undamped.
+    /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s]. A part that is held at both
+    /// ends takes linearly implicit weights while it is young: the rope that slips over to it has no mass, and would swing undamped.
     pub(crate) fn weigh(
         &mut self,
         system_data: &mut SystemData,
         of: &[Weights; 2],
         (jv, phi_t): (&[f64], &[f64]),
         jerk: f64,
-        is_held: impl Fn(&SystemData, usize, f64) -> bool,
+        bounded: &ActiveSet,
         dt: f64,
     ) {
         if !self.made.is_empty() {
@@ -219,13 +219,13 @@ impl Activation {
             }
             if *age == UNKNOWN {
                 // A row that is open, or within a step of it, has not been closed for long.
-                let is_open = phi < dt * rate.abs() || is_held(system_data, k, 0.0);
+                let is_open = phi < dt * rate.abs() || bounded.is_held(system_data, k, 0.0);
                 *age = if is_open { 0 } else { YOUNG };
             }
             let implicit = match *age {
                 0 if rate < 0.0 => 1.0,
                 YOUNG.. => 0.0,
-                _ if is_held(system_data, k, HELD) => 1.0,
+                _ if bounded.is_held(system_data, k, HELD) => 1.0,
                 _ => share(response(system_data, k), system_data.rows.compliance[r], dt),
             };
             system_data.mix_weights(r, of, implicit);

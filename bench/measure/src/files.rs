@@ -112,7 +112,7 @@ fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
 pub struct Output {
     /// As it was given.
     path: PathBuf,
-    place: Target,
+    target: Target,
 }
 
 #[derive(Debug)]
@@ -129,7 +129,7 @@ impl Output {
     /// [`write`](Self::write), and is not made here.
     pub fn open(path: &Path) -> Result<Self, FileError> {
         Ok(Self {
-            place: Target::of(path).map_err(FileError::at(path, "write"))?,
+            target: Target::of(path).map_err(FileError::at(path, "write"))?,
             path: path.to_owned(),
         })
     }
@@ -141,7 +141,7 @@ impl Output {
 
     /// True for standard output, given as `-` or as a path that leads there.
     pub fn is_stdout(&self) -> bool {
-        matches!(self.place, Target::Stdout)
+        matches!(self.target, Target::Stdout)
     }
 
     pub fn write(
@@ -169,7 +169,7 @@ impl Output {
     /// Begins to write what comes bit by bit.
     pub fn begin(&self) -> Result<Writing, FileError> {
         let failed = |source| self.error(source);
-        let (to, part): (Box<dyn Write>, _) = match &self.place {
+        let (to, part): (Box<dyn Write>, _) = match &self.target {
             Target::Stdout => (Box::new(io::stdout()), None),
             Target::Device(file) => (Box::new(file.try_clone().map_err(failed)?), None),
             Target::File(path) => {
@@ -341,12 +341,12 @@ pub fn open<const N: usize>(
         let output = Output::open(path)?;
         let refused =
             |message: String| Err(output.error(io::Error::new(ErrorKind::InvalidInput, message)));
-        let same = |other: &Option<Output>| match (other.as_ref().map(|o| &o.place), &output.place)
-        {
-            (Some(Target::Stdout), Target::Stdout) => true,
-            (Some(Target::File(other)), Target::File(place)) => other == place,
-            _ => false,
-        };
+        let same =
+            |other: &Option<Output>| match (other.as_ref().map(|o| &o.target), &output.target) {
+                (Some(Target::Stdout), Target::Stdout) => true,
+                (Some(Target::File(other)), Target::File(place)) => other == place,
+                _ => false,
+            };
         if let Some(other) = outputs[..k].iter().position(same) {
             let other = options[other].0;
             return refused(if output.is_stdout() {
@@ -357,7 +357,7 @@ pub fn open<const N: usize>(
                 format!("`{other}` and `{option}` cannot share a file: give each its own")
             });
         }
-        if matches!(&output.place, Target::File(place) if read.contains(place)) {
+        if matches!(&output.target, Target::File(place) if read.contains(place)) {
             return refused(format!("it is read: give `{option}` a file of its own"));
         }
         outputs[k] = Some(output);

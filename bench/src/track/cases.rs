@@ -115,7 +115,7 @@ impl Workload {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
     /// The scene.
-    pub place: Workload,
+    pub workload: Workload,
     /// The solver, as the command line reads it; its options besides are those of [`Choice::options`].
     pub backend: &'static str,
     /// Largest errors that pass, in the order of `BARRED`; infinite without a bar.
@@ -132,9 +132,9 @@ const BARRED: [Measure; 4] = [
     Measure::ElongationError,
 ];
 
-const fn case(place: Workload, backend: &'static str, bars: [f64; 4]) -> Case {
+const fn case(workload: Workload, backend: &'static str, bars: [f64; 4]) -> Case {
     Case {
-        place,
+        workload,
         backend,
         bars,
         quick: false,
@@ -200,7 +200,7 @@ pub const CASES: [Case; 21] = [
 impl Case {
     /// `scene/backend`: what its figures are called, which does not change.
     pub fn name(&self) -> String {
-        format!("{}/{}", self.place, self.backend)
+        format!("{}/{}", self.workload, self.backend)
     }
 
     pub fn choice(&self) -> Result<Choice, String> {
@@ -227,7 +227,7 @@ impl Case {
     /// True for a cable of the length in the paper's tests, for which the code is tuned.
     pub fn has_24_segments(&self) -> bool {
         matches!(
-            self.place,
+            self.workload,
             Workload::Hoist { segments: 24, .. } | Workload::Network(_, 24)
         )
     }
@@ -235,7 +235,7 @@ impl Case {
     /// Steps of the shorter of the two runs that instructions are counted in. What comes before the steps varies by some
     /// ten thousand, with the seeds of hash tables: the smaller the scene, the more steps are to outweigh that.
     pub fn counted_steps(&self) -> usize {
-        match self.place {
+        match self.workload {
             Workload::Hoist { segments, .. } if segments >= 1000 => PASS,
             _ => 4 * PASS,
         }
@@ -243,8 +243,8 @@ impl Case {
 
     /// Measures of the case, in the order of the tables.
     pub fn measures(&self) -> impl Iterator<Item = Measure> + use<> {
-        let (counts, hoist) = (self.counts_instructions(), self.place.hoist().is_some());
-        let drives = self.place == Workload::Gantry;
+        let (counts, hoist) = (self.counts_instructions(), self.workload.hoist().is_some());
+        let drives = self.workload == Workload::Gantry;
         Measure::ALL.into_iter().filter(move |m| match m {
             Measure::Instructions => counts,
             Measure::ElongationError => hoist,

@@ -98,7 +98,7 @@ struct Timed {
 
 impl Timed {
     fn new(case: &Case, choice: Choice) -> Result<Self, StepError> {
-        let start = Start::new(case.place)?;
+        let start = Start::new(case.workload)?;
         Ok(Self {
             stepper: start.stepper(&choice)?,
             choice,
@@ -125,7 +125,7 @@ fn answer(
         }
     };
     let is = |measure: Measure| question.measure == measure.name();
-    if is(Measure::P99) && case.place == Workload::Gantry {
+    if is(Measure::P99) && case.workload == Workload::Gantry {
         for _ in 0..question.repeats {
             let Timed { start, choice, .. } = timed;
             timed.minutes.drive(start.scene(), choice, slowed)?;

@@ -24,23 +24,23 @@ const FINER: usize = 16;
 
 /// A scene and its common state, some steps from its beginning.
 pub(super) struct Start {
-    place: Workload,
+    workload: Workload,
     scene: Scene,
     state: Snapshot,
     guess: Vec<f64>,
 }
 
 impl Start {
-    pub(super) fn new(place: Workload) -> Result<Self, StepError> {
-        let scene = place.scene()?;
-        let mut stepper = place.stepper(scene.clone(), reference_choice().options(DT))?;
+    pub(super) fn new(workload: Workload) -> Result<Self, StepError> {
+        let scene = workload.scene()?;
+        let mut stepper = workload.stepper(scene.clone(), reference_choice().options(DT))?;
         for _ in 0..WARM_UP {
             stepper.step()?;
         }
         let guess = stepper.multipliers().to_vec();
         let state = Snapshot::of(&stepper);
         Ok(Self {
-            place,
+            workload,
             scene,
             state,
             guess,
@@ -64,7 +64,7 @@ impl Start {
     }
 
     fn stepper_with(&self, options: StepOptions) -> Result<Stepper, StepError> {
-        let mut stepper = self.place.stepper(self.scene.clone(), options)?;
+        let mut stepper = self.workload.stepper(self.scene.clone(), options)?;
         self.put(&mut stepper)?;
         Ok(stepper)
     }
@@ -72,7 +72,7 @@ impl Start {
     /// The load after each step of the motion, whose steps are `finer` times shorter than Δt.
     fn motion(&self, choice: &Choice, finer: usize) -> Result<Vec<Vector3<f64>>, StepError> {
         let options = choice.options(DT / finer as f64);
-        let mut stepper = self.place.stepper(self.scene.clone(), options)?;
+        let mut stepper = self.workload.stepper(self.scene.clone(), options)?;
         let frame = |_| {
             for _ in 0..finer {
                 stepper.step()?;
@@ -91,8 +91,8 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    pub(super) fn new(place: Workload) -> Result<Self, StepError> {
-        let start = Start::new(place)?;
+    pub(super) fn new(workload: Workload) -> Result<Self, StepError> {
+        let start = Start::new(workload)?;
         let exact = start
             .stepper(&reference_choice())?
             .reference_multipliers()?;
@@ -130,7 +130,7 @@ impl Judged {
                 Ok(off.fold(0.0, worse))
             }
             _ => {
-                let params = case.place.hoist().unwrap_or_default();
+                let params = case.workload.hoist().unwrap_or_default();
                 Ok(statics::hold(&params, &choice.options(DT))?.error)
             }
         }
@@ -172,7 +172,7 @@ fn run(stepper: &mut Stepper, steps: usize) -> Result<(), StepError> {
 pub fn steps(case: &Case, steps: usize) -> Result<(), String> {
     let choice = case.choice()?;
     let stepped = || {
-        let start = Start::new(case.place)?;
+        let start = Start::new(case.workload)?;
         run(&mut start.stepper(&choice)?, steps)
     };
     stepped().map_err(|e: StepError| e.to_string())

@@ -188,24 +188,22 @@ impl Edit {
         }
     }
 
-    /// Ties two points together as they are at `time` (s). Points [`NEAR`] each other, as where shapes touch, become one: a link as
-    /// short as that turns faster than the step.
+    /// Ties two points together as they are at `time` (s). Points nearer than [`NEAR`], as where shapes touch, become one: a link
+    /// as short as that turns faster than a step resolves.
     fn attach(&mut self, name: &str, between: &[Frame; 2], time: f64) {
         let bodies = &self.scene().bodies;
         let points = between.map(|f| f.resolve(bodies, time).point());
         let mut frames = *between;
         let mut length = (points[0] - points[1]).norm();
-        let on_bodies = || between.iter().filter(|f| f.body_index().is_some());
-        let arm = on_bodies()
-            .map(|f| f.point.norm())
-            .fold(f64::INFINITY, f64::min);
-        for (k, frame) in frames.iter_mut().enumerate() {
-            if let Side::Body(i) = frame.side
-                && (0.0 < length && length < NEAR * arm)
-            {
-                frame.point += bodies.orientation[i].inverse() * (points[1 - k] - points[k]);
-                length = 0.0;
-            }
+        let on_bodies = between.iter().filter(|f| f.body_index().is_some());
+        let arms = on_bodies.map(|f| f.point.norm());
+        if length < NEAR * arms.fold(f64::INFINITY, f64::min)
+            && let Some(k) = frames.iter().position(|f| f.body_index().is_some())
+            && let Side::Body(i) = frames[k].side
+        {
+            let way = points[1 - k] - points[k];
+            frames[k].point += bodies.orientation[i].inverse() * way;
+            length = 0.0;
         }
         self.add_constraint(name, Action::tie(frames, length), 0);
     }

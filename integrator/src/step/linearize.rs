@@ -75,10 +75,8 @@ impl Step {
                 true => f64::INFINITY,
                 false => divided::LEAST * slowest(&self.scene, dt),
             };
-            let bounded = &self.active_set;
-            let is_held = |system: &SystemData, k, part| bounded.is_held(system, k, part);
             self.activation
-                .weigh(system_data, &weights, rates, jerk, is_held, dt);
+                .weigh(system_data, &weights, rates, jerk, &self.active_set, dt);
             self.slip.forget();
         }
         let stiff = stiffness != GeometricStiffness::Off;

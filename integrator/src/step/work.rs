@@ -202,12 +202,11 @@ impl Step {
             let is_at_limit = is_drive && self.active_set.place(k) != RowState::Inside;
             if is_at_limit || *strain > 0.0 {
                 let now = self.stored(bound.constraint, bound.row);
-                gained += match *strain > 0.0 {
-                    true if is_at_limit => now - *strain,
+                if *strain > 0.0 {
                     // A spring that lets go below its limit pays for that itself.
-                    true => (now - *strain).max(0.0),
-                    false => 0.0,
-                };
+                    let least = if is_at_limit { f64::NEG_INFINITY } else { 0.0 };
+                    gained += (now - *strain).max(least);
+                }
                 *strain = if is_at_limit { now } else { 0.0 };
             }
         }

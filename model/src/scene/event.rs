@@ -57,8 +57,9 @@ pub enum Action {
     Release(usize),
     /// Removes the constraint of this name, which an event attaches; does nothing where it is not there at that time.
     Detach(String),
-    /// Ties two points together by a rigid link of their present distance, or by a ball joint where they coincide or nearly so. One that
-    /// an event tied under this name before, and that is still there, lets go.
+    /// Ties two points together by a rigid link of their present distance, or by a ball joint where that is less than a thousandth of
+    /// their distances from the centres of their bodies. One that an event tied under this name before, and that is still there,
+    /// lets go.
     Attach {
         /// Name of the new constraint.
         name: String,

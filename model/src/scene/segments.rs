@@ -129,7 +129,7 @@ pub(super) struct Neighbours {
 
 impl Scene {
     /// Segment number `segment` of cable number `cable`; `None` where there is none, or nothing holds it.
-    pub(super) fn place(&self, cable: usize, segment: usize) -> Option<Neighbours> {
+    pub(super) fn neighbours(&self, cable: usize, segment: usize) -> Option<Neighbours> {
         let body = *self.cables.get(cable)?.bodies.get(segment)?;
         let joints = [0, 1].map(|end| self.joint_at(cable, segment, end));
         // Side b of the joint towards the start is the segment, side a of the other.
@@ -270,7 +270,7 @@ impl Scene {
         keep: f64,
         t: f64,
     ) -> Option<Split> {
-        let at = self.place(cable, segment)?;
+        let at = self.neighbours(cable, segment)?;
         let stock = self.cables[cable].stock.clone()?;
         let rest = at.length - keep;
         if !(keep > 0.0 && rest > 0.0) {
@@ -462,7 +462,10 @@ impl Scene {
     /// next one and their joint are to be removed. `None`, and nothing changed, where the cable has no stock, or no two such
     /// segments that are joined.
     pub fn merge_segments(&mut self, (cable, segment): (usize, usize), t: f64) -> Option<Merged> {
-        let pair = [self.place(cable, segment)?, self.place(cable, segment + 1)?];
+        let pair = [
+            self.neighbours(cable, segment)?,
+            self.neighbours(cable, segment + 1)?,
+        ];
         let joint = pair[0].joints[1].filter(|joint| pair[1].joints[0] == Some(*joint))?;
         if !self.constraints[joint].joins_cable() {
             return None;

@@ -45,7 +45,7 @@ impl Scene {
         // All points stay where they are in the material but that at the winch.
         lead.frames[1].point += 2.0 * shift;
         self.move_centre(body, &shift);
-        if let Some(at) = self.place(cable, 0) {
+        if let Some(at) = self.neighbours(cable, 0) {
             let [before, after] = at.beyond;
             self.reshape(cable, body, first, at.chord);
             self.stand_for(cable, at.joints, [before + first, first + after]);
@@ -61,7 +61,10 @@ impl Scene {
         if lead.first > (1.0 + LEAST) * lead.segment {
             return Some(true);
         }
-        let next = |cable| self.place(cable, 0).is_some_and(|at| at.beyond[1] > 0.0);
+        let next = |cable| {
+            self.neighbours(cable, 0)
+                .is_some_and(|at| at.beyond[1] > 0.0)
+        };
         let merges = lead.first < LEAST * lead.segment && self.cable_at(i).is_some_and(next);
         merges.then_some(false)
     }
@@ -84,7 +87,7 @@ impl Scene {
     /// next one where that is too long to merge with. The new segment, and its joint, come after it in the order of the scene.
     pub fn split_at_winch(&mut self, i: usize, t: f64) -> Option<Split> {
         let (due, cable) = (self.winding_due(i)?, self.cable_at(i)?);
-        let (lead, next) = (self.lead(i)?, self.place(cable, 0)?.beyond[1]);
+        let (lead, next) = (self.lead(i)?, self.neighbours(cable, 0)?.beyond[1]);
         if !due {
             let (whole, long) = (lead.segment, next > (1.0 + LEAST) * lead.segment);
             return long.then(|| self.split_segment((cable, 1), whole, t))?;
@@ -100,7 +103,7 @@ impl Scene {
     pub fn merge_at_winch(&mut self, i: usize, t: f64) -> Option<Merged> {
         let (due, cable) = (self.winding_due(i) == Some(false), self.cable_at(i)?);
         let lead = self.lead(i).filter(|_| due)?;
-        let first = lead.first + self.place(cable, 0)?.beyond[1];
+        let first = lead.first + self.neighbours(cable, 0)?.beyond[1];
         let merged = self.merge_segments((cable, 0), t)?;
         self.set_first(i, first);
         Some(merged)
