@@ -29,6 +29,9 @@
 //! is a two-sided row that an event makes between bodies that part or approach: it has φ = 0 then, takes r⁺ = r for a step and
 //! rings from −1.5 r on.
 //!
+//! **A part of a cable that is held at both ends** takes (1, 0, 0) for good: the rope that slips over to it has no mass, and by
+//! weights of second order it swings, undamped or growing. One that moves next to no body takes them while it is young.
+//!
 //! **The kink of a soft row.** Sampled at steps of Δt, the work ∫ φ₊ dφ of a row that is crossed at the rate r is in error
 //! by B₂(θ) r² Δt²/2, θ ∈ [0, 1) the phase of the crossing, B₂(θ) = θ² − θ + ⅙: up to Ω²/4 of the energy, one way and the
 //! other, more than the scheme damps where Ω is small. The mean over the two steps about t, weighted by a hat, has no such
@@ -195,8 +198,7 @@ impl Activation {
     }
 
     /// The weights of the bounded rows at the present state, where the rows' rates are `jv` + `phi_t`, and their drives those of this
-    /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s]. A part that is held at both
-    /// ends takes linearly implicit weights while it is young: the rope that slips over to it has no mass, and would swing undamped.
+    /// step; M̃⁻¹ is its own. A change of the drive by more than `jerk` is a jump \[m/s].
     pub(crate) fn weigh(
         &mut self,
         system_data: &mut SystemData,
@@ -219,12 +221,12 @@ impl Activation {
             }
             if *age == UNKNOWN {
                 // A row that is open, or within a step of it, has not been closed for long.
-                let is_open = phi < dt * rate.abs() || bounded.is_held(system_data, k, 0.0);
-                *age = if is_open { 0 } else { YOUNG };
+                *age = if phi < dt * rate.abs() { 0 } else { YOUNG };
             }
             let implicit = match *age {
                 0 if rate < 0.0 => 1.0,
-                YOUNG.. => 0.0,
+                // Bodies that are much heavier than the others resolve their swing themselves once it has begun.
+                YOUNG.. => f64::from(bounded.is_held(system_data, k, 0.0)),
                 _ if bounded.is_held(system_data, k, HELD) => 1.0,
                 _ => share(response(system_data, k), system_data.rows.compliance[r], dt),
             };
