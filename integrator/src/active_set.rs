@@ -386,14 +386,14 @@ impl ActiveSet {
     }
 
     /// Checks the places of all rows against the impulses `mu` of a step of `dt` (s), after
-    /// [`release`](Self::release), and moves the rows that are wrong by more than noise; a contact `presses` or none.
-    /// `mu` then keeps its bounds to the last bit, but for those of drives that stay undecided.
+    /// [`release`](Self::release), and moves the rows that are wrong by more than noise, as it is beside `mu` and an impulse of
+    /// `largest` (N s); a contact `presses` or none. `mu` then keeps its bounds to the last bit, but for those of drives that stay undecided.
     pub(crate) fn judge(
         &mut self,
         system_data: &mut SystemData,
         mu: &mut [f64],
         dt: f64,
-        presses: bool,
+        (presses, largest): (bool, f64),
     ) -> Outcome {
         if self.is_empty() {
             return Outcome::Settled;
@@ -419,7 +419,7 @@ impl ActiveSet {
         if self.places().any(|place| place != RowState::Inside) {
             system_data.update_velocity_change(mu);
         }
-        let noise = noise * mu.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let noise = noise * mu.iter().fold(largest, |m, x| m.max(x.abs()));
         self.wrong.clear();
         if self.frozen {
             // A row that is taken out has no part in what contacts carry, as one that is cut off would.

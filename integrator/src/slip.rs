@@ -28,7 +28,7 @@ const SINGLY: usize = 60;
 /// Largest μθ: e^(μθ) is still a number.
 const LARGEST: f64 = 700.0;
 
-/// A tension beyond its cone, or a rate against its friction, is noise below this part of the largest.
+/// A tension beyond its cone, or a rate against its friction, is noise below this part of the largest, of those that stick too.
 const NOISE: f64 = 1e-11;
 
 /// State of a cable on its sheave.
@@ -89,6 +89,9 @@ pub(crate) struct Slip {
     slipping: Vec<usize>,
     /// Set where a sheave begins or ceases to slip, or turns its sense, until W is built for it.
     pub(crate) has_changed: bool,
+    /// Largest impulse of the parts \[N s], slipping or all sticking: without tension, as beyond released brakes, what is left is
+    /// rounding of what would stick.
+    pub(crate) largest: f64,
     /// Set where the last solve found no pattern of slip.
     pub(crate) undecided: bool,
     /// Dense system of their rates, row-major; each row ends with its right-hand side.
@@ -120,6 +123,7 @@ impl Slip {
             may_change: scene.has_rough_sheaves(),
             slipping: Vec::with_capacity(count),
             has_changed: false,
+            largest: 0.0,
             undecided: false,
             dense: vec![0.0; count * (count + 1)],
             column: vec![0.0; if count > 0 { rows.rows() } else { 0 }],
@@ -352,12 +356,9 @@ impl Slip {
                 .for_each(|s| s.motion = Motion::Sticks);
             return Some(false);
         }
-        let largest = self
-            .sheaves
-            .iter()
-            .flat_map(|s| s.rows)
-            .map(|r| mu[r].abs());
-        let noise = NOISE * largest.fold(0.0, f64::max);
+        let rows = self.sheaves.iter().flat_map(|s| s.rows);
+        self.largest = rows.fold(0.0, |m, r| m.max(mu[r].abs()).max(stuck[r].abs()));
+        let noise = NOISE * self.largest;
         let mut settled = true;
         for sheave in self.sheaves.iter_mut().rev() {
             let [t_in, t_out] = sheave.rows.map(|r| -mu[r]);

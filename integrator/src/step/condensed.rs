@@ -90,10 +90,9 @@ impl Step {
             // The rows that were held are back: their c and Δt f hold slip and impulses as well.
             self.contacts.apply(&mut self.system_data.inertia, false);
             self.slip.release(&mut self.system_data);
-            let presses = self.contacts.presses();
-            let verdict =
-                self.active_set
-                    .judge(&mut self.system_data, &mut self.multipliers.mu, dt, presses);
+            let beside = (self.contacts.presses(), self.slip.largest);
+            let mu = &mut self.multipliers.mu;
+            let verdict = self.active_set.judge(&mut self.system_data, mu, dt, beside);
             self.tally.undecided += usize::from(verdict == Outcome::NotConverged);
             if verdict != Outcome::Changed {
                 break;

@@ -133,7 +133,7 @@ impl Step {
             slip.release(&mut self.system_data);
             self.contacts.apply(&mut self.system_data.inertia, false);
             let mut mu = solved?;
-            match bounded.judge(&mut self.system_data, &mut mu, dt, false) {
+            match bounded.judge(&mut self.system_data, &mut mu, dt, (false, slip.largest)) {
                 Outcome::Settled => return Ok(mu),
                 Outcome::Changed => self.contacts.take_out(&mut self.system_data.inertia, false),
                 Outcome::NotConverged => return Err(StepError::Undecided { time: self.time }),
