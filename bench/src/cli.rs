@@ -192,8 +192,8 @@ impl Failure {
         Self::Input(e.into().to_string())
     }
 
-    /// Says what happened.
-    fn tell(&self) {
+    /// Prints it on standard error.
+    fn print(&self) {
         let (Self::Input(text)
         | Self::Unstable(text)
         | Self::Check(text)
@@ -289,7 +289,7 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
 
 /// Says what ended the program.
 fn report_failure(failure: &Failure) -> ExitCode {
-    failure.tell();
+    failure.print();
     ExitCode::from(failure.code())
 }
 

@@ -459,7 +459,7 @@ fn save(stepper: &Stepper, simulation: &mut Simulation, requests: &mut Requests<
     }
 }
 
-/// Part of the length that a joint stands for beyond which it is told what of its gap no force explains.
+/// Part of the length that a joint stands for beyond which the report says what of its gap no force explains.
 const UNEXPLAINED: f64 = 1e-3;
 
 fn summary(

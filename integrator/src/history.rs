@@ -3,7 +3,7 @@
 use crate::contact::{Contacts, Known};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_lanes::Aligned;
-use taut_model::scene::reeving::Laid;
+use taut_model::scene::reeving::RestState;
 use taut_model::{Bodies, BodyVectors, Scene};
 
 /// The moving part of [`Bodies`], and the multipliers that go with it.
@@ -19,7 +19,7 @@ pub(crate) struct State {
     tension: Vec<f64>,
     /// Lengths at rest, compliances, winches and cuts of the two parts at each of the scene's
     /// capstans.
-    laid: Vec<[Laid; 2]>,
+    capstan_rest: Vec<[RestState; 2]>,
     /// Impulses of the contacts, and the length of their step \[s].
     known: Vec<Known>,
     known_dt: f64,
@@ -37,7 +37,7 @@ impl State {
             mu: vec![0.0; rows],
             mu_dt: 1.0,
             tension: vec![0.0; rows],
-            laid: vec![Default::default(); scene.capstans.len()],
+            capstan_rest: vec![Default::default(); scene.capstans.len()],
             known: Vec::new(),
             known_dt: 1.0,
             time: 0.0,
@@ -53,8 +53,8 @@ impl State {
         tension: &[f64],
     ) {
         let bodies = &scene.bodies;
-        for (i, laid) in self.laid.iter_mut().enumerate() {
-            *laid = scene.laid_at(i);
+        for (i, rest) in self.capstan_rest.iter_mut().enumerate() {
+            *rest = scene.rest_states(i);
         }
         self.position.copy_from_slice(&bodies.position);
         self.orientation.copy_from_slice(&bodies.orientation);
@@ -79,8 +79,8 @@ impl State {
 
     /// Puts the lengths of cables over sheaves with friction back.
     pub(crate) fn restore_lengths(&self, scene: &mut Scene) {
-        for (i, laid) in self.laid.iter().enumerate() {
-            scene.put_back(i, laid);
+        for (i, rest) in self.capstan_rest.iter().enumerate() {
+            scene.restore_rest(i, rest);
         }
     }
 

@@ -53,7 +53,7 @@ fn turn(bodies: &mut Bodies, i: usize, dt: f64) {
     let (orientation, omega) = (&mut bodies.orientation[i], &mut bodies.angular_velocity[i]);
     match bodies.mobility[i] {
         Mobility::Dynamic => gyroscopic::turn(&bodies.inertia[i], orientation, omega, dt),
-        // It spins as it is told to.
+        // It spins as it is driven.
         _ => gyroscopic::turn_by(orientation, omega, dt),
     }
 }

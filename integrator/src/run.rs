@@ -178,7 +178,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// True if events are to come, or are told of the last step.
+    /// True if events are to come, or are reported of the last step.
     fn has_events(&self) -> bool {
         !(self.step.scene.events.is_empty() && self.fired.names.is_empty())
     }
@@ -206,8 +206,8 @@ impl Stepper {
             }
         }
         self.step.check_paths()?;
-        if self.step.record.reported.opened {
-            self.step.close_told();
+        if self.step.output.reported.opened {
+            self.step.close_output();
         }
         if let Some(tolerance) = self.step.options.energy_tolerance {
             self.weigh(tolerance)?;
@@ -226,7 +226,7 @@ impl Stepper {
             beginning.keep(self);
             self.beginning = Some(beginning);
         }
-        self.step.forget_told();
+        self.step.forget_output();
         work(self).map_err(|e| self.after_failure(e))?;
         let step = &self.step;
         Ok(step.tally.report(step.time, step.refinements()))
@@ -289,7 +289,7 @@ impl Stepper {
     pub fn advance(&mut self) -> Result<(), StepError> {
         self.tallied(|stepper| stepper.step.update())?;
         self.step.accept_linear()?;
-        self.step.record.reported.forget();
+        self.step.output.reported.forget();
         Ok(())
     }
 }

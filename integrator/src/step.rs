@@ -70,7 +70,7 @@ pub(crate) struct Step {
     pub(crate) contacts: Contacts,
     pub(crate) history: History,
     pub(crate) multipliers: Multipliers,
-    pub(crate) record: Record,
+    pub(crate) output: StepOutput,
     pub(crate) progress: Progress,
     pub(crate) guarded: GuardState,
     /// Totals since the last call that returned a report.
@@ -91,9 +91,9 @@ pub(crate) struct Uses {
     pub(crate) contacts: bool,
 }
 
-/// What a step tells besides its report.
-pub(crate) struct Record {
-    /// Forces that the last step tells.
+/// Output of a step besides its report.
+pub(crate) struct StepOutput {
+    /// Forces reported of the last step.
     pub(crate) reported: Reported,
     pub(crate) account: Account,
     /// Samples of the error of the linear algebra, where it is estimated.
@@ -259,7 +259,7 @@ impl Step {
                 substep_start: state,
                 search: Search::new(rows, scene.bodies.len()),
             },
-            record: Record {
+            output: StepOutput {
                 reported: Reported::new(rows),
                 account: Account::default(),
                 sample: None,
@@ -423,7 +423,7 @@ impl Step {
         if self.uses.contacts && !self.contacts.is_empty() {
             self.rebound()?;
         }
-        self.tell(dt);
+        self.add_substep(dt);
         Ok(())
     }
 
@@ -447,10 +447,10 @@ impl Step {
         }
     }
 
-    /// A sub-step of `dt` stands. A solve that is all of the step tells for itself.
-    pub(crate) fn tell(&mut self, dt: f64) {
-        if dt < WHOLE * self.options.dt || self.record.reported.opened {
-            self.add_told(dt);
+    /// A sub-step of `dt` is final: its forces count towards the means. The only solve of a step needs no mean.
+    pub(crate) fn add_substep(&mut self, dt: f64) {
+        if dt < WHOLE * self.options.dt || self.output.reported.opened {
+            self.accumulate_forces(dt);
         }
     }
 
@@ -460,9 +460,9 @@ impl Step {
         self.activation.make(made);
     }
 
-    /// Forgets what the last step told.
-    pub(crate) fn forget_told(&mut self) {
-        self.record.reported.forget();
+    /// Forgets the output of the last step.
+    pub(crate) fn forget_output(&mut self) {
+        self.output.reported.forget();
         self.system_data.rows.lost = None;
     }
 
@@ -471,7 +471,7 @@ impl Step {
         self.progress.stage.unsolve();
         self.multipliers.tension_known = false;
         self.multipliers.mu.fill(0.0);
-        self.record.account.close();
-        self.record.reported.met.clear();
+        self.output.account.close();
+        self.output.reported.met.clear();
     }
 }

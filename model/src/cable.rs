@@ -47,7 +47,7 @@ use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
 use crate::scene::resolution::Resolution;
 use crate::scene::{CableParts, Scene, Stock};
-use route::{Laid, Route};
+use route::{PlacedSegment, Route};
 use strand::Strand;
 
 /// Most segments that a scene may have.
@@ -292,7 +292,7 @@ impl Cable {
     }
 
     /// Material of its segments, if a winch or a rule splits and merges them.
-    fn stock(&self, strand: &Strand, laid: &[Laid], time: f64) -> Option<Stock> {
+    fn stock(&self, strand: &Strand, placed: &[PlacedSegment], time: f64) -> Option<Stock> {
         if self.winch.is_none() && self.resolution.is_none() {
             return None;
         }
@@ -304,9 +304,9 @@ impl Cable {
             density: self.density,
             radius: self.radius,
             per_metre,
-            named: laid.len(),
+            named: placed.len(),
             resolution: self.resolution.as_ref().map(|rule| {
-                let lengths = laid.iter().map(|segment| segment.arc);
+                let lengths = placed.iter().map(|segment| segment.arc);
                 rule.laid(lengths, time)
             }),
         })
@@ -316,18 +316,18 @@ impl Cable {
     fn fairlead(
         (frames, winch): ([Frame; 2], Winch),
         (kind, strand): (JointKind, &Strand),
-        laid: &[Laid],
+        placed: &[PlacedSegment],
     ) -> Fairlead {
-        let mut law = strand.law(0.5 * laid[0].arc);
+        let mut law = strand.law(0.5 * placed[0].arc);
         if kind == JointKind::Spherical {
             (law.bend, law.twist) = (None, None);
         }
         Fairlead {
             frames,
             winch,
-            length: laid.iter().map(|segment| segment.arc).sum(),
-            first: laid[0].arc,
-            segment: laid.get(1).unwrap_or(&laid[0]).arc,
+            length: placed.iter().map(|segment| segment.arc).sum(),
+            first: placed[0].arc,
+            segment: placed.get(1).unwrap_or(&placed[0]).arc,
             law,
             twist_reference: 0.0,
         }
@@ -379,7 +379,7 @@ impl Scene {
     pub fn add_cable_at(&mut self, cable: &Cable, time: f64) -> Result<CableParts, SceneError> {
         cable.check_ranges()?;
         let route = Route::of(cable, self, time)?;
-        let laid = route.lay(cable)?;
+        let placed = route.segments(cable)?;
         if let Some(winch) = cable.winch {
             winch.validate(false, || format!("cable `{}`", cable.name))?;
             let length = route.length();
@@ -387,10 +387,10 @@ impl Scene {
             let needs = "between shortest and longest of its winch";
             check(cable.what("length"), length, within, needs)?;
         }
-        self.check_new_names(cable, laid.len())?;
+        self.check_new_names(cable, placed.len())?;
         let (bodies, constraints) = (self.bodies.len(), self.constraints.len());
         let colliders = self.colliders.len();
-        self.lay(cable, &route, &laid, time);
+        self.add_placed(cable, &route, &placed, time);
         let new_bodies: Vec<usize> = (bodies..self.bodies.len()).collect();
         let new: Vec<usize> = (constraints..self.constraints.len()).collect();
         let mut bodies = new_bodies.iter();
@@ -408,33 +408,33 @@ impl Scene {
         sound.map(|()| self.cables.last().cloned().unwrap_or_default())
     }
 
-    fn lay(&mut self, cable: &Cable, route: &Route, laid: &[Laid], time: f64) {
+    fn add_placed(&mut self, cable: &Cable, route: &Route, placed: &[PlacedSegment], time: f64) {
         let strand = cable.strand(route.length());
         let number = Strand::begin(self, &*cable.name);
         let first = self.bodies.len();
-        let rods = laid.iter().map(|segment| {
+        let rods = placed.iter().map(|segment| {
             let rod = Body::rod(segment.chord, cable.radius, cable.density * segment.arc);
             rod.at(segment.centre).turned(segment.turn)
         });
         Strand::add_segments(self, number, &cable.name, rods);
-        self.cables[number].stock = cable.stock(&strand, laid, time);
+        self.cables[number].stock = cable.stock(&strand, placed, time);
         if let Some(surface) = cable.collide {
-            self.cover(cable, first, laid, surface);
+            self.cover(cable, first, placed, surface);
         }
-        let ends = |i: usize| strand.ends(first + i, laid[i].chord);
+        let ends = |i: usize| strand.ends(first + i, placed[i].chord);
         let name = |of: &str| format!("{}-{of}", cable.name);
-        if let Some((kind, frame)) = self.held(cable, route, &laid[0], 0) {
+        if let Some((kind, frame)) = self.held(cable, route, &placed[0], 0) {
             let joint = (kind, [frame, ends(0)[0]]);
             if let Some(mut winch) = cable.winch {
                 winch.since = winch.since.max(time);
-                let lead = Cable::fairlead((joint.1, winch), (kind, &strand), laid);
+                let lead = Cable::fairlead((joint.1, winch), (kind, &strand), placed);
                 let lead = self.add_constraint(name("start"), lead, 0);
                 self.cables[number].joints.push(lead);
             } else {
-                strand.join(self, number, name("start"), joint, 0.5 * laid[0].arc);
+                strand.join(self, number, name("start"), joint, 0.5 * placed[0].arc);
             }
         }
-        for (i, pair) in laid.windows(2).enumerate() {
+        for (i, pair) in placed.windows(2).enumerate() {
             let [mut a, mut b] = [ends(i)[1], ends(i + 1)[0]];
             if cable.rest == Rest::AsRouted {
                 let between = route::halfway(&pair[0], &pair[1]);
@@ -444,10 +444,10 @@ impl Scene {
             let (joint, name) = ((cable.joint, [a, b]), name(&format!("joint-{}", i + 1)));
             strand.join(self, number, name, joint, length);
         }
-        let last = laid.len() - 1;
-        if let Some((kind, frame)) = self.held(cable, route, &laid[last], 1) {
+        let last = placed.len() - 1;
+        if let Some((kind, frame)) = self.held(cable, route, &placed[last], 1) {
             let joint = (kind, [ends(last)[1], frame]);
-            strand.join(self, number, name("end"), joint, 0.5 * laid[last].arc);
+            strand.join(self, number, name("end"), joint, 0.5 * placed[last].arc);
         }
         for joint in &self.cables[number].joints {
             self.groups[*joint] = cable.group;
@@ -455,8 +455,8 @@ impl Scene {
     }
 
     /// Gives the segments, from body `first` on, their capsules.
-    fn cover(&mut self, cable: &Cable, first: usize, laid: &[Laid], surface: Surface) {
-        for (i, segment) in laid.iter().enumerate() {
+    fn cover(&mut self, cable: &Cable, first: usize, placed: &[PlacedSegment], surface: Surface) {
+        for (i, segment) in placed.iter().enumerate() {
             let (length, radius) = (segment.chord, cable.radius);
             let capsule = Shape::Capsule { length, radius };
             let name = format!("{}-{}", cable.name, i + 1);
@@ -474,7 +474,7 @@ impl Scene {
         &self,
         cable: &Cable,
         route: &Route,
-        segment: &Laid,
+        segment: &PlacedSegment,
         end: usize,
     ) -> Option<(JointKind, Frame)> {
         match cable.ends[end] {

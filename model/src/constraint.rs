@@ -48,7 +48,7 @@ pub use motor::{Motor, Target};
 pub use paper::{Paper, TwistDefinition};
 pub(crate) use rows::Rows;
 pub(crate) use sheave::side_name;
-pub use sheave::{Lay, Sheave};
+pub use sheave::{Sheave, SheaveContact};
 pub use slider::Slider;
 pub use spherical::Spherical;
 

@@ -2,7 +2,7 @@
 
 /// An enumeration whose variants have their text beside them: what `write!` takes, with the fields by name. A field whose name
 /// says all has no documentation.
-macro_rules! told {
+macro_rules! messages {
     (
         $(#[$attribute:meta])*
         pub enum $name:ident {
@@ -35,7 +35,7 @@ macro_rules! told {
     };
 }
 
-told! {
+messages! {
     /// Why a scene cannot be built or read. Its `Display` is one line.
     #[derive(Debug, Clone, PartialEq)]
     #[non_exhaustive]
@@ -187,8 +187,8 @@ fn or_no_other(known: &[String]) -> String {
 
 /// The place of a message, before it.
 fn at(place: Option<(usize, usize)>) -> String {
-    let told = place.map(|(line, column)| format!("line {line}, column {column}: "));
-    told.unwrap_or_default()
+    let prefix = place.map(|(line, column)| format!("line {line}, column {column}: "));
+    prefix.unwrap_or_default()
 }
 
 /// `message`, with `key` where it does not name it.

@@ -141,8 +141,8 @@ pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
 pub use collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 pub use constraint::kinds::*;
 pub use constraint::{
-    BendDefinition, Constraint, JointLaw, Lay, Loads, MAX_ROWS, Motor, RowKind, RowLaw, Sheave,
-    Target, TwistDefinition, Winch, Wrench,
+    BendDefinition, Constraint, JointLaw, Loads, MAX_ROWS, Motor, RowKind, RowLaw, Sheave,
+    SheaveContact, Target, TwistDefinition, Winch, Wrench,
 };
 pub use contact_scenes::{ContactScene, ContactSceneParams};
 pub use error::SceneError;

@@ -20,7 +20,7 @@ pub(crate) fn first_names(names: &[String]) -> Vec<String> {
     known
 }
 
-/// [`first_names`], the nearest to `name` first where not all are told.
+/// [`first_names`], the nearest to `name` first where not all are listed.
 pub(crate) fn near_names(name: &str, names: &[String]) -> Vec<String> {
     let mut names = names.to_vec();
     if names.len() > 8 {

@@ -32,7 +32,7 @@ fn and_more(others: usize) -> String {
 
 /// A massless cable at the start, all parts of it together.
 #[derive(Debug, Clone, Copy, Default)]
-struct Laid {
+struct RestPath {
     /// Number of its first part.
     first: usize,
     /// Length at rest, length of its path, and length at rest off the drums \[m].
@@ -43,7 +43,7 @@ struct Laid {
     per_metre: f64,
 }
 
-impl Laid {
+impl RestPath {
     fn strain(&self) -> f64 {
         (self.path - self.length) / self.off
     }
@@ -206,10 +206,10 @@ impl Scene {
         let over = self
             .massless_cables()
             .filter(|(_, cable)| !cable.sheaves.is_empty() && cable.tension_only);
-        let mut laid = over.filter_map(|(first, _)| self.laid(first));
-        let laid = laid.find(|laid| laid.length - laid.path > LOOSE * laid.length)?;
-        let (cable, path) = (&self.constraint_names[laid.first], laid.path);
-        let slack = laid.length - path;
+        let mut rope = over.filter_map(|(first, _)| self.rest_path(first));
+        let rope = rope.find(|rope| rope.length - rope.path > LOOSE * rope.length)?;
+        let (cable, path) = (&self.constraint_names[rope.first], rope.path);
+        let slack = rope.length - path;
         Some(format!(
             "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves, which is {path:.6} m long"
         ))
@@ -222,11 +222,11 @@ impl Scene {
             return None;
         }
         let firsts = self.massless_cables().map(|(first, _)| first);
-        let laid = firsts.filter_map(|first| self.pulls(first));
-        let laid = laid.max_by(|a, b| a.strain().total_cmp(&b.strain()))?;
-        let (cable, path) = (&self.constraint_names[laid.first], laid.path);
-        let (short, strain) = (path - laid.length, 100.0 * laid.strain());
-        let pull = match laid.tension() {
+        let rope = firsts.filter_map(|first| self.pulls(first));
+        let rope = rope.max_by(|a, b| a.strain().total_cmp(&b.strain()))?;
+        let (cable, path) = (&self.constraint_names[rope.first], rope.path);
+        let (short, strain) = (path - rope.length, 100.0 * rope.strain());
+        let pull = match rope.tension() {
             f64::INFINITY => " of what cannot stretch".to_owned(),
             tension => format!(" that pulls with {tension:.3e} N, more than the scene weighs"),
         };
@@ -242,11 +242,11 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Conflict`] with the cable, its length and its path.
     pub fn check_short(&self, first: usize) -> Result<(), SceneError> {
-        let Some(laid) = self.pulls(first).filter(|laid| laid.strain() > STRAINED) else {
+        let Some(rope) = self.pulls(first).filter(|rope| rope.strain() > STRAINED) else {
             return Ok(());
         };
-        let (cable, strain) = (&self.constraint_names[first], 100.0 * laid.strain());
-        let Laid { length, path, .. } = laid;
+        let (cable, strain) = (&self.constraint_names[first], 100.0 * rope.strain());
+        let RestPath { length, path, .. } = rope;
         let reason = "leave `length` out for the length of the path, give `slack` (m) or a smaller `tension` (N), or \
                       `strained = true` where it is meant so";
         refuse(
@@ -259,33 +259,33 @@ impl Scene {
     }
 
     /// A massless cable that is shorter than its path and pulls by more than the scene's weight, but for rounding.
-    fn pulls(&self, first: usize) -> Option<Laid> {
+    fn pulls(&self, first: usize) -> Option<RestPath> {
         let weight = self.mass() * self.gravity.norm() + self.external_force();
-        let laid = self.laid(first)?;
-        let short = laid.path - laid.length > LOOSE * laid.length;
-        (short && laid.tension() > weight * (1.0 + 1e-6)).then_some(laid)
+        let rope = self.rest_path(first)?;
+        let short = rope.path - rope.length > LOOSE * rope.length;
+        (short && rope.tension() > weight * (1.0 + 1e-6)).then_some(rope)
     }
 
     /// Path and rest length at the start of the massless cable with this first part; `None` if it
     /// is not a massless cable, or not a first part.
-    fn laid(&self, first: usize) -> Option<Laid> {
+    fn rest_path(&self, first: usize) -> Option<RestPath> {
         if self.parts_of(first).next() != Some(first) {
             return None;
         }
-        let mut laid = Laid {
+        let mut rope = RestPath {
             first,
-            ..Laid::default()
+            ..RestPath::default()
         };
         for part in self.parts_of(first) {
             if let Some(cable) = self.constraints.get(part)?.massless_cable() {
                 let own = cable.length_at(0.0);
-                laid.length += own;
-                laid.path += cable.path(&self.bodies, 0.0);
-                laid.off += own - cable.wound();
-                laid.per_metre = cable.law.compliance / cable.length;
+                rope.length += own;
+                rope.path += cable.path(&self.bodies, 0.0);
+                rope.off += own - cable.wound();
+                rope.per_metre = cable.law.compliance / cable.length;
             }
         }
-        (laid.length > 0.0).then_some(laid)
+        (rope.length > 0.0).then_some(rope)
     }
 
     /// The massless cables over sheaves, and the lengths of their paths, with what lies on sheaves and drums \[m].
@@ -293,8 +293,8 @@ impl Scene {
     pub fn paths(&self) -> Vec<(String, f64)> {
         let over = self.massless_cables();
         let over = over.filter(|(_, cable)| cable.sheaves.iter().any(Option::is_some));
-        let laid = over.filter_map(|(first, _)| self.laid(first));
-        laid.map(|laid| (self.constraint_names[laid.first].clone(), laid.path))
+        let rope = over.filter_map(|(first, _)| self.rest_path(first));
+        rope.map(|rope| (self.constraint_names[rope.first].clone(), rope.path))
             .collect()
     }
 

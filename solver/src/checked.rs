@@ -218,15 +218,15 @@ impl Checked {
         }
         let error = left / (a.norm_inf_in(&mut self.sums) * norm_inf(x) + size);
         // An error that is NaN counts as infinite.
-        let told = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
+        let or_infinite = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
         Err(self.fault(match self.tolerance {
             None if error <= FALSE => return Ok(()),
             Some(_) if error <= ROUNDING => return Ok(()),
             None => Fault::FalseClaim {
-                backward_error: told(error),
+                backward_error: or_infinite(error),
             },
             Some(tolerance) => Fault::Unconverged {
-                residual: told(residual()),
+                residual: or_infinite(residual()),
                 tolerance,
             },
         }))

@@ -442,7 +442,7 @@ impl Rule {
         Ok(match factors {
             Factors::Useless => Status::Stalled,
             Factors::Graded if status == Status::Direct => {
-                // Further corrections, where they take off more: what is told of x is its bound.
+                // Further corrections, where they take off more: the bound is reported for x.
                 let rows = &mut self.sums;
                 let sizes = |r: &[f64], x: &[f64]| [componentwise(entries, rows, r, x), 1.0];
                 let correct = |r: &[f64], d: &mut [f64]| solve(r, d, false);

@@ -69,7 +69,7 @@ const ORDERED: [&str; 5] = [
 /// Iterative backends.
 const ITERATIVE: [&str; 4] = ["cg:none", "cg:jacobi", "minres", "gauss-seidel:joints"];
 
-/// Something that is told wrongly of a system.
+/// Something that is wrongly claimed of a system.
 #[derive(Debug, Clone)]
 pub struct Fault {
     pub kind: &'static str,
@@ -100,7 +100,7 @@ fn compiled(names: &[&str]) -> Vec<Backend> {
     backends.filter(Backend::is_compiled).collect()
 }
 
-/// Judges what is told of the system of a seed.
+/// Judges the claims on the system of a seed.
 pub fn judge(seed: u64) -> Judgement {
     let drawn = Drawn::of_seed(seed);
     let mut verdict = Judgement::default();
@@ -188,7 +188,7 @@ fn solve(
         solver.factorize()?;
         solver.solve(&truth.b, &mut x)
     });
-    told(
+    judge_claim(
         (drawn, truth),
         problem.matrix,
         backend,
@@ -233,7 +233,7 @@ fn solve_after(
         } else {
             largest_error
         };
-        told(
+        judge_claim(
             (drawn, truth),
             matrix,
             backend,
@@ -258,7 +258,7 @@ type ErrorOf = fn(&[f64], &Truth) -> Option<f64>;
 
 /// Judges a report and its solution, or a refusal. A refined solution is judged in the largest norm,
 /// as [`refine`] compares its corrections.
-fn told(
+fn judge_claim(
     (drawn, truth): (&Drawn, &Truth),
     matrix: &Matrix,
     backend: &Backend,
@@ -269,7 +269,7 @@ fn told(
         Matrix::Symmetric(_) => "",
         Matrix::General(_) => "/general",
     };
-    let told = |what: String| {
+    let described = |what: String| {
         format!(
             "{backend}{form}: {what}, condition {:.1e}, scaled {:.1e}, at best {:.1e}",
             truth.condition, truth.scaled, truth.least
@@ -291,21 +291,21 @@ fn told(
                 && let error = in_full()
                 && !is_right(&error)
             {
-                verdict.fault("false claim", told(format!("error {error:?}")));
+                verdict.fault("false claim", described(format!("error {error:?}")));
             }
             let left = matrix.backward_error(&truth.b, x);
             let left = left.map_or(f64::NAN, |e| e.normwise);
             if left.is_nan() || left > 1e-13 {
                 verdict.fault(
                     "claimed residual",
-                    told(format!("backward error {left:.1e}")),
+                    described(format!("backward error {left:.1e}")),
                 );
             }
         }
         Ok(report) if solvable && truth.of_solution < SOLVABLE && drawn.kind != Kind::Growth => {
-            verdict.fault("no claim", told(format!("{:?}", report.status)));
+            verdict.fault("no claim", described(format!("{:?}", report.status)));
         }
-        Err(e) if solvable => verdict.fault("refused", told(e.to_string())),
+        Err(e) if solvable => verdict.fault("refused", described(e.to_string())),
         _ => {}
     }
 }

@@ -50,22 +50,22 @@ pub struct Solve {
     /// Its tolerance or limit where that is not the default.
     pub variant: String,
     /// Report, or the error in words.
-    pub told: Result<SolveReport, String>,
+    pub reported: Result<SolveReport, String>,
     pub seen: Verified,
     pub finding: Finding,
 }
 
 impl Solve {
-    /// Judges what a solver told of a solution with these errors.
+    /// Judges a report on a solution with these errors.
     pub fn of(
         step: usize,
         (choice, variant): &(Choice, String),
         solved: Result<(SolveReport, Verified), String>,
     ) -> Self {
         let seen = solved.as_ref().map_or(Verified::NONE, |s| s.1);
-        let told = solved.map(|s| s.0);
+        let reported = solved.map(|s| s.0);
         let good = over_claim(&seen, &choice.backend) <= 1.0;
-        let finding = match told.as_ref().map(SolveReport::is_claim) {
+        let finding = match reported.as_ref().map(SolveReport::is_claim) {
             Err(_) => Finding::Refused,
             Ok(true) if good => Finding::TruePositive,
             Ok(true) => Finding::FalsePositive,
@@ -76,7 +76,7 @@ impl Solve {
             step,
             backend: choice.family(),
             variant: variant.clone(),
-            told,
+            reported,
             seen,
             finding,
         }
@@ -88,9 +88,9 @@ impl Solve {
 
     /// True where a claim is false, or reports a residual that is below the true one by more than rounding.
     pub fn is_wrong(&self) -> bool {
-        let told = self.told.as_ref().map_or(f64::NAN, |r| r.residual);
-        let part = (1.0 - told / self.seen.residual).max(0.0);
-        let hides = self.seen.residual > told && part * self.seen.backward_error > ROUNDING;
+        let reported = self.reported.as_ref().map_or(f64::NAN, |r| r.residual);
+        let part = (1.0 - reported / self.seen.residual).max(0.0);
+        let hides = self.seen.residual > reported && part * self.seen.backward_error > ROUNDING;
         self.finding == Finding::FalsePositive || (self.is_claim() && hides)
     }
 }

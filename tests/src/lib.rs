@@ -15,7 +15,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
-//! | `algebra` | systems of every kind, scaling and rank, and what may not be told of them |
+//! | `algebra` | systems of every kind, scaling and rank, and what may not be claimed of them |
 //! | `claims` | audits: claims of solvers beside residuals in double-double |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |

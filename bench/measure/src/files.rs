@@ -269,7 +269,7 @@ pub struct Writing {
 }
 
 impl Writing {
-    /// Writes on; a failure is told by [`finish`](Self::finish).
+    /// Writes on; a failure is reported by [`finish`](Self::finish).
     pub fn add(&mut self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) {
         if self.failure.is_none() {
             self.failure = write(&mut self.to).err();

@@ -15,7 +15,7 @@ use taut_model::Scene;
 /// The state after a step, in the numbers that are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// What the step told; its fields read as the sample's own.
+    /// Report of the step; its fields read as the sample's own.
     pub report: StepReport,
     /// Centre of the load, or of the last body where the scene names no load \[m].
     pub load: Vector3<f64>,

@@ -125,7 +125,8 @@ pub struct Sheave {
     /// Two unit vectors v and w across its axis, frame of what it is fixed to: the angle α is at cos α v + sin α w.
     pub axes: [[f32; 3]; 2],
     /// First of two channels: the angles at which the line arrives and leaves \[rad], no numbers where it passes by.
-    pub lay: usize,
+    #[serde(rename = "lay")]
+    pub angles: usize,
 }
 
 /// A massless cable or link.
@@ -175,7 +176,7 @@ impl Layout {
             finite(&p.at)
                 && p.body.is_none_or(body)
                 && p.moved.is_none_or(|first| has(first, 3))
-                && p.sheave.as_ref().is_none_or(|s| has(s.lay, 2))
+                && p.sheave.as_ref().is_none_or(|s| has(s.angles, 2))
         };
         let solid = |s: &Solid| {
             finite(&s.at)

@@ -7,7 +7,7 @@ use taut_measure::columns;
 use taut_measure::quantities::{OF_RUN, OfRun};
 use taut_measure::trajectory::Sample;
 use taut_model::collide::{self, Collider};
-use taut_model::{Constraint, Lay, Loads, Motion, Scene, Side, axes_along};
+use taut_model::{Constraint, Loads, Motion, Scene, SheaveContact, Side, axes_along};
 
 /// Value of one count of a quaternion component.
 const TURN: f32 = 1.0 / 32767.0;
@@ -39,7 +39,7 @@ enum Source {
     /// Three: where a point of the world is.
     Moved(usize, usize),
     /// Two: where a cable touches a sheave.
-    Lay(usize, usize),
+    SheaveAngles(usize, usize),
     Control(usize),
 }
 
@@ -228,13 +228,13 @@ impl Observer {
             });
             let wheel = sheaves.get(side).copied().flatten();
             let sheave = wheel.map(|wheel| {
-                self.sources.push(Source::Lay(c, side));
-                let lay = ["arriving", "leaving"]
+                self.sources.push(Source::SheaveAngles(c, side));
+                let angles = ["arriving", "leaving"]
                     .map(|q| self.channel(&format!("{name}.sheave-{side}.{q}"), "rad"));
                 Sheave {
                     radius: wheel.radius as f32,
                     axes: [1, 2].map(|k| frame.axes.column(k).map(|x| x as f32).into()),
-                    lay: lay[0],
+                    angles: angles[0],
                 }
             });
             points.push(Point {
@@ -290,7 +290,9 @@ impl Observer {
                     let at = frame.resolve(&scene.bodies, stepper.time());
                     put(values, at.point().into());
                 }
-                Source::Lay(c, side) => put(values, lay(&scene.constraints[c], side)),
+                Source::SheaveAngles(c, side) => {
+                    put(values, sheave_angles(&scene.constraints[c], side))
+                }
                 Source::Control(i) => put(values, [scene.control_value(i).unwrap_or(f64::NAN)]),
             }
         }
@@ -331,10 +333,10 @@ fn first(constraint: &Constraint) -> f64 {
     }
 }
 
-fn lay(constraint: &Constraint, side: usize) -> [f64; 2] {
+fn sheave_angles(constraint: &Constraint, side: usize) -> [f64; 2] {
     match constraint {
         Constraint::MasslessCable(cable) => match cable.sheaves.get(side) {
-            Some(Some(sheave)) if let Lay::On { arriving, leaving } = sheave.lay => {
+            Some(Some(sheave)) if let SheaveContact::On { arriving, leaving } = sheave.contact => {
                 [arriving, leaving]
             }
             _ => [f64::NAN; 2],

@@ -48,7 +48,7 @@ impl Part {
                 let turn = self.pose(frame, point.body).rotation;
                 let [v, w] = sheave.axes.map(|axis| turn * three(&axis));
                 both = [0, 1].map(|end| {
-                    let (sine, cosine) = self.value(frame, sheave.lay + end).sin_cos();
+                    let (sine, cosine) = self.value(frame, sheave.angles + end).sin_cos();
                     centre + (v * cosine + w * sine) * f64::from(sheave.radius)
                 });
             }

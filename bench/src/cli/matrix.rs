@@ -153,7 +153,7 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
         .map_err(Failure::of)?;
         record(&mut recorder, &mut stepper, &inputs, steps, &bar)?;
         bar.finish_and_clear();
-        return tell(recorder.finish().map_err(Failure::of)?, console);
+        return print_written(recorder.finish().map_err(Failure::of)?, console);
     }
     bar.finish_and_clear();
     inputs.apply(&mut stepper)?;
@@ -213,7 +213,7 @@ fn record(
 }
 
 /// Names the files of a sequence, and the changes of its pattern.
-fn tell(written: Written, console: Console) -> Result<(), Failure> {
+fn print_written(written: Written, console: Console) -> Result<(), Failure> {
     for name in written.inexact {
         files::complain(&format!(
             "no exact solutions of {name}.mtx are written: they are out of reach"

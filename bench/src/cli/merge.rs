@@ -55,5 +55,5 @@ pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
     )?;
     let cases = Cases::merged(written.known).shown_by(console.progress(0));
     let machines = written.machines.join("; ");
-    study::tell(&call, &cases, machines, &own.command, &outputs, console)
+    study::run_and_print(&call, &cases, machines, &own.command, &outputs, console)
 }

@@ -379,6 +379,6 @@ fn ended(
     }
     let mut failures = failures.into_iter();
     let first = failures.next();
-    failures.for_each(|other| other.tell());
+    failures.for_each(|other| other.print());
     first.map_or(Ok(()), Err)
 }

@@ -1,4 +1,4 @@
-//! Experiments on the command line: `taut study NAME`, and the commands that run one experiment each. All are run, told
+//! Experiments on the command line: `taut study NAME`, and the commands that run one experiment each. All are run, reported
 //! and written here.
 
 use super::Failure;
@@ -188,7 +188,7 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     } = cases::open(call)?;
     let cases = cases.shown_by(console.progress(0));
     if cases.is_whole() {
-        return tell(
+        return run_and_print(
             call,
             &cases,
             machine,
@@ -241,7 +241,7 @@ pub(crate) fn failed(e: &ExperimentError) -> Failure {
 }
 
 /// Runs an experiment whole, prints the machine and its text, writes rows and page. Code 1 where a bar of ours is missed.
-pub(crate) fn tell(
+pub(crate) fn run_and_print(
     call: &Call<'_>,
     cases: &Cases,
     machine: String,

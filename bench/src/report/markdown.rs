@@ -125,10 +125,10 @@ fn of_checks(out: &mut String, all: &[Row]) {
     };
     let rows = groups.flat_map(one).chain(counts("all", "", all));
     out.push_str(&COUNTS.markdown(&rows.collect()));
-    let told = all.iter().filter(|row| !is(row, Verdict::Pass));
-    let told: Vec<Value> = told.cloned().map(Value::Object).collect();
-    if !told.is_empty() {
-        let _ = write!(out, "\n{}", CHECKS.markdown(&told.into()));
+    let misses = all.iter().filter(|row| !is(row, Verdict::Pass));
+    let misses: Vec<Value> = misses.cloned().map(Value::Object).collect();
+    if !misses.is_empty() {
+        let _ = write!(out, "\n{}", CHECKS.markdown(&misses.into()));
     }
 }
 

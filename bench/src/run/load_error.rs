@@ -9,10 +9,10 @@ use nalgebra::Vector3;
 use taut_integrator::{ErrorEstimate, ErrorPart};
 use taut_model::{Frame, Scene};
 
-/// Part of the extent of a motion beyond which its error is told to be no small one.
+/// Part of the extent of a motion beyond which its error is reported as not small.
 const OF_MOTION: f64 = 0.1;
 
-/// Part of the scene's size beyond which the shape of the segments is told to be wrong, and any
+/// Part of the scene's size beyond which the shape of the segments is reported as wrong, and any
 /// error of a load at rest.
 const OF_SIZE: f64 = 1e-3;
 

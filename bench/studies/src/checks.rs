@@ -1,4 +1,4 @@
-//! Experiments that end in checks: run one after the other, told, counted, judged. What `hard` and `paper` share.
+//! Experiments that end in checks: run one after the other, reported, counted, judged. What `hard` and `paper` share.
 
 use crate::study::{Found, Reporter, data};
 use indicatif::ProgressBar;
@@ -66,7 +66,7 @@ pub(crate) fn each<T: Sync, R: Send, E: Send>(
     tasks.par_iter().with_max_len(1).map(run).collect()
 }
 
-/// Experiments that are told together.
+/// Experiments that are reported together.
 pub(crate) struct Catalogue<E> {
     /// Legend of the columns, and the reference's heading.
     pub(crate) legend: &'static str,
@@ -111,7 +111,7 @@ pub(crate) fn run<E: Measured>(
     let outcome = |(k, name): &(usize, &'static str)| {
         bar.reset();
         bar.set_message(*name);
-        // The others are still told.
+        // The others are still reported.
         let outcome = experiments[*k].outcome(catalogue.quick, bar);
         Ok::<_, ExperimentError>(
             outcome.unwrap_or_else(|e| vec![ended("the case itself", &e)].into()),

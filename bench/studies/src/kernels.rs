@@ -8,7 +8,7 @@ pub use case::{Case, Joint, System};
 pub use entrant::{Entrant, Use};
 
 use crate::study::question::*;
-use crate::systems::{Told, add_omissions, grid, taking_part, turns};
+use crate::systems::{StudyResult, add_omissions, grid, taking_part, turns};
 use entrant::{Errors, work};
 use serde::Serialize;
 use std::time::Duration;
@@ -166,7 +166,7 @@ fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, Experime
         config.entrants = distinct(entrants.collect::<Result<Vec<_>, _>>()?.into_iter());
     }
     let results = run(&config, cases)?;
-    let told = Told {
+    let result = StudyResult {
         settings: settings(&config),
         heading: "hoist: hanging at an angle, Δt = 1/60 s, one thread".to_owned(),
         study: &STUDY,
@@ -174,7 +174,7 @@ fn ask(asked: &Asked, named: &[String], cases: &Cases) -> Result<Found, Experime
         conclusion: String::new(),
         omissions: results.omissions,
     };
-    Ok(told.into())
+    Ok(result.into())
 }
 
 fn settings(config: &Config) -> Vec<Setting> {

@@ -109,7 +109,7 @@ pub struct Ledger {
     /// The lean scene and its options.
     #[serde(skip)]
     pub setup: Setup,
-    /// The whole scene's slowest oscillations, or why none are told.
+    /// The whole scene's slowest oscillations, or why there are none.
     pub modes: Result<Vec<modes::Row>, String>,
 }
 

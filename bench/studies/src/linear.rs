@@ -2,7 +2,7 @@
 //! solver with 0, 1 and 2 refinements, over mass ratios up to 10¹².
 
 use crate::study::question::*;
-use crate::systems::{Asking, SolveRow, Start, State, Told, collected};
+use crate::systems::{Asking, SolveRow, Start, State, StudyResult, collected};
 use serde::{Deserialize, Serialize};
 use taut_integrator::{StepError, StepOptions};
 use taut_measure::choice::{Choice, Omission};
@@ -166,7 +166,7 @@ fn ask(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
     config.asking.choices = asked.choices()?;
     let (records, omissions) = run(&config, cases)?;
     let step = &config.asking.step;
-    let told = Told {
+    let result = StudyResult {
         settings: settings(&config),
         heading: format!(
             "hoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}",
@@ -179,7 +179,7 @@ fn ask(asked: &Asked, cases: &Cases) -> Result<Found, ExperimentError> {
         conclusion: bars(&verdicts(&records)),
         omissions,
     };
-    Ok(told.into())
+    Ok(result.into())
 }
 
 fn settings(config: &Config) -> Vec<Setting> {

@@ -1,7 +1,7 @@
 //! Sequences of systems: what every solver costs and how wrong it is, step by step, with one analysis for each pattern.
 
 use crate::study::question::*;
-use crate::systems::{Told, at_rung, entrants, rungs};
+use crate::systems::{StudyResult, at_rung, entrants, rungs};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use taut_measure::choice::Choice;
@@ -193,7 +193,7 @@ fn ask(asked: &Asked, folder: &Path, cases: &Cases) -> Result<Found, ExperimentE
         Ok::<_, ExperimentError>(row(&sequence, choice, *limit))
     })?;
     let folder = folder.display();
-    let told = Told {
+    let result = StudyResult {
         settings: set([
             ("sequence", folder.to_string()),
             ("systems", steps.to_string()),
@@ -207,5 +207,5 @@ fn ask(asked: &Asked, folder: &Path, cases: &Cases) -> Result<Found, ExperimentE
         conclusion: String::new(),
         omissions,
     };
-    Ok(told.into())
+    Ok(result.into())
 }

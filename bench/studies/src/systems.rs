@@ -9,7 +9,7 @@
 //! | [`entrants`], [`rungs`] | who takes part, with which limits of iterations, and why the others do not |
 //! | [`turns`] | times of entrants that take turns |
 //! | [`Fewest`] | the fewest iterations that reach an error |
-//! | `Told` | what a study comes to: settings, text, rows |
+//! | `StudyResult` | what a study comes to: settings, text, rows |
 
 mod asked;
 mod fewest;
@@ -127,7 +127,7 @@ pub(crate) fn failed(source: SolveError) -> StepError {
 }
 
 /// What a study comes to, before it is put into words.
-pub(crate) struct Told<'a> {
+pub(crate) struct StudyResult<'a> {
     pub(crate) settings: Vec<Setting>,
     /// What was run, in a line or two.
     pub(crate) heading: String,
@@ -137,21 +137,21 @@ pub(crate) struct Told<'a> {
     pub(crate) omissions: Vec<Omission>,
 }
 
-impl From<Told<'_>> for Found {
-    fn from(told: Told<'_>) -> Self {
+impl From<StudyResult<'_>> for Found {
+    fn from(result: StudyResult<'_>) -> Self {
         let text = format!(
             "{}\n{}\n{MARK}\n{}{}{}",
-            told.heading,
-            told.study.question().legend,
-            told.study.tables(&told.rows),
-            told.conclusion,
-            table::omissions(&told.omissions)
+            result.heading,
+            result.study.question().legend,
+            result.study.tables(&result.rows),
+            result.conclusion,
+            table::omissions(&result.omissions)
         );
         Self {
-            settings: told.settings,
+            settings: result.settings,
             text,
-            rows: told.rows,
-            omissions: told.omissions,
+            rows: result.rows,
+            omissions: result.omissions,
             ..Self::default()
         }
     }

@@ -1,4 +1,4 @@
-//! Frames by the clock: 60 a second, and what comes late is told.
+//! Frames by the clock: 60 a second, and late ones are reported.
 
 use std::time::{Duration, Instant};
 

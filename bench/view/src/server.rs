@@ -236,7 +236,7 @@ async fn converse(routes: Router, stream: TcpStream, _place: OwnedSemaphorePermi
         .header_read_timeout(HEADER)
         .serve_connection(TokioIo::new(stream), TowerToHyperService::new(routes))
         .with_upgrades();
-    // Who breaks off or is late is told nothing.
+    // Who breaks off or is late gets no answer.
     let _ = timeout(CONNECTION, connection).await;
 }
 

@@ -20,7 +20,7 @@ impl Stepper {
         self.check_rows(mu)?;
         self.step.multipliers.mu.copy_from_slice(mu);
         self.step.multipliers.mu_dt = self.step.substep();
-        self.step.record.reported.forget();
+        self.step.output.reported.forget();
         self.step.progress.stage.unsolve();
         self.wake();
         Ok(())
@@ -112,7 +112,7 @@ impl Stepper {
             .copy_from_slice(&bodies.angular_velocity);
         self.step.time = time;
         self.outdate_coarse_run();
-        self.step.record.account.close();
+        self.step.output.account.close();
         self.step.progress.stage = Stage::Unsolved;
         self.step.progress.started = true;
         self.step.progress.newly_added.clear();
@@ -308,7 +308,7 @@ impl Stepper {
         };
         if own.target != motor.target && !matches!(motor.target, Target::Speed(_)) {
             // Another position is energy of its own.
-            self.step.record.account.close();
+            self.step.output.account.close();
         }
         let changes = *own != motor;
         *own = motor;

@@ -62,7 +62,7 @@ impl Stepper {
     /// Where a balance begins with this step, the energy of the present motion, without what is elastic. The velocities of a
     /// step of the scheme stand half a sub-step before: they go on as they changed in it.
     pub(crate) fn motion_at_start(&self) -> Option<Energy> {
-        if self.step.record.account.start.is_some() {
+        if self.step.output.account.start.is_some() {
             return None;
         }
         let mut kinetic = self.step.scene.kinetic_energy();
@@ -86,7 +86,7 @@ impl Stepper {
     /// with a jump do not tell it: they hold the damper's force and look ahead.
     pub(crate) fn opening(&mut self, given: Option<Energy>) -> Option<Energy> {
         let motion = given.or_else(|| self.motion_at_start())?;
-        let account = &mut self.step.record.account;
+        let account = &mut self.step.output.account;
         (account.work, account.pending, account.recovery) = (0.0, 0.0, [0.0; 2]);
         account.opens = true;
         let closing = if self.step.time == 0.0 {
@@ -140,27 +140,27 @@ impl Stepper {
         all - rows.bounds.iter().map(beyond).sum::<f64>()
     }
 
-    /// The energy `told` of the last sub-step, with what rows and contacts store.
-    fn in_account(&self, told: Energy) -> Energy {
+    /// The `energy` reported of the last sub-step, with what rows and contacts store.
+    fn in_account(&self, energy: Energy) -> Energy {
         Energy {
             elastic: self.stored_energy() + self.stored_in_contacts(),
-            ..told
+            ..energy
         }
     }
 
     /// A balance begins with the sub-step just taken, which began with `opening` ([`opening`](Self::opening)).
     pub(crate) fn open_account(&mut self, opening: Energy) {
         // A winch that has fed its cable of segments, at the end of the sub-step, leaves another scene.
-        if !std::mem::take(&mut self.step.record.account.opens) {
+        if !std::mem::take(&mut self.step.output.account.opens) {
             return;
         }
         let start = self
             .start_of(opening, self.in_account(self.energy()))
             .total();
-        self.step.record.account.start =
-            Some(start - std::mem::take(&mut self.step.record.account.owed));
+        self.step.output.account.start =
+            Some(start - std::mem::take(&mut self.step.output.account.owed));
         let still = 0.5 * self.step.scene.mass() * STILL * STILL;
-        self.step.record.account.potential = self.weight_times_extent() + still / LEAST;
+        self.step.output.account.potential = self.weight_times_extent() + still / LEAST;
     }
 
     /// The balance after a step.
@@ -168,13 +168,13 @@ impl Stepper {
     /// # Errors
     /// [`StepError::EnergyGain`] beyond the tolerance, and where the energy is infinite or no number.
     pub(crate) fn weigh(&mut self, tolerance: f64) -> Result<(), StepError> {
-        let Some(start) = self.step.record.account.start else {
+        let Some(start) = self.step.output.account.start else {
             return Ok(());
         };
-        let told = self.energy();
-        let energy = self.in_account(told);
+        let reported = self.energy();
+        let energy = self.in_account(reported);
         let total = energy.total();
-        let account = &mut self.step.record.account;
+        let account = &mut self.step.output.account;
         let gained = total - start;
         let [recovery, _] = account.recovery;
         let excess = gained - account.work - recovery;
@@ -197,7 +197,7 @@ impl Stepper {
         };
         self.step.tally.balance = Some(balance);
         // Energies without end are no motion's, lost ones neither.
-        let excess = match told.total() {
+        let excess = match reported.total() {
             total if total.is_finite() => excess,
             total => total,
         };
@@ -227,8 +227,8 @@ impl Stepper {
             };
         }
         (
-            self.step.record.account.work,
-            self.step.record.account.recovery[0],
+            self.step.output.account.work,
+            self.step.output.account.recovery[0],
         ) = (0.0, 0.0);
         let gaps = if implicit {
             self.gap_energy()

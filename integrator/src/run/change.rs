@@ -377,7 +377,7 @@ impl Stepper {
             let moved = Moved::new(self, &edit);
             let mut changed = self.rebuilt(self.run_of(edit.scene).moved(&moved))?;
             let contacts = moved.contact_forces(self.contacts());
-            changed.step.record.reported.put_contacts(contacts);
+            changed.step.output.reported.put_contacts(contacts);
             changed.begin_past(&moved);
             changed.step.progress.newly_added = moved.fresh(&self.step.progress.newly_added);
             changed.ids = edit.ids;
@@ -445,7 +445,7 @@ impl Stepper {
             self.step.active_set.start(k, &self.step.system_data);
         }
         if self.step.options.energy_tolerance.is_some() {
-            self.step.record.account.begin(moved.rows.len());
+            self.step.output.account.begin(moved.rows.len());
         }
     }
 

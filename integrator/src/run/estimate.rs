@@ -270,7 +270,7 @@ impl Stepper {
         if self.coarse.as_ref().is_none_or(|c| c.stale) {
             let coarse = CoarseRun::of(self, every, self.coarse.as_deref());
             let sample = Sample::new(&self.step, coarse.estimate.algebra);
-            self.step.record.sample = Some(Box::new(sample));
+            self.step.output.sample = Some(Box::new(sample));
             self.coarse = Some(Box::new(coarse));
         }
     }
@@ -286,7 +286,7 @@ impl Stepper {
     /// The estimate after a step.
     pub(crate) fn estimate(&mut self, report: &StepReport, every: usize) -> Option<ErrorEstimate> {
         let mut coarse = self.coarse.take()?;
-        if let Some(sample) = &mut self.step.record.sample {
+        if let Some(sample) = &mut self.step.output.sample {
             coarse.estimate.algebra = sample.moved;
             sample.is_due = coarse.steps.is_multiple_of(SAMPLED);
         }

@@ -37,7 +37,7 @@ impl Stepper {
     pub(crate) fn fire(&mut self) -> Result<usize, StepError> {
         self.fired.names.clear();
         self.fired.forces.clear();
-        let mut met = std::mem::take(&mut self.step.record.reported.met);
+        let mut met = std::mem::take(&mut self.step.output.reported.met);
         // A changed scene may have other events.
         if met.len() != self.step.scene.events.len() {
             met.clear();
@@ -62,7 +62,7 @@ impl Stepper {
         let (due, met_by): (Vec<Event>, Vec<f64>) =
             first.map(|(event, met)| ((*event).clone(), *met)).unzip();
         met.clear();
-        self.step.record.reported.met = met;
+        self.step.output.reported.met = met;
         if due.is_empty() {
             return Ok(0);
         }

@@ -127,11 +127,11 @@ impl Stepper {
 
     /// The contacts of the last step: those that carried a force in it, and those near enough to.
     pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
-        let told = self.step.record.reported.contacts();
+        let reported = self.step.output.reported.contacts();
         let last = || self.step.contacts.reported(&self.step.system_data);
-        let own = told.is_none().then(last).into_iter().flatten();
+        let own = reported.is_none().then(last).into_iter().flatten();
         let own = own.map(|(_, contact)| contact);
-        told.into_iter().flatten().chain(own)
+        reported.into_iter().flatten().chain(own)
     }
 
     /// Contact impulses of the last solve: the next step starts from them and takes its geometric

@@ -51,12 +51,12 @@ pub struct SavedRun {
     implicit: bool,
     impulses: Vec<f64>,
     impulse_time: f64,
-    /// Forces that the last step tells, where they are not those of its last solve.
+    /// Forces reported of the last step, where they are not those of its last solve.
     #[cfg_attr(
         feature = "serde",
-        serde(default, skip_serializing_if = "Vec::is_empty")
+        serde(default, rename = "told", skip_serializing_if = "Vec::is_empty")
     )]
-    told: Vec<f64>,
+    reported: Vec<f64>,
     tension: Option<Vec<f64>>,
     places: Vec<RowState>,
     /// Steps since the bounded rows were last at a bound.
@@ -144,7 +144,7 @@ impl SavedRun {
             implicit: false,
             impulses: Vec::new(),
             impulse_time: 0.0,
-            told: Vec::new(),
+            reported: Vec::new(),
             tension: None,
             places: Vec::new(),
             ages: Vec::new(),
@@ -172,9 +172,9 @@ impl SavedRun {
         Self {
             fresh: Vec::new(),
             impulses: to.rows(&self.impulses),
-            told: match self.told.is_empty() {
+            reported: match self.reported.is_empty() {
                 true => Vec::new(),
-                false => to.rows(&self.told),
+                false => to.rows(&self.reported),
             },
             tension: self.tension.map(|tension| to.rows(&tension)),
             places: to.bounded(&self.places, RowState::Inside),
@@ -231,7 +231,10 @@ impl SavedRun {
         } = &self.past;
         for (what, numbers) in [
             ("impulses", Some(&self.impulses)),
-            ("told", Some(&self.told).filter(|told| !told.is_empty())),
+            (
+                "told",
+                Some(&self.reported).filter(|forces| !forces.is_empty()),
+            ),
             ("tension", self.tension.as_ref()),
             ("drive", Some(&self.drive)),
             ("past.rate", Some(rate)),
@@ -374,8 +377,8 @@ impl Stepper {
         };
         refill(&mut run.impulses, self.step.multipliers.mu.iter().copied());
         run.impulse_time = self.step.multipliers.mu_dt;
-        let told = self.step.record.reported.forces().into_iter().flatten();
-        refill(&mut run.told, told.copied());
+        let reported = self.step.output.reported.forces().into_iter().flatten();
+        refill(&mut run.reported, reported.copied());
         let tension = run.tension.get_or_insert_default();
         refill(tension, self.step.multipliers.tension.iter().copied());
         refill(&mut run.places, self.step.active_set.places());
@@ -391,7 +394,7 @@ impl Stepper {
             &mut run.drive,
             self.step.system_data.rows.phi_t.iter().copied(),
         );
-        run.account.copy_from(&self.step.record.account);
+        run.account.copy_from(&self.step.output.account);
         let History {
             known,
             rate,
@@ -453,8 +456,8 @@ impl Stepper {
         stepper.step.guarded.hold_off = saved.holding;
         stepper.step.multipliers.mu = saved.impulses.into();
         stepper.step.multipliers.mu_dt = saved.impulse_time;
-        if !saved.told.is_empty() {
-            stepper.step.record.reported.put(saved.told);
+        if !saved.reported.is_empty() {
+            stepper.step.output.reported.put(saved.reported);
         }
         stepper.step.multipliers.tension_known = saved.tension.is_some();
         if let Some(tension) = saved.tension {
@@ -473,7 +476,7 @@ impl Stepper {
         rows.phi_t = saved.drive.into();
         put_into(&mut stepper.step.system_data.v, &saved.velocity);
         put_into(&mut stepper.step.system_data.dv, &saved.velocity_change);
-        stepper.step.record.account = saved.account;
+        stepper.step.output.account = saved.account;
         if let (Some(rest), Some(watch)) = (&mut stepper.rest, saved.watch) {
             if watch.asleep.is_some() {
                 stepper.step.tell_known_contacts()?;

@@ -15,7 +15,7 @@ fn atwood(masses: [f64; 2], friction: f64, wheel: Option<f64>, law: RowLaw) -> S
     hung_over(masses, xz(R, -4.0), length, friction, wheel, law)
 }
 
-/// [`atwood`] with a place for the heavy mass, and a length of the rope that is its way if none is told.
+/// [`atwood`] with a place for the heavy mass, and a length of the rope that is its way if none is given.
 fn hung_over(
     masses: [f64; 2],
     place: Vector3<f64>,

@@ -8,7 +8,8 @@ fn beside(hub: Vector3<f64>) -> Stepper {
     let mut scene = on_earth("beside");
     let load = scene.add_body("load", Body::particle(10.0).at(xz(4.0, 0.0)));
     scene.bodies.force[load] = Vector3::new(100.0, 0.0, 10.0 * G);
-    let off = Sheave::new(0.2).with(|p| p.lay = taut_model::Lay::Off { clear: false });
+    let off =
+        Sheave::new(0.2).with(|p| p.contact = taut_model::SheaveContact::Off { clear: false });
     let frames = vec![
         origin(),
         Frame::world(hub).along(&Vector3::y()),
@@ -34,7 +35,7 @@ fn a_cable_lies_down_on_a_sheave_from_the_groove_s_side_alone() {
         .set_load(0, Vector3::new(100.0, 0.0, 9.0 * G), Vector3::zeros())
         .unwrap();
     let lies = |stepper: &Stepper| match &stepper.scene().constraints[0] {
-        Constraint::MasslessCable(cable) => !cable.sheaves[1].unwrap().lay.is_off(),
+        Constraint::MasslessCable(cable) => !cable.sheaves[1].unwrap().contact.is_off(),
         _ => false,
     };
     assert!(!lies(&stepper));
@@ -55,8 +56,9 @@ fn bouncing(friction: f64) -> Stepper {
         hub.along(&-Vector3::y()),
         Frame::world(xz(2.0, 0.0)),
     ];
-    let sheave = Sheave::new(0.2)
-        .with(|p| (p.friction, p.lay) = (friction, taut_model::Lay::Off { clear: true }));
+    let sheave = Sheave::new(0.2).with(|p| {
+        (p.friction, p.contact) = (friction, taut_model::SheaveContact::Off { clear: true })
+    });
     let cable = over(sheave, frames, 3.99, RowLaw::new(1e-4, 0.0));
     scene.reeve("rope", &cable, 0).unwrap();
     let options = options().with(|o| (o.dt, o.scheme) = (DT / 8.0, Scheme::LinearlyImplicit));

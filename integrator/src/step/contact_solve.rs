@@ -39,9 +39,9 @@ impl Step {
             return Ok(());
         }
         self.contacts.find(&self.scene, dt, false)?;
-        let told = self.contacts.reported(&self.system_data);
-        let told = told.map(|(_, contact)| contact).collect();
-        self.record.reported.put_contacts(told);
+        let contacts = self.contacts.reported(&self.system_data);
+        let contacts = contacts.map(|(_, contact)| contact).collect();
+        self.output.reported.put_contacts(contacts);
         Ok(())
     }
 
@@ -312,7 +312,7 @@ impl Step {
                 bodies.angular_velocity[i] += Vector3::new(p, q, r) * part;
             }
         }
-        self.tell_of_blow(mu, part);
+        self.add_blow(mu, part);
     }
 
     /// The impulses of contacts and joints by bodies, and the change of velocities.

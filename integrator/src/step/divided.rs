@@ -116,7 +116,7 @@ pub(crate) struct Division {
     pub(super) from_start: bool,
     /// Work of drives that was taken back with them \[J].
     pub(super) work_of_start: f64,
-    /// Length of the steps over that of the steps whose error these tell.
+    /// Length of the steps over that of the steps whose error these estimate.
     pub(crate) coarseness: f64,
     /// Sum of the parts' multipliers, one a row.
     sum: Aligned,
@@ -438,7 +438,7 @@ impl Step {
         let end = self.time + self.substep();
         if self.guarded.division.from_start {
             self.guarded.substep_start.restore(&mut self.scene.bodies);
-            self.record.account.work -= self.guarded.division.work_of_start;
+            self.output.account.work -= self.guarded.division.work_of_start;
         } else if self.options.scheme.is_staggered() {
             self.bring_forward(Drives::OfBounds)?;
         }
@@ -490,7 +490,7 @@ impl Step {
             self.measure_events();
             left -= self.guarded.division.taken;
         }
-        self.record.reported.add(&self.guarded.division.sum, 1.0);
+        self.output.reported.add(&self.guarded.division.sum, 1.0);
         if self.is_late() {
             self.bring_forward(Drives::Present)?;
         }

@@ -23,9 +23,9 @@ impl Step {
     /// Forces λ of the rows of a constraint, means over the last step.
     pub(crate) fn row_forces(&self, constraint: usize) -> Option<RowForces> {
         let mut forces = self.last_forces(constraint)?;
-        if let Some(told) = self.record.reported.forces() {
+        if let Some(reported) = self.output.reported.forces() {
             let range = self.system_data.rows.row_range(constraint);
-            forces.rows[..range.len()].copy_from_slice(&told[range]);
+            forces.rows[..range.len()].copy_from_slice(&reported[range]);
         }
         Some(forces)
     }
@@ -64,12 +64,12 @@ impl Step {
 
     /// The forces and distances that events wait for, after a sub-step.
     pub(crate) fn measure_events(&mut self) {
-        let mut met = std::mem::take(&mut self.record.reported.met);
+        let mut met = std::mem::take(&mut self.output.reported.met);
         met.resize(self.scene.events.len(), f64::NEG_INFINITY);
         for (met, event) in met.iter_mut().zip(&self.scene.events) {
             *met = met.max(self.measured(event));
         }
-        self.record.reported.met = met;
+        self.output.reported.met = met;
     }
 
     /// Force \[N] or distance \[m], negative, that an event waits for; −∞ of one that waits for neither.

@@ -184,7 +184,7 @@ impl Step {
             } else {
                 self.lose_gain(dt);
             }
-            self.tell(dt);
+            self.add_substep(dt);
             length = (2.0 * dt).min(first);
         }
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.

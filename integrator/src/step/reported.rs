@@ -34,16 +34,16 @@ pub(crate) struct Reported {
     time: f64,
     /// Largest measure of each event of the scene over the sub-steps: the force \[N], or minus the distance \[m].
     pub(crate) met: Vec<f64>,
-    /// True once there is more to tell of the present step than its last solve.
+    /// True once the present step has more forces than those of its last solve.
     pub(crate) opened: bool,
-    /// True where these are told, and not the forces of the last solve.
+    /// True where these are reported, and not the forces of the last solve.
     tells: bool,
     /// Contacts of the step before the scene was changed.
     of_before: Option<Vec<ContactForce>>,
 }
 
 impl Reported {
-    /// Those of the last solve are told.
+    /// Those of the last solve are reported.
     pub(crate) fn new(rows: usize) -> Self {
         Self {
             sum: Aligned::new(rows),
@@ -76,19 +76,19 @@ impl Reported {
         self.of_before = Some(of_before);
     }
 
-    /// Takes forces that another run told.
+    /// Takes forces that another run reported.
     pub(crate) fn put(&mut self, forces: Vec<f64>) {
         (self.sum, self.tells) = (forces.into(), true);
         self.touched.clear();
     }
 
-    /// Those of the last solve are told again.
+    /// Those of the last solve are reported again.
     pub(crate) fn forget(&mut self) {
         (self.time, self.opened, self.tells) = (0.0, false, false);
         self.of_before = None;
     }
 
-    /// The sums become means over their time, which are told. Those of one solve alone stay as they are.
+    /// The sums become means over their time, which are reported. Those of one solve alone stay as they are.
     fn close(&mut self) {
         let factor = 1.0 / self.time;
         self.sum.iter_mut().for_each(|force| *force *= factor);
@@ -131,15 +131,15 @@ impl Reported {
 
 impl Step {
     /// Adds a sub-step of `dt`. In a divided step the sums of its parts' rows are those of the division.
-    pub(super) fn add_told(&mut self, dt: f64) {
-        self.record.reported.open();
-        self.record.reported.time += dt;
+    pub(super) fn accumulate_forces(&mut self, dt: f64) {
+        self.output.reported.open();
+        self.output.reported.time += dt;
         if self.is_divided() {
             self.add_part();
         } else {
-            self.record.reported.add(&self.multipliers.mu, 1.0);
+            self.output.reported.add(&self.multipliers.mu, 1.0);
         }
-        let Reported { touched, .. } = &mut self.record.reported;
+        let Reported { touched, .. } = &mut self.output.reported;
         touched.iter_mut().for_each(|touched| touched.taken = false);
         let known = touched.len();
         for (key, mut contact) in self.contacts.reported(&self.system_data) {
@@ -166,19 +166,19 @@ impl Step {
     }
 
     /// `part` of the joints' impulses `mu` in a blow after the sub-step.
-    pub(crate) fn tell_of_blow(&mut self, mu: &[f64], part: f64) {
+    pub(crate) fn add_blow(&mut self, mu: &[f64], part: f64) {
         if !mu.is_empty() {
-            self.record.reported.open();
-            self.record.reported.add(mu, part);
+            self.output.reported.open();
+            self.output.reported.add(mu, part);
         }
     }
 
-    /// The step is done, with more to tell than its last solve: means are told from here on.
-    pub(crate) fn close_told(&mut self) {
-        self.record.reported.close();
-        if !self.record.reported.touched.is_empty() {
+    /// The step is done, with more forces than those of its last solve: means are reported from here on.
+    pub(crate) fn close_output(&mut self) {
+        self.output.reported.close();
+        if !self.output.reported.touched.is_empty() {
             let contacts = self
-                .record
+                .output
                 .reported
                 .touched
                 .iter()

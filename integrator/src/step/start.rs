@@ -142,9 +142,9 @@ impl Step {
             .factorize(&self.system.matrix)
             .map_err(|e| self.culprit(e))?;
         // The estimate of the error samples solves of steps.
-        let sample = self.record.sample.take();
+        let sample = self.output.sample.take();
         let solved = self.solve_assembled();
-        self.record.sample = sample;
+        self.output.sample = sample;
         solved?;
         self.system_data
             .update_velocity_change(&self.multipliers.mu);

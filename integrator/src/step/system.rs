@@ -94,9 +94,9 @@ impl Step {
             sign,
             &mut self.multipliers.mu,
         );
-        if let Some(mut sample) = self.record.sample.take_if(|sample| sample.is_due) {
+        if let Some(mut sample) = self.output.sample.take_if(|sample| sample.is_due) {
             sample.take(self);
-            self.record.sample = Some(sample);
+            self.output.sample = Some(sample);
         }
         Ok(())
     }

@@ -44,7 +44,7 @@ impl Step {
                 let spring = self.activation.spring_of_limit(rows, k, dt);
                 let paid = cable.settle(rows.phi[bound.row], spring, self.time);
                 // Its work is that of the rope at rest: what strains it is the rope's.
-                self.record.account.pending += paid * self.multipliers.mu[bound.row] / dt;
+                self.output.account.pending += paid * self.multipliers.mu[bound.row] / dt;
                 // The step took the cable to be as long as the winch alone would have it.
                 self.history.phi_t[bound.row] -= paid / dt;
                 slipped |= paid > 0.0;
@@ -111,7 +111,7 @@ impl Step {
         }
         if cut {
             self.system_data.rows.update(&self.scene, self.time);
-            self.record.account.close();
+            self.output.account.close();
         }
     }
 

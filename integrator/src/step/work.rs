@@ -144,7 +144,7 @@ impl Step {
         let by_contacts = 0.5 * self.work_by_contacts();
         let recovery = 0.5 * self.work_of_recovery(dt);
         let wound = self.wound(dt) - self.strained();
-        let account = &mut self.record.account;
+        let account = &mut self.output.account;
         account.open.resize(self.multipliers.mu.len(), 0.0);
         account.lambda.resize(self.multipliers.mu.len(), 0.0);
         account.work += account.pending + by_contacts;
@@ -173,7 +173,7 @@ impl Step {
 
     /// Strain energy ½ λ² Δε that ropes have gained by their lengths alone since the last sub-step \[J].
     fn wound(&mut self, dt: f64) -> f64 {
-        let (rows, known) = (&self.system_data.rows, &mut self.record.account.compliance);
+        let (rows, known) = (&self.system_data.rows, &mut self.output.account.compliance);
         let of = |bound: &RowBounds| rows.compliance[bound.row];
         if known.len() != rows.bounds.len() {
             known.clear();
@@ -193,7 +193,7 @@ impl Step {
     /// Elastic energy that motors and joints have gained while they were at their limits \[J]: the force there is that of the limit,
     /// whatever the stretch.
     fn strained(&mut self) -> f64 {
-        let mut strain = std::mem::take(&mut self.record.account.strain);
+        let mut strain = std::mem::take(&mut self.output.account.strain);
         strain.resize(self.system_data.rows.bounds.len(), 0.0);
         let mut gained = 0.0;
         for (k, strain) in strain.iter_mut().enumerate() {
@@ -210,14 +210,14 @@ impl Step {
                 *strain = if is_at_limit { now } else { 0.0 };
             }
         }
-        self.record.account.strain = strain;
+        self.output.account.strain = strain;
         gained
     }
 
     /// Half of the present impulses bring the velocities to their own time at the last rates of the drives, or, with `sign` 1, back
     /// from it. Returns their work \[J].
     pub(crate) fn account_for_half(&mut self, sign: f64) -> f64 {
-        let account = &mut self.record.account;
+        let account = &mut self.output.account;
         let halves = account.open.iter().zip(&self.multipliers.mu[..]);
         let work = sign * halves.map(|(open, mu)| open * mu).sum::<f64>();
         account.work += work;
@@ -227,7 +227,7 @@ impl Step {
     /// The contacts' impulses are those of a blow after the sub-step: its work, with that of drives by the impulses of rows \[J].
     pub(super) fn account_for_blow(&mut self, by_rows: f64) {
         if self.options.energy_tolerance.is_some() {
-            self.record.account.pending += self.work_by_contacts() + by_rows;
+            self.output.account.pending += self.work_by_contacts() + by_rows;
         }
     }
 
@@ -265,7 +265,7 @@ impl Step {
 
     /// Work of the contacts' impulses in the last sub-step of `dt` that undo the penetrations of the start \[J].
     fn work_of_recovery(&mut self, dt: f64) -> f64 {
-        let (account, touches) = (&mut self.record.account, &self.contacts.touches);
+        let (account, touches) = (&mut self.output.account, &self.contacts.touches);
         let rate = |touch: &ContactPoint| match touch.impulse[0] {
             p if p > 0.0 => (-touch.offset - touch.softness * p).max(0.0),
             _ => 0.0,
@@ -348,10 +348,10 @@ impl Step {
         let (bodies, rows) = (&self.scene.bodies, &self.system_data.rows);
         let mut work = 0.0;
         for k in self.at_limits().filter(|k| self.is_winch(*k)) {
-            // As the drum pays out it is told to have the work of all of that. What the rope was stretched by was no work
+            // As the drum pays out it is credited with the work of all of that. What the rope was stretched by was no work
             // where no force tells it: before the first step, against a damper, as the gap of a rigid row.
             let row = rows.bounds[k].row;
-            let last = self.record.account.lambda.get(row);
+            let last = self.output.account.lambda.get(row);
             let is_told = last.is_some_and(|last| *last != 0.0);
             let compliance = rows.compliance[row];
             if compliance == 0.0 || !is_told && rows.damping[row] == 0.0 {

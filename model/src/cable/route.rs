@@ -24,8 +24,8 @@ pub(super) struct Route {
     arcs: Vec<f64>,
 }
 
-/// A segment where it is laid.
-pub(super) struct Laid {
+/// A segment in its place on the route.
+pub(super) struct PlacedSegment {
     pub(super) centre: Vector3<f64>,
     pub(super) turn: UnitQuaternion<f64>,
     /// Length of the rod, the chord, and of the cable that it stands for, the arc \[m].
@@ -34,7 +34,7 @@ pub(super) struct Laid {
     direction: Vector3<f64>,
 }
 
-impl Laid {
+impl PlacedSegment {
     /// Axes of a frame in the body of this segment that lie along those of a cable turned by `turn`.
     pub(super) fn axes_of(&self, turn: &UnitQuaternion<f64>) -> Matrix3<f64> {
         (self.turn.inverse() * turn).to_rotation_matrix() * hanging_axes()
@@ -47,7 +47,7 @@ impl Laid {
 }
 
 /// The rotation halfway between those of two neighbours.
-pub(super) fn halfway(a: &Laid, b: &Laid) -> UnitQuaternion<f64> {
+pub(super) fn halfway(a: &PlacedSegment, b: &PlacedSegment) -> UnitQuaternion<f64> {
     a.carried(&(a.direction + b.direction).normalize())
 }
 
@@ -107,9 +107,9 @@ impl Route {
     }
 
     /// The segments of the cable along this route.
-    pub(super) fn lay(&self, cable: &Cable) -> Result<Vec<Laid>, SceneError> {
+    pub(super) fn segments(&self, cable: &Cable) -> Result<Vec<PlacedSegment>, SceneError> {
         let lengths = self.lengths(cable)?;
-        let mut laid: Vec<Laid> = Vec::with_capacity(lengths.len());
+        let mut placed: Vec<PlacedSegment> = Vec::with_capacity(lengths.len());
         let (mut start, mut leg) = (0.0, 0);
         let mut from = self.points[0];
         for (i, length) in lengths.iter().enumerate() {
@@ -132,18 +132,18 @@ impl Route {
                 true => (self.direction(first_leg), *length),
                 false => ((to - from).normalize(), (to - from).norm()),
             };
-            let turned = laid.last().map(|b| b.direction.dot(&direction));
+            let turned = placed.last().map(|b| b.direction.dot(&direction));
             let sharp = turned.is_some_and(|cosine| cosine < FOLD);
             if sharp || chord.is_nan() || chord < SHORTEST_CHORD * length {
                 let reason = "cuts off too much of a corner of its route: take another number of `segments`, or give `lengths` with \
                              a joint at the corner";
                 return refuse(cable.what(&format!("segment {}", i + 1)), reason);
             }
-            let turn = match laid.last() {
+            let turn = match placed.last() {
                 None => first_rotation(&direction),
                 Some(before) => before.carried(&direction),
             };
-            laid.push(Laid {
+            placed.push(PlacedSegment {
                 centre: 0.5 * (from + to),
                 turn,
                 chord,
@@ -152,7 +152,7 @@ impl Route {
             });
             from = to;
         }
-        Ok(laid)
+        Ok(placed)
     }
 
     /// The legs that an arc begins and ends on, at or after `leg`. A point within rounding of a corner counts for the leg

@@ -1,4 +1,4 @@
-//! Facts of a kind of constraint, told in the kind's own file: what is asked of any. Code that names a kind to treat it apart
+//! Facts of a kind of constraint, stated in the kind's own file: what is asked of any. Code that names a kind to treat it apart
 //! is counted, file by file, in `tests/structure/kinds.rs`.
 
 use nalgebra::Vector3;

@@ -71,7 +71,8 @@ pub struct Sheave {
     #[cfg_attr(feature = "serde", serde(default))]
     pub shared: bool,
     /// Its contact with the cable.
-    pub lay: Lay,
+    #[cfg_attr(feature = "serde", serde(rename = "lay"))]
+    pub contact: SheaveContact,
 }
 
 impl Sheave {
@@ -95,7 +96,7 @@ pub(crate) fn side_name(cable: &str, side: usize) -> String {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum Lay {
+pub enum SheaveContact {
     /// Not known yet: the path decides.
     #[default]
     New,
@@ -114,7 +115,7 @@ pub enum Lay {
     },
 }
 
-impl Lay {
+impl SheaveContact {
     /// True if the cable passes by.
     #[must_use]
     pub fn is_off(self) -> bool {
@@ -368,8 +369,9 @@ struct Item {
 }
 
 impl Item {
-    fn lay(&self) -> Lay {
-        self.sheave.map_or(Lay::New, |sheave| sheave.lay)
+    fn contact(&self) -> SheaveContact {
+        self.sheave
+            .map_or(SheaveContact::New, |sheave| sheave.contact)
     }
 }
 
@@ -387,7 +389,7 @@ fn touched(
             sheave,
         }
     });
-    items.filter(|item| !item.lay().is_off())
+    items.filter(|item| !item.contact().is_off())
 }
 
 /// Goes along a path through its sides as `resolved` and over their sheaves: tells each side that the cable touches, with
@@ -409,7 +411,7 @@ pub(super) fn follow(
     };
     let (mut pull, mut arriving) = (Pull::default(), None);
     for next in items {
-        let known = [last.lay().leaving(), next.lay().arriving()];
+        let known = [last.contact().leaving(), next.contact().arriving()];
         let span = Span::between([&last.wheel, &next.wheel], known);
         let [on_last, on_next] = span.gradient;
         let angles = [arriving, Some(span.angles[0])];
@@ -482,7 +484,7 @@ impl Sheave {
         let lies = TAU * self.turns;
         let is_end = angles.contains(&None);
         let found = match angles {
-            [Some(arriving), Some(leaving)] if self.lay == Lay::New => {
+            [Some(arriving), Some(leaving)] if self.contact == SheaveContact::New => {
                 let part = (leaving - arriving).rem_euclid(TAU);
                 // A straight rope about whole turns has no part of one, whatever its rounding.
                 let part = if part > TAU - STRAIGHT {
@@ -493,8 +495,8 @@ impl Sheave {
                 [arriving, arriving + part + TAU * self.turns.floor()]
             }
             [Some(arriving), Some(leaving)] => [arriving, leaving],
-            [None, Some(leaving)] => [self.lay.arriving().unwrap_or(leaving - lies), leaving],
-            [Some(arriving), None] => [arriving, self.lay.leaving().unwrap_or(arriving + lies)],
+            [None, Some(leaving)] => [self.contact.arriving().unwrap_or(leaving - lies), leaving],
+            [Some(arriving), None] => [arriving, self.contact.leaving().unwrap_or(arriving + lies)],
             [None, None] => [0.0, lies],
         };
         if is_end && !self.shared && found[1] < found[0] {
@@ -506,9 +508,9 @@ impl Sheave {
 
     /// Length that lies on a drum \[m].
     pub(super) fn wound(&self) -> f64 {
-        match self.lay {
+        match self.contact {
             _ if self.shared => 0.0,
-            Lay::On { arriving, leaving } => self.radius * (leaving - arriving),
+            SheaveContact::On { arriving, leaving } => self.radius * (leaving - arriving),
             _ => self.radius * TAU * self.turns,
         }
     }
@@ -517,12 +519,12 @@ impl Sheave {
     /// if it was last seen on the groove's side. The cable lies down where it goes from the
     /// groove's side to the far one, near the wheel's plane and with a fleet angle that a groove
     /// takes.
-    pub(super) fn passed(clear: bool, [before, here, after]: [&Wheel; 3]) -> Lay {
+    pub(super) fn passed(clear: bool, [before, here, after]: [&Wheel; 3]) -> SheaveContact {
         let [to, from] = [[before, here], [here, after]].map(|ends| Span::between(ends, [None; 2]));
         let [arriving, leaving] = [to.angles[1], from.angles[0]];
         let wrap = unwrap_angle(leaving - arriving, 0.0);
         if wrap.is_nan() || wrap <= 0.0 {
-            return Lay::Off { clear: wrap <= 0.0 };
+            return SheaveContact::Off { clear: wrap <= 0.0 };
         }
         let straight = Span::between([before, after], [None; 2]);
         let [start, end] = straight.points;
@@ -533,9 +535,9 @@ impl Sheave {
         let near = aside.abs() <= GROOVE * here.radius;
         if clear && wrap < LANDING && fits && near {
             let leaving = arriving + wrap;
-            return Lay::On { arriving, leaving };
+            return SheaveContact::On { arriving, leaving };
         }
-        Lay::Off { clear: false }
+        SheaveContact::Off { clear: false }
     }
 }
 

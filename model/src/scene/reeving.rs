@@ -18,7 +18,7 @@
 
 use super::{Scene, When};
 use crate::body::Bodies;
-use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, Winch, side_name};
+use crate::constraint::{Constraint, End, MasslessCable, Sheave, SheaveContact, Winch, side_name};
 use crate::error::{SceneError, check, refuse};
 use crate::frame::Frame;
 
@@ -38,7 +38,7 @@ pub struct Capstan {
 
 /// Rest state of a part at a capstan: everything of it that slip and a moving cut change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Laid {
+pub struct RestState {
     /// Length at rest \[m].
     pub(crate) length: f64,
     compliance: f64,
@@ -274,11 +274,11 @@ impl Scene {
         }
     }
 
-    /// Rest state of the parts at capstan number `i`, for [`put_back`](Self::put_back).
+    /// Rest state of the parts at capstan number `i`, for [`restore_rest`](Self::restore_rest).
     #[must_use]
-    pub fn laid_at(&self, i: usize) -> [Laid; 2] {
+    pub fn rest_states(&self, i: usize) -> [RestState; 2] {
         let parts = self.capstans.get(i).and_then(|c| self.parts(c));
-        let laid = |part: &MasslessCable, cut: f64| Laid {
+        let rest = |part: &MasslessCable, cut: f64| RestState {
             length: part.length,
             compliance: part.law.compliance,
             winch: part.winch,
@@ -286,22 +286,22 @@ impl Scene {
         };
         parts.map_or_else(Default::default, |[before, after]| {
             let cut = after.first_arriving();
-            [laid(before, cut), laid(after, cut)]
+            [rest(before, cut), rest(after, cut)]
         })
     }
 
-    /// Restores the state that [`laid_at`](Self::laid_at) returned. Does not allocate.
-    pub fn put_back(&mut self, i: usize, laid: &[Laid; 2]) {
+    /// Restores the state that [`rest_states`](Self::rest_states) returned. Does not allocate.
+    pub fn restore_rest(&mut self, i: usize, rest: &[RestState; 2]) {
         let Some(capstan) = self.capstans.get(i).copied() else {
             return;
         };
-        let both = laid.iter().zip([End::Last, End::First]);
-        for (part, (laid, end)) in capstan.parts.into_iter().zip(both) {
+        let both = rest.iter().zip([End::Last, End::First]);
+        for (part, (rest, end)) in capstan.parts.into_iter().zip(both) {
             if let Some(part) = self.massless_mut(part) {
-                part.fasten(laid.cut, end);
-                part.length = laid.length;
-                part.law.compliance = laid.compliance;
-                part.winch = laid.winch;
+                part.fasten(rest.cut, end);
+                part.length = rest.length;
+                part.law.compliance = rest.compliance;
+                part.winch = rest.winch;
             }
         }
     }
@@ -398,7 +398,7 @@ impl MasslessCable {
 
     /// True if it lies on an inner sheave with friction; a part never does.
     fn grips(&self) -> bool {
-        let on = |side: usize| self.sheaves[side].is_some_and(|s| !s.lay.is_off());
+        let on = |side: usize| self.sheaves[side].is_some_and(|s| !s.contact.is_off());
         self.rough_sheaves().any(on)
     }
 
@@ -418,17 +418,17 @@ impl MasslessCable {
             let reason = "pushes, which over a sheave with friction nothing can: remove `tension_only = false` or the friction";
             return refuse(of, reason);
         }
-        let mut laid = self.clone();
-        laid.update_winding(bodies, t);
+        let mut wound = self.clone();
+        wound.update_winding(bodies, t);
         // Number of sheaves with friction up to each cut.
         let mut cuts: Vec<(usize, usize)> = Vec::with_capacity(rough.len());
         for (passed, &side) in (1..).zip(&rough) {
-            if self.sheaves[side].is_some_and(|s| s.lay.is_off()) {
+            if self.sheaves[side].is_some_and(|s| s.contact.is_off()) {
                 // Until a step has it lie down.
-                laid.sheaves[side] = self.sheaves[side];
+                wound.sheaves[side] = self.sheaves[side];
             }
-            let lay = laid.sheaves[side].map(|s| s.lay);
-            if let Some(Lay::On { arriving, leaving }) = lay {
+            let contact = wound.sheaves[side].map(|s| s.contact);
+            if let Some(SheaveContact::On { arriving, leaving }) = contact {
                 let turned = friction(side) * (leaving - arriving);
                 let needs =
                     "≤ 700, for e^(μθ): let the cable end on a drum, which it does not slip from";
@@ -446,7 +446,7 @@ impl MasslessCable {
         let ends = ends.map(|(side, passed)| (side, Some((passed, friction(side)))));
         let part = |(end, next): (usize, Option<(usize, f64)>)| {
             let (first, after) = std::mem::replace(&mut begin, (end, next));
-            let cable = laid.part(first, end);
+            let cable = wound.part(first, end);
             Part { cable, after }
         };
         let ends = ends.chain([(self.frames.len() - 1, None)]);
@@ -462,10 +462,10 @@ impl MasslessCable {
         self.lengthen(after.length, t);
         self.law.compliance = compliance;
         if let Some(Some(sheave)) = self.sheaves.last_mut() {
-            let lay = Lay::Off { clear: true };
+            let contact = SheaveContact::Off { clear: true };
             *sheave = Sheave {
                 friction,
-                lay,
+                contact,
                 ..Sheave::new(sheave.radius)
             };
         }
@@ -480,7 +480,7 @@ impl MasslessCable {
         for (end, inner) in [(0, first > 0), (ends, last + 1 < self.frames.len())] {
             if let Some(sheave) = sheaves[end].as_mut().filter(|_| inner) {
                 let mut cut = *sheave;
-                if let Lay::On { arriving, leaving } = &mut cut.lay {
+                if let SheaveContact::On { arriving, leaving } = &mut cut.contact {
                     let middle = 0.5 * (*arriving + *leaving);
                     *(if end == 0 { arriving } else { leaving }) = middle;
                 }

@@ -125,7 +125,7 @@ impl Scene {
         let alone = |i: &usize| !self.cables.iter().any(|cable| leads(cable, *i));
         if let Some(i) = self.fairleads().find(alone) {
             let reason =
-                "is a winch without a cable: lay a cable with a winch by `Scene::add_cable`";
+                "is a winch without a cable: contact a cable with a winch by `Scene::add_cable`";
             return refuse(format!("joint `{}`", self.constraint_names[i]), reason);
         }
         let mut segments = HashSet::new();
@@ -269,7 +269,7 @@ impl Scene {
     fn check_sheaves(&self, joint: &str, cable: &MasslessCable) -> Result<(), SceneError> {
         let of = format!("joint `{joint}`");
         cable.check_path(&self.bodies, 0.0, &of)?;
-        let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0 && !s.lay.is_off());
+        let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0 && !s.contact.is_off());
         let side = cable.sheaves.iter().position(grips);
         side.map_or(Ok(()), |side| {
             let reason = "has friction: a cable has one tension, and is cut there: add it with `Scene::reeve`";

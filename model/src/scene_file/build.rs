@@ -203,7 +203,7 @@ impl SceneText {
     /// ([`SceneError::InText`]), or the override that brought it in ([`SceneError::Override`]).
     pub fn build(&self) -> Result<Scene, SceneError> {
         self.assemble()
-            .map_err(|fault| self.places.tell(self, fault))
+            .map_err(|fault| self.places.located(self, fault))
     }
 
     pub(super) fn assemble(&self) -> Result<Scene, Fault> {

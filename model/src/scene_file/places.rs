@@ -93,7 +93,7 @@ impl Places {
     }
 
     /// The fault of `scene` with its line and key, or the override that brought it in.
-    pub(super) fn tell(&self, scene: &SceneText, fault: Fault) -> SceneError {
+    pub(super) fn located(&self, scene: &SceneText, fault: Fault) -> SceneError {
         // A scene that was changed after it was read has no lines any more. Compared as text, for NaN's sake.
         let count = self.overrides.len();
         let same = |read: &SceneText| {

@@ -8,7 +8,7 @@ use super::keys::described;
 use super::places::Fault;
 use crate::body::Bodies;
 use crate::constraint::{
-    BendDefinition, Constraint, Lay, LinkBend, MasslessCable, RowLaw, Sheave, Winch,
+    BendDefinition, Constraint, LinkBend, MasslessCable, RowLaw, Sheave, SheaveContact, Winch,
 };
 use crate::frame::{Frame, axes_along, hanging_axes};
 use crate::motion::Motion;
@@ -67,31 +67,31 @@ impl SheaveEntry {
             turns: self.turns,
             friction: self.friction,
             shared: self.shared.unwrap_or(false),
-            lay: match self.on {
-                _ if self.off == Some(true) => Lay::Off {
+            contact: match self.on {
+                _ if self.off == Some(true) => SheaveContact::Off {
                     clear: self.clear == Some(true),
                 },
-                Some([arriving, leaving]) => Lay::On { arriving, leaving },
-                None => Lay::New,
+                Some([arriving, leaving]) => SheaveContact::On { arriving, leaving },
+                None => SheaveContact::New,
             },
         }
     }
 
     /// The sheave as it is written.
     pub(super) fn of(sheave: &Sheave) -> Self {
-        let lay = sheave.lay;
+        let contact = sheave.contact;
         Self {
             radius: sheave.radius,
             axis: None,
             turns: sheave.turns,
             friction: sheave.friction,
             shared: sheave.shared.then_some(true),
-            on: match lay {
-                Lay::On { arriving, leaving } => Some([arriving, leaving]),
-                Lay::New | Lay::Off { .. } => None,
+            on: match contact {
+                SheaveContact::On { arriving, leaving } => Some([arriving, leaving]),
+                SheaveContact::New | SheaveContact::Off { .. } => None,
             },
-            off: lay.is_off().then_some(true),
-            clear: (lay == Lay::Off { clear: true }).then_some(true),
+            off: contact.is_off().then_some(true),
+            clear: (contact == SheaveContact::Off { clear: true }).then_some(true),
         }
     }
 }
@@ -246,7 +246,7 @@ impl MasslessCableEntry {
                 let reason = "belongs to a cable that stretches: give ea or a stretch that is not 0, or no tension";
                 Err(of.conflict("tension", reason))
             }
-            // Its stiffness is faulty, and told so.
+            // Its stiffness is faulty, and reported as such.
             _ => Ok(path),
         }
     }

@@ -107,7 +107,7 @@ fn faults_of_overrides_name_the_key() {
     }
     says(&fault("[hoist]", &[("ea", "nan")]), "… ea is NaN");
     says(&fault("[particles-a]", &[("mass", "nan")]), "… mass is NaN");
-    // The text is at fault, not the override: its own line is told.
+    // The text is at fault, not the override: its own line is named.
     let text = fault("[hoist]\nsegmnts = 3\n", &[("length", "2")]);
     says(&text, "line 2, column 1");
 }

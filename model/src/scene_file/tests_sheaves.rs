@@ -39,7 +39,7 @@ fn a_reeved_scene_is_written_and_read_back_to_the_bit() {
     if let Constraint::MasslessCable(cable) = &mut scene.constraints[2]
         && let Some(Some(inner)) = cable.sheaves.get_mut(1)
     {
-        inner.lay = Lay::Off { clear: true };
+        inner.contact = SheaveContact::Off { clear: true };
     }
     let text = SceneText::from_scene(&scene).expect("is written");
     assert_eq!(text.build(), Ok(scene));
@@ -48,7 +48,7 @@ fn a_reeved_scene_is_written_and_read_back_to_the_bit() {
 #[test]
 fn a_cable_off_a_sheave_with_friction_is_one_that_breaks_as_a_whole() {
     let mut scene = built(&REEVED.replace("ea = 1e7", "ea = 1e7\nbreaks_at = 1e5"));
-    let laid = scene.laid_at(0);
+    let laid = scene.rest_states(0);
     assert_eq!(scene.events.len(), 1);
     let second = scene.lift_off(0, 0.0).expect("a part");
     scene.remove(&[], &[second]).expect("goes");
@@ -66,7 +66,7 @@ fn a_cable_off_a_sheave_with_friction_is_one_that_breaks_as_a_whole() {
         && let Some(Some(sheave)) = cable.sheaves.get_mut(1)
     {
         let (arriving, leaving) = (laid[0].cut - 3.3, laid[1].cut + 3.3);
-        sheave.lay = Lay::On { arriving, leaving };
+        sheave.contact = SheaveContact::On { arriving, leaving };
     }
     assert_eq!(scene.landed().collect::<Vec<_>>(), [1]);
     assert_eq!(scene.lay_down(1, 0.0), Ok(vec![2]));

@@ -607,12 +607,12 @@ fn pushed(case: &Case) -> Fault {
         if n >= steady {
             return None;
         }
-        if let Some([told, within, _]) = m.column
+        if let Some([at_end, within, _]) = m.column
             && within < -0.1 * weight
-            && told > 0.1 * weight
+            && at_end > 0.1 * weight
         {
             return Some(format!(
-                "tension {told:.3e} N told, {within:.3e} N in the last segment"
+                "tension {at_end:.3e} N at the end, {within:.3e} N in the last segment"
             ));
         }
         let broken = m.fired.iter().any(|name| name.contains("breaks"));

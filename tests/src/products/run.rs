@@ -180,11 +180,11 @@ fn forces(stepper: &Stepper) -> (Vec<Vector3<f64>>, Vec<f64>) {
 
 fn column(stepper: &Stepper) -> Option<[f64; 3]> {
     let cable = stepper.scene().cables.first()?;
-    let told = stepper.tension(*cable.joints.last()?)?;
+    let at_end = stepper.tension(*cable.joints.last()?)?;
     let within = (0..cable.bodies.len()).map(|s| stepper.tension_in(&cable.name, s));
     let within: Vec<f64> = within.flatten().collect();
     let most = within.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    Some([told, *within.last()?, most])
+    Some([at_end, *within.last()?, most])
 }
 
 impl Run {

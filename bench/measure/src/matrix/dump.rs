@@ -136,24 +136,25 @@ pub fn write(
         &write::vector(&system.b, &with(&[form, "b: right-hand side"])),
     )?;
     if let Ok(x) = &system.x {
-        let told = "x: solution of A x = b with A as it stands in the file, in 32 digits, rounded";
-        put("_x", &write::vector(x, &with(&[form, told])))?;
+        let comment =
+            "x: solution of A x = b with A as it stands in the file, in 32 digits, rounded";
+        put("_x", &write::vector(x, &with(&[form, comment])))?;
     }
     if let Some(mu) = &system.multipliers {
-        let mut told = vec![
+        let mut comments = vec![
             "mu: multipliers of the pieces M, J, Sigma, from the KKT matrix in 32 digits, rounded"
                 .to_owned(),
         ];
         if let Ok(x) = &system.x {
             let lost = forward_error(x, mu);
-            told.push(format!(
+            comments.push(format!(
                 "x of the rounded S is {lost:.1e} off (relative, largest norm)"
             ));
         }
-        let told: Vec<&str> = told.iter().map(String::as_str).collect();
+        let comments: Vec<&str> = comments.iter().map(String::as_str).collect();
         put(
             "_mu",
-            &write::vector(mu, &with(&[&[form], &told[..]].concat())),
+            &write::vector(mu, &with(&[&[form], &comments[..]].concat())),
         )?;
     }
     Ok(written)

@@ -189,10 +189,10 @@ impl Results {
             return Some(format!("{}: {singular}", self.about.matrix));
         }
         let telling = |o: &&Omission| !o.reason.contains("is for symmetric matrices");
-        let told = self.omissions.iter().find(telling).unwrap_or(first);
+        let omission = self.omissions.iter().find(telling).unwrap_or(first);
         Some(format!(
             "{}: no backend solves it. {}: {}",
-            self.about.matrix, told.backend, told.reason
+            self.about.matrix, omission.backend, omission.reason
         ))
     }
 }
@@ -202,7 +202,7 @@ pub fn run(system: &System, config: &Config) -> Results {
     let problem = Problem::new(&system.matrix);
     let regularity = regularity(&problem);
     let singular = (regularity == Regularity::Singular).then(|| singular(&system.matrix));
-    let (exact, told) = match (&singular, &system.x) {
+    let (exact, provenance) = match (&singular, &system.x) {
         (Some(_), Some((x, path))) => (
             Some(x.clone()),
             format!(
@@ -217,7 +217,7 @@ pub fn run(system: &System, config: &Config) -> Results {
         ),
         (None, _) => exact_solution(system, &problem),
     };
-    let mut about = about(system, &problem, regularity, told);
+    let mut about = about(system, &problem, regularity, provenance);
     about.singular = singular;
     let (mut records, mut omissions) = (Vec::new(), Vec::new());
     for backend in &config.backends {
@@ -375,22 +375,22 @@ fn exact_solution(system: &System, problem: &Problem<'_>) -> (Option<Vec<f64>>, 
     match (solution(problem, &system.b), &system.from) {
         (Some((x, by)), RightHandSide::Ones { .. }) => {
             let off = forward_error(&x, &ones);
-            let told = format!(
+            let about = format!(
                 "1 but for {off:.1e}, from the rounding of b: refined in 32 digits by {by}"
             );
-            (Some(x), told)
+            (Some(x), about)
         }
         (Some((x, by)), RightHandSide::File(_)) => {
             (Some(x), format!("refined in 32 digits by {by}"))
         }
         (None, _) => {
-            let told = match &problem.ordered {
+            let about = match &problem.ordered {
                 Some(Err(_)) => "not known: the matrix fills beyond reach",
                 _ => {
                     "not known: no refinement in 32 digits contracts, as for a matrix that is nearly singular or whose scales differ too much"
                 }
             };
-            (None, told.to_owned())
+            (None, about.to_owned())
         }
     }
 }

@@ -62,7 +62,7 @@ fn setting<M, P: 'static>(
     text: &str,
     options: StepOptions,
     scene: impl Fn(&M) -> Result<Scene, StepError> + 'static,
-    told: fn(&Scene) -> P,
+    observe: fn(&Scene) -> P,
 ) -> Setting<M, P> {
     let options = StepOptions {
         dt: FRAME,
@@ -75,7 +75,7 @@ fn setting<M, P: 'static>(
             let mut stepper = Stepper::new(scene(motion)?, options.clone())?;
             Ok(Box::new(move || {
                 stepper.step().map_err(|e| e.to_string())?;
-                Ok(told(stepper.scene()))
+                Ok(observe(stepper.scene()))
             }))
         }),
     }

@@ -40,7 +40,7 @@ pub(super) use keys::help;
 use places::{line_of, located};
 pub(super) use run::{outcome, scenes, verify};
 
-/// The files of this folder, in the order in which they are told.
+/// The files of this folder, in the order of the report.
 macro_rules! files {
     ($($name:literal)*) => {
         &[$(include_str!(concat!("../../cases/", $name, ".toml"))),*]
@@ -470,8 +470,8 @@ fn refuse_rows(key: &str, rows: &[Table], known: &[&str]) -> Result<(), CaseErro
 pub enum CaseError {
     /// In the words of a reader, a scene or a step.
     #[error("{message}")]
-    Told { message: String },
-    /// A name that there is not, and what is told of those that there are.
+    Message { message: String },
+    /// A name that there is not, and a hint at those that there are.
     #[error("no {kind} is called `{name}`{hint}")]
     Unknown {
         kind: &'static str,
@@ -523,7 +523,7 @@ pub enum CaseError {
 impl CaseError {
     fn message(message: &dyn fmt::Display) -> Self {
         let message = message.to_string();
-        Self::Told { message }
+        Self::Message { message }
     }
 
     fn at(self, line: usize) -> Self {
@@ -561,7 +561,7 @@ impl CaseError {
         Self::Unknown { kind, name, hint }
     }
 
-    /// A reader's message in one line: the names that it expects are many, the nearest of them and of `more` is told.
+    /// A reader's message in one line: the names that it expects are many, it has the nearest of them and of `more`.
     fn read<'a>(message: &'a str, more: impl IntoIterator<Item = &'a str>) -> Self {
         let message = message.lines().next().unwrap_or_default();
         let kind = ["key", "choice"][usize::from(message.contains("variant"))];

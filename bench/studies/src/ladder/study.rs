@@ -253,7 +253,7 @@ fn run(
     reporter: &mut Reporter<'_>,
 ) -> Result<Found, ExperimentError> {
     let config = config(asked, options)?;
-    // The rows are told before the plots of the page are measured.
+    // The rows are printed before the plots of the page are measured.
     let results = Cases::unless_elsewhere(super::run(&config, reporter.cases))?;
     if let Some(results) = &results {
         (reporter.say)(&summary(options, &config, results)?)?;

@@ -135,12 +135,12 @@ mod tests {
 
     #[test]
     fn every_method_is_understood_and_told() {
-        let told = methods(true, true).into_iter().map(|contacts| {
+        let listed = methods(true, true).into_iter().map(|contacts| {
             let choice = reference_choice();
             Trial { choice, contacts }.family()
         });
         let expected = METHODS.map(|m| format!("{} + {m}", reference_choice().family()));
-        assert!(told.eq(expected));
+        assert!(listed.eq(expected));
         assert_eq!(methods(false, true), [None]);
         assert_eq!(methods(true, false), [Some(ConeMethod::default())]);
     }

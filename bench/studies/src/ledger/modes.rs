@@ -39,7 +39,7 @@ pub struct Row {
     pub measured: [f64; 2],
 }
 
-/// The slowest modes of a setup, at rest and undriven; or why none are told.
+/// The slowest modes of a setup, at rest and undriven; or why there are none.
 pub(super) fn rows(setup: &Setup) -> Result<Vec<Row>, String> {
     let mut scene = setup.source.build().map_err(|e| e.to_string())?;
     if !scene.colliders.is_empty() {

@@ -14,7 +14,7 @@
 //! | `unstrained` | – | as built, where there is no equilibrium to be found |
 //! | `slack` | the same curve without gravity and tension | as built, without gravity |
 //!
-//! Two conditions are told of each. As the matrix stands, rows in metres and in radians and, in nets without tension, the
+//! Two conditions are given of each. As the matrix stands, rows in metres and in radians and, in nets without tension, the
 //! transverse rows, whose Σ is that of a filter, differ by up to 10²⁰; with rows and columns scaled to the same size
 //! what is left is what mass ratio, size and compliance do.
 //!
@@ -336,13 +336,13 @@ pub fn generate_sequence(
     let options = reference_choice().options(1.0 / 60.0);
     let mut stepper = Stepper::new(params.build()?, options)?;
     let inputs = Inputs::parse(DRIVE, stepper.scene())?;
-    let told = format!(
+    let comment = format!(
         "gantry of {} segments, mass ratio 1e5, time step 1/60 s, driven by trolley and hoist",
         params.segments
     );
     let mut recorder = Recorder::new(Wanted {
         folder: folder.join(SEQUENCE),
-        comments: vec![told],
+        comments: vec![comment],
         exact: true,
         gzip,
     })?;

@@ -7,7 +7,7 @@
 use super::chains::{BENDING, LINKS};
 use super::search::largest;
 use super::table1::{self, BAR, ROWS, Row, chain, drop_chain};
-use super::words::{self, chart, extremes, table, tell, with};
+use super::words::{self, chart, extremes, named_check, table, with};
 use super::{table2, timing};
 use crate::checks::each;
 use crate::motions;
@@ -148,9 +148,9 @@ pub fn bending_checks(rows: &[Value]) -> Vec<Check> {
         _ => Verdict::HoldsOnlyIf,
     };
     vec![
-        tell("explicit-bending", row(force)).so(force < none + 0.25),
-        tell("bending-rows", row(as_rows)).so(as_rows > none + 1.0),
-        tell("links", length).judged(verdict),
+        named_check("explicit-bending", row(force)).so(force < none + 0.25),
+        named_check("bending-rows", row(as_rows)).so(as_rows > none + 1.0),
+        named_check("links", length).judged(verdict),
     ]
 }
 
@@ -168,8 +168,8 @@ fn supplementary(records: &[Value]) -> Vec<Check> {
     }
     let row = json!({ "b": b, "c": c, "d": d, "e": e });
     vec![
-        tell("massless-cable", row.clone()).so(b.max(d) < 0.5),
-        tell("load-enforcement", row).so(c.min(e) > 1.0),
+        named_check("massless-cable", row.clone()).so(b.max(d) < 0.5),
+        named_check("load-enforcement", row).so(c.min(e) > 1.0),
     ]
 }
 

@@ -9,7 +9,7 @@
 //! Masses and g of the crane are the paper's where its scan can be read: 300 kg of load on 0.3 kg of cable, 10 m/s².
 
 use super::specimens::{Joint, MATERIALS, bend, twist};
-use super::words::{largest, number, tell, worst};
+use super::words::{largest, named_check, number, worst};
 use super::{DT, GRAVITY};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -69,14 +69,14 @@ pub(super) fn specimens(_: bool, progress: &ProgressBar) -> Result<Outcome, Expe
     let (checks, pictures) = (&mut shown.checks, &mut shown.pictures);
     for part in bends {
         let (scene, row) = bend::bent(nylon, SEGMENTS, part)?;
-        checks.push(tell("bent", json!({ "part": part })).off(number(&row, "tip_error")));
+        checks.push(named_check("bent", json!({ "part": part })).off(number(&row, "tip_error")));
         pictures.push((format!("bend-{part}").into(), portrait(scene)?));
         progress.inc(1);
     }
     for turns in twists {
         let (scene, rows) = twist::at_rest(nylon, SEGMENTS, Joint::Cosserat, turns * TAU)?;
         let twist = worst(rows.last(), "twist");
-        let said = tell("twisted", json!({ "turns": turns }));
+        let said = named_check("twisted", json!({ "turns": turns }));
         checks.push(said.compared_with([turns, twist / TAU]));
         pictures.push((format!("twist-{turns}").into(), portrait(scene)?));
         progress.inc(1);
@@ -155,7 +155,7 @@ pub(super) fn gantry(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
             Err(e) => ("failed", e.to_string()),
         };
         let row = json!({ "time": time, "ratio": load / CABLE, "ours": ours, "error": error });
-        checks.push(tell("gantry", row).so(run.is_ok()));
+        checks.push(named_check("gantry", row).so(run.is_ok()));
         if let (Ok((_, recording)), true) = (run, pictures.is_empty()) {
             pictures.push(("swing".into(), still(&recording, 3.5)?.png));
         }
@@ -200,7 +200,7 @@ pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, Experi
         })?;
         let scene = stepper.scene();
         let [ground, cable] = carried(&stepper)?;
-        let said = tell("ground", json!({ "name": name }));
+        let said = named_check("ground", json!({ "name": name }));
         checks.push(said.compared_with([load * GRAVITY - cable, ground]));
         // How far a slack cable bulges: the largest distance of a segment from the vertical through the load.
         let segments = scene.cables[0].bodies.iter();
@@ -215,6 +215,6 @@ pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, Experi
     }
     let differ = (bulges[0] / bulges[1]).ln().abs() > 0.1;
     let row = json!({ "steel": bulges[0], "soft": bulges[1] });
-    checks.push(tell("slack", row).so(differ));
+    checks.push(named_check("slack", row).so(differ));
     Ok(shown)
 }

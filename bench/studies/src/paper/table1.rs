@@ -10,7 +10,7 @@
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
 use super::search::largest;
-use super::words::{self, chart, filled, number, table, tell, text, with};
+use super::words::{self, chart, filled, named_check, number, table, text, with};
 use crate::checks::each;
 use crate::options::pick;
 use indicatif::ProgressBar;
@@ -231,7 +231,7 @@ pub fn checks(records: &[Value]) -> Vec<Check> {
     let rows: Vec<Value> = records.iter().map(reported).collect();
     let of = |name, row: &Value, key| {
         let error = number(row, "limit_log10") - row[key].as_f64()?;
-        Some(tell(name, row.clone()).off(error.abs()))
+        Some(named_check(name, row.clone()).off(error.abs()))
     };
     let planar = || rows.iter().filter(|r| r["noise_m"] == 0.0);
     let beside = planar().filter_map(|r| of("chain", r, "paper_log10"));

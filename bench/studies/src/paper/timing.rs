@@ -13,7 +13,7 @@
 //!
 //! from the least times, since other work on the machine only adds time; the cells take turns ([`turns`]).
 
-use super::words::{self, chart, extremes, number, table, tell, text, with};
+use super::words::{self, chart, extremes, named_check, number, table, text, with};
 use crate::fit::{exponent, relative_line};
 use crate::options::pick;
 use crate::systems::turns::{self, Time, Work};
@@ -185,8 +185,8 @@ fn laws(
         "ratios": RATIOS.map(ratio).join(", "),
     });
     [
-        tell(elements, row.clone()).compared_with([1.0, exponent(&points)]),
-        tell(load, row).off(high / low - 1.0),
+        named_check(elements, row.clone()).compared_with([1.0, exponent(&points)]),
+        named_check(load, row).off(high / low - 1.0),
     ]
 }
 
@@ -210,17 +210,17 @@ fn checks(records: &[Value]) -> Vec<Check> {
         "times": fits / PAPER_ELEMENTS,
         "line": (PAPER_NS - a) / b,
     });
-    checks.push(tell("time-paper", row).so(fits > PAPER_ELEMENTS));
+    checks.push(named_check("time-paper", row).so(fits > PAPER_ELEMENTS));
     if let Some(r) = records.iter().find(|r| r["sweeps"] == MANY) {
         let equal = a + b * PAPER_ELEMENTS;
         let row = json!({ "few": FEW, "equal": equal, "paper": PAPER_ELEMENTS });
-        let said = tell("time-many", with(r, &row));
+        let said = named_check("time-many", with(r, &row));
         checks.push(said.so(number(r, "least_ns") <= 1.5 * equal));
     }
     if let Some(r) = cells(records, FEW).next_back() {
         let parts = ["building_ns", "factorisation_ns", "iterations_ns"];
         let [a, b, c] = parts.map(|key| 100.0 * number(r, key) / number(r, "total_ns"));
-        checks.push(tell("time-minor", json!({ "a": a, "b": b, "c": c })).so(c < 25.0));
+        checks.push(named_check("time-minor", json!({ "a": a, "b": b, "c": c })).so(c < 25.0));
     }
     checks
 }

@@ -94,17 +94,17 @@ pub(super) fn backend(solver: &str) -> Result<Backend, ParseBackendError> {
 }
 
 /// A check whose words are known, before it is judged.
-pub(super) struct Told {
+pub(super) struct NamedCheck {
     said: &'static Said,
     row: Value,
 }
 
-pub(super) fn tell(name: &str, row: Value) -> Told {
+pub(super) fn named_check(name: &str, row: Value) -> NamedCheck {
     let said = &WORDS.check[name];
-    Told { said, row }
+    NamedCheck { said, row }
 }
 
-impl Told {
+impl NamedCheck {
     /// A statement that is so, or is not.
     pub(super) fn so(self, is_so: bool) -> Check {
         let either = [Verdict::Holds, Verdict::DoesNotHold];
@@ -279,7 +279,7 @@ pub(super) fn judged(rows: &[Value], shared: &str, names: &[&str]) -> Vec<Check>
         let said = &WORDS.check[*name];
         let own = || group.iter().filter(|row| takes(&said.only, row));
         let error = largest(said.worst.iter().map(|key| worst(own(), key)));
-        Some(tell(name, group.last()?.clone()).off(error))
+        Some(named_check(name, group.last()?.clone()).off(error))
     };
     groups
         .flat_map(|group| names.iter().filter_map(move |name| check(group, name)))

@@ -2,7 +2,7 @@
 
 use super::{BAR, Config};
 use crate::study::question::*;
-use crate::systems::Told;
+use crate::systems::StudyResult;
 use taut_model::Network;
 
 pub(crate) const STUDY: Study = Study {
@@ -51,7 +51,7 @@ fn run(asked: &Asked, names: &[String], cases: &Cases) -> Result<Found, Experime
     asked.refuse_limits()?;
     config.choices = asked.choices()?;
     let results = super::run(&config, cases)?;
-    let told = Told {
+    let result = StudyResult {
         settings: settings(&config),
         heading: format!(
             "cables of 10 m, segments of 1 kg, Δt = 1/{:.0} s; bar of the direct solvers, error and load: {BAR:.0e}",
@@ -62,7 +62,7 @@ fn run(asked: &Asked, names: &[String], cases: &Cases) -> Result<Found, Experime
         conclusion: String::new(),
         omissions: results.omissions,
     };
-    Ok(told.into())
+    Ok(result.into())
 }
 
 fn settings(config: &Config) -> Vec<Setting> {

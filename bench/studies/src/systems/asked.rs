@@ -1,6 +1,6 @@
 //! Questions as files: the systems of which scenes, which solvers, with which limits and refinements, or to which errors.
 
-use super::{Asking, SolveRow, Start, State, Told, collected};
+use super::{Asking, SolveRow, Start, State, StudyResult, collected};
 use crate::options::choice;
 use crate::study::Reporter;
 use crate::study::question::*;
@@ -306,7 +306,7 @@ fn ask(
     let problems = file.problems();
     let solve = |problem: &Problem| file.rows(problem, &asking);
     let (rows, omissions) = collected(reporter.cases.in_turn("systems", &problems, solve)?)?;
-    let told = Told {
+    let result = StudyResult {
         settings: set([
             ("solvers", solvers(&asking.choices)),
             ("iterations", counts(&file.iterations)),
@@ -321,7 +321,7 @@ fn ask(
         conclusion: String::new(),
         omissions,
     };
-    Ok(told.into())
+    Ok(result.into())
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ pub const LEAST_SAMPLES: usize = 5;
 
 const MOST_PASSES: usize = 10_000;
 
-/// What so many passes take: as a whole, its solve, and of that the refinement, where these are told apart.
+/// What so many passes take: as a whole, its solve, and of that the refinement, where these are timed apart.
 pub type Spent = [Duration; 3];
 
 /// What is timed: makes so many passes.
@@ -98,7 +98,7 @@ impl<'a> Entrant<'a> {
     }
 }
 
-/// The phases of a step, as they are told apart.
+/// The phases of a step, as they are timed.
 pub fn spent(phases: &PhaseTimes) -> Spent {
     [phases.total(), phases.linear(), phases.of(Phase::Refine)]
 }

@@ -202,7 +202,7 @@ impl Stepper {
         for multipliers in [
             &mut self.step.multipliers.mu,
             &mut self.step.multipliers.tension,
-            &mut self.step.record.reported.sum,
+            &mut self.step.output.reported.sum,
         ] {
             let mut sum = [0.0; MAX_ROWS];
             for (c, share) in around.into_iter().zip(shares) {

@@ -89,7 +89,7 @@ impl Stepper {
         self.beginning = Some(beginning);
         let mut begun = self.rebuilt(run)?;
         begun.ids = std::mem::replace(&mut self.ids, begun.ids);
-        begun.step.record.sample = self.step.record.sample.take();
+        begun.step.output.sample = self.step.output.sample.take();
         self.go_on_as(begun);
         Ok(true)
     }

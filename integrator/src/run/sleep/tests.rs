@@ -146,7 +146,7 @@ fn asleep_and_awake_are_no_farther_apart_than_the_distance() {
 }
 
 /// State, multipliers and energies of a run: everything but its time.
-fn told(stepper: &Stepper) -> (Scene, Vec<f64>, [f64; 3]) {
+fn observed(stepper: &Stepper) -> (Scene, Vec<f64>, [f64; 3]) {
     let energy = stepper.energy();
     let energies = [energy.kinetic, energy.gravity, energy.elastic];
     (
@@ -161,7 +161,7 @@ fn at_rest(scene: &Scene) -> [Stepper; 2] {
     let [mut sleeper, mut plain] = both(scene);
     let steps = falls_asleep(&mut sleeper, 2000).expect("it sleeps");
     plain.steps(steps);
-    assert_eq!(told(&sleeper), told(&plain));
+    assert_eq!(observed(&sleeper), observed(&plain));
     [sleeper, plain]
 }
 
@@ -182,7 +182,7 @@ fn waking_leaves_no_trace() {
             let (a, b) = (sleeper.step().unwrap(), plain.step().unwrap());
             assert!(!a.asleep);
             assert_eq!((a.solves, a.balance), (b.solves, b.balance));
-            assert_eq!(told(&sleeper), told(&plain));
+            assert_eq!(observed(&sleeper), observed(&plain));
         }
     }
 }
@@ -229,7 +229,7 @@ fn a_restored_run_has_slept_as_long() {
         for _ in 0..120 {
             let (a, b) = (stepper.step().unwrap(), again.step().unwrap());
             assert_eq!((a.asleep, a.balance), (b.asleep, b.balance));
-            assert_eq!(told(&stepper), told(&again));
+            assert_eq!(observed(&stepper), observed(&again));
         }
         assert!(stepper.step().unwrap().asleep);
     }
@@ -287,7 +287,7 @@ fn a_stack_sleeps_until_it_is_hit() {
             stepper.set_velocity(ram, speed, Vector3::zeros()).unwrap();
             assert!(!stepper.step().unwrap().asleep);
         }
-        assert_eq!(told(&sleeper), told(&plain));
+        assert_eq!(observed(&sleeper), observed(&plain));
     }
     let moved = |i: usize| (sleeper.scene().bodies.position[i] - before[i]).norm();
     assert!((0..3).any(|i| moved(i) > 0.1));

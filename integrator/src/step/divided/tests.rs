@@ -33,36 +33,36 @@ fn fast() -> [Scene; 3] {
     ]
 }
 
-/// Place of the body after 2 s, the energy \[J] that it lost, and the error that the run told.
+/// Place of the body after 2 s, the energy \[J] that it lost, and the error that the run estimated.
 fn run(scene: &Scene, substeps: usize) -> (Vector3<f64>, f64, f64) {
     let options = StepOptions::default().with(|o| (o.substeps, o.estimate) = (substeps, Some(2)));
     let mut stepper = Stepper::new(scene.clone(), options).unwrap();
     let energy = |scene: &Scene| scene.kinetic_energy() + scene.potential_energy();
-    let mut told = 0.0;
+    let mut estimate = 0.0;
     for _ in 0..120 {
         let report = stepper.step().unwrap();
         assert_eq!(report.implicit_substeps, 0, "t = {}", stepper.time());
-        told = report.error.unwrap().total();
+        estimate = report.error.unwrap().total();
     }
     let after = stepper.scene();
     let lost = energy(scene) - energy(after);
-    (after.bodies.position[0], lost, told)
+    (after.bodies.position[0], lost, estimate)
 }
 
 #[test]
 fn what_turns_fast_is_not_braked_and_the_estimate_sees_its_error() {
     for scene in fast() {
         let (exact, _, _) = run(&scene, 64);
-        let (place, lost, told) = run(&scene, 1);
+        let (place, lost, estimate) = run(&scene, 1);
         let error = (place - exact).norm();
         assert!(lost.abs() < 0.01 * scene.kinetic_energy(), "{lost} J");
         assert!(error < 0.1, "{error} m");
-        let within = (0.3 * error..20.0 * error).contains(&told);
-        assert!(within, "{told} m of {error} m");
+        let within = (0.3 * error..20.0 * error).contains(&estimate);
+        assert!(within, "{estimate} m of {error} m");
     }
 }
 
-/// A load that falls into its rope, which run and coarse run divided into parts of one length: 4·10⁻⁹ mm told of 60 mm.
+/// A load that falls into its rope, which run and coarse run divided into parts of one length: 4·10⁻⁹ mm estimated of 60 mm.
 #[test]
 fn the_estimate_sees_the_error_of_a_stiff_catch() {
     for (mass, compliance) in [(3.0, 3e-7), (30.0, 3e-8), (10.0, 1e-6)] {
@@ -74,10 +74,13 @@ fn the_estimate_sees_the_error_of_a_stiff_catch() {
         let rope = MasslessCable::new(frames, 5.0, RowLaw::new(compliance, 0.0));
         scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
         let (exact, _, _) = run(&scene, 64);
-        let (place, _, told) = run(&scene, 1);
+        let (place, _, estimate) = run(&scene, 1);
         let error = (place - exact).norm();
-        let within = (0.3 * error..20.0 * error).contains(&told);
-        assert!(within, "{mass} kg, {compliance} m/N: {told} m of {error} m");
+        let within = (0.3 * error..20.0 * error).contains(&estimate);
+        assert!(
+            within,
+            "{mass} kg, {compliance} m/N: {estimate} m of {error} m"
+        );
     }
 }
 

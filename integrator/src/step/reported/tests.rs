@@ -11,14 +11,14 @@ fn options(substeps: usize) -> StepOptions {
     StepOptions::default().with(|o| o.substeps = substeps)
 }
 
-/// Force that all constraints and contacts tell of body 0.
-fn told(stepper: &Stepper) -> Vector3<f64> {
+/// Force on body 0 that all constraints and contacts report.
+fn reported_force(stepper: &Stepper) -> Vector3<f64> {
     let constraints = 0..stepper.scene().constraints.len();
     let joints = constraints.map(|c| stepper.force(c).expect("a constraint").force);
     joints.sum::<Vector3<f64>>() + stepper.contacts().map(|c| c.on(0)).sum::<Vector3<f64>>()
 }
 
-/// Most that the told force of a step differs from what accelerates body 0, over the largest force, in so many steps; the largest
+/// Most that the reported force of a step differs from what accelerates body 0, over the largest force, in so many steps; the largest
 /// force \[N]. A divided step leaves velocities of its end.
 fn most_apart(stepper: &mut Stepper, steps: usize) -> (f64, f64) {
     let (mut most, mut largest, mut divided) = (0.0_f64, 0.0_f64, true);
@@ -28,10 +28,10 @@ fn most_apart(stepper: &mut Stepper, steps: usize) -> (f64, f64) {
         let scene = stepper.scene();
         let rate = (scene.bodies.velocity[0] - before) / DT;
         let needed = (rate - scene.gravity) * scene.bodies.mass[0];
-        let told = told(stepper);
-        largest = largest.max(told.norm());
+        let force = reported_force(stepper);
+        largest = largest.max(force.norm());
         if !is_divided && !divided {
-            most = most.max((told - needed).norm());
+            most = most.max((force - needed).norm());
         }
         divided = is_divided;
     }
@@ -91,7 +91,7 @@ fn a_restored_run_tells_the_same() {
     stepper.steps(17);
     let restored = stepper.saved();
     let force = stepper.row_forces(0).expect("a rope");
-    let holds = force[0] < -1e3 && stepper.step.record.reported.forces().is_some();
+    let holds = force[0] < -1e3 && stepper.step.output.reported.forces().is_some();
     assert!(holds, "{force:?}");
     assert_eq!(force, restored.row_forces(0).expect("a rope"));
 }

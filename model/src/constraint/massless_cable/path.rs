@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::MasslessCable;
 use crate::body::Bodies;
 use crate::constraint::Rows;
-use crate::constraint::sheave::{self, Lay, Pull, Sheave, Wheel};
+use crate::constraint::sheave::{self, Pull, Sheave, SheaveContact, Wheel};
 use crate::error::{SceneError, check, check_length, refuse};
 use crate::frame::Frame;
 
@@ -54,7 +54,10 @@ impl MasslessCable {
 
     /// True if its place on some sheave is not known yet.
     pub(crate) fn is_new(&self) -> bool {
-        self.sheaves.iter().flatten().any(|s| s.lay == Lay::New)
+        self.sheaves
+            .iter()
+            .flatten()
+            .any(|s| s.contact == SheaveContact::New)
     }
 
     /// True if it is a part of a cable that goes on as another constraint.
@@ -66,15 +69,15 @@ impl MasslessCable {
 
     /// Angle at which it leaves its first sheave \[rad]; NaN where not known.
     pub(crate) fn first_leaving(&self) -> f64 {
-        angle(self.sheaves.first(), Lay::leaving)
+        angle(self.sheaves.first(), SheaveContact::leaving)
     }
 
     pub(crate) fn first_arriving(&self) -> f64 {
-        angle(self.sheaves.first(), Lay::arriving)
+        angle(self.sheaves.first(), SheaveContact::arriving)
     }
 
     pub(crate) fn last_arriving(&self) -> f64 {
-        angle(self.sheaves.last(), Lay::arriving)
+        angle(self.sheaves.last(), SheaveContact::arriving)
     }
 
     /// Fastens an end elsewhere on its sheave, at the angle `cut` (rad), with what lies between.
@@ -92,7 +95,7 @@ impl MasslessCable {
             End::Last => self.sheaves.last_mut(),
         };
         let sheave = sheave?.as_mut()?;
-        let Lay::On { arriving, leaving } = &mut sheave.lay else {
+        let SheaveContact::On { arriving, leaving } = &mut sheave.contact else {
             return None;
         };
         let at = if end == End::First { arriving } else { leaving };
@@ -123,11 +126,11 @@ impl MasslessCable {
                     "is a drum, from which the cable does not slip: leave its friction out";
                 return refuse(what(side), reason);
             }
-            if is_end && sheave.lay.is_off() {
+            if is_end && sheave.contact.is_off() {
                 let reason = "is a drum, which the cable cannot leave: let it lie on it";
                 return refuse(what(side), reason);
             }
-            if let Lay::On { arriving, leaving } = sheave.lay {
+            if let SheaveContact::On { arriving, leaving } = sheave.contact {
                 let angles = [arriving, leaving];
                 let bad = angles.into_iter().find(|angle| !angle.is_finite());
                 check(of("angle"), bad.unwrap_or(0.0), true, "a number")?;
@@ -151,7 +154,7 @@ impl MasslessCable {
         let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
         let (mut found, last) = (None, self.sheaves.len().saturating_sub(1));
         let pass = |side: usize, _: &Wheel, _, [arriving, leaving]: [f64; 2]| {
-            let is_new = |s: Sheave| s.lay == Lay::New && s.turns < 1.0;
+            let is_new = |s: Sheave| s.contact == SheaveContact::New && s.turns < 1.0;
             let inner = side > 0 && side < last && self.sheaves[side].is_some_and(is_new);
             if inner && leaving - arriving > TAU - sheave::LANDING {
                 found = found.or(Some(side));
@@ -235,25 +238,25 @@ impl MasslessCable {
         let changed = Cell::new(ends.into_iter().flatten().any(Option::is_some));
         let inner = 1..self.sheaves.len() - 1;
         let sheaves = Cell::from_mut(&mut self.sheaves[..]).as_slice_of_cells();
-        let set = |side: usize, lay: Lay| {
+        let set = |side: usize, contact: SheaveContact| {
             let sheave = sheaves[side].get();
-            let is_on = |lay: Lay| matches!(lay, Lay::On { .. });
-            let other = sheave.is_some_and(|sheave| is_on(sheave.lay) != is_on(lay));
+            let is_on = |contact: SheaveContact| matches!(contact, SheaveContact::On { .. });
+            let other = sheave.is_some_and(|sheave| is_on(sheave.contact) != is_on(contact));
             changed.set(changed.get() || other);
-            sheaves[side].set(sheave.map(|sheave| Sheave { lay, ..sheave }));
+            sheaves[side].set(sheave.map(|sheave| Sheave { contact, ..sheave }));
         };
         let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
         let on = |side, _: &Wheel, _, [arriving, leaving]: [f64; 2]| {
             let has_left = inner.contains(&side) && leaving < arriving;
             // Angles of a state that is not finite count for nothing.
             if (leaving - arriving).is_finite() {
-                let on = Lay::On { arriving, leaving };
-                let off = Lay::Off { clear: true };
+                let on = SheaveContact::On { arriving, leaving };
+                let off = SheaveContact::Off { clear: true };
                 set(side, if has_left { off } else { on });
             }
         };
         sheave::follow(resolved, |side| sheaves[side].get(), on);
-        let is_off = |side: &usize| sheaves[*side].get().is_some_and(|s| s.lay.is_off());
+        let is_off = |side: &usize| sheaves[*side].get().is_some_and(|s| s.contact.is_off());
         for here in inner.clone().filter(is_off) {
             let before = (0..here).rev().find(|side| !is_off(side));
             let after = (here + 1..sheaves.len()).find(|side| !is_off(side));
@@ -264,7 +267,7 @@ impl MasslessCable {
                 let radius = sheaves[side].get().map_or(0.0, |s| s.radius);
                 Wheel::new(&self.frames[side].resolve(bodies, t), radius)
             });
-            if let Some(Lay::Off { clear }) = sheaves[here].get().map(|s| s.lay) {
+            if let Some(SheaveContact::Off { clear }) = sheaves[here].get().map(|s| s.contact) {
                 set(here, Sheave::passed(clear, [&before, &wheel, &after]));
             }
         }
@@ -272,7 +275,7 @@ impl MasslessCable {
     }
 }
 
-fn angle(end: Option<&Option<Sheave>>, of: fn(Lay) -> Option<f64>) -> f64 {
-    let lay = end.and_then(|sheave| of((*sheave)?.lay));
-    lay.unwrap_or(f64::NAN)
+fn angle(end: Option<&Option<Sheave>>, of: fn(SheaveContact) -> Option<f64>) -> f64 {
+    let contact = end.and_then(|sheave| of((*sheave)?.contact));
+    contact.unwrap_or(f64::NAN)
 }

@@ -155,7 +155,7 @@ fn a_cable_leaves_a_sheave_and_lies_down_again_without_a_jump() {
         scene.constraints[0].update_winding(&scene.bodies, 0.0);
         let now = length(&scene);
         assert!((now - last).abs() < 0.005, "at {z}: {last} to {now}");
-        let is_off = cable(&mut scene).sheaves[1].unwrap().lay.is_off();
+        let is_off = cable(&mut scene).sheaves[1].unwrap().contact.is_off();
         let touches = z > -0.1;
         if (z + 0.1).abs() > 1e-9 {
             assert_eq!(is_off, !touches, "at {z}");

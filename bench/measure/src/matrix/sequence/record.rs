@@ -160,20 +160,21 @@ impl Recorder {
             Ok::<(), Cause>(())
         };
         put("", &write::symmetric(&systems.matrix, &signs, comments))?;
-        let array = |columns: &[Vec<f64>], told: &str| {
-            let told = [comments.as_slice(), &[told.to_owned()]].concat();
-            write::array(columns, &told)
+        let array = |columns: &[Vec<f64>], comment: &str| {
+            let comments = [comments.as_slice(), &[comment.to_owned()]].concat();
+            write::array(columns, &comments)
         };
-        let told = "values: a column a step, a row for each entry of the matrix file, in its order";
-        put("_values", &array(&systems.values, told))?;
+        let comment =
+            "values: a column a step, a row for each entry of the matrix file, in its order";
+        put("_values", &array(&systems.values, comment))?;
         put("_rhs", &array(&systems.rhs, "b: a column a step"))?;
         if *exact {
             let Some(x) = solutions(systems) else {
                 self.inexact.push(name.to_owned());
                 return Ok(());
             };
-            let told = "x: a column a step, the solution of A x = b in 32 digits, rounded";
-            put("_exact", &array(&x, told))?;
+            let comment = "x: a column a step, the solution of A x = b in 32 digits, rounded";
+            put("_exact", &array(&x, comment))?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! What a case guarantees, told without a run.
+//! What a case guarantees, listed without a run.
 
 use super::rows::{combined, gathered, rows, with_row};
 use super::run::holds;
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use taut_output::table::formed;
 use toml::{Table, Value};
 
-/// Most values that are told one by one.
+/// Most values that are listed one by one.
 const MOST: usize = 4;
 
 /// A line for each check: what is guaranteed, and with which number, over all rows of its run.
@@ -23,8 +23,8 @@ pub(in crate::hard) fn guarantees(file: &CaseFile) -> Vec<String> {
             .iter()
             .filter_map(|row| known(run, row, &shared).ok())
             .collect();
-        let told = run.check.iter().filter_map(|check| guarantee(check, &rows));
-        for line in told {
+        let each = run.check.iter().filter_map(|check| guarantee(check, &rows));
+        for line in each {
             if !lines.contains(&line) {
                 lines.push(line);
             }

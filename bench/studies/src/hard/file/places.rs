@@ -66,7 +66,7 @@ fn unfilled(scene: &Table, path: Path, names: &Names) -> Path {
     own.collect()
 }
 
-/// A fault of a run's scene, told where the case has it: the scene that is built has other lines than its file.
+/// A fault of a run's scene, reported where the case has it: the scene that is built has other lines than its file.
 pub(super) fn in_scene(fault: &SceneError, filled: &Table, run: &Run, names: &Names) -> CaseError {
     let (place, message) = match fault {
         SceneError::Toml { place, message } => (*place, message.clone()),

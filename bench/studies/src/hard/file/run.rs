@@ -45,7 +45,7 @@ pub(in crate::hard) fn outcome(
         for row in rows {
             let (found, own) = match checked(run, &row, &names, None) {
                 Ok(both) => both,
-                // Later runs need what this one keeps; the others are still told.
+                // Later runs need what this one keeps; the others are still reported.
                 Err(e) if run.keep.is_empty() => {
                     checks.push(ended("the run itself", &e));
                     progress.inc(1);

@@ -75,7 +75,7 @@ fn each_run_is_judged_by_itself() {
     assert_eq!(found, expected);
 }
 
-/// A sound text; in each line of `faults` what stands in it, what stands there instead, and what is told of that.
+/// A sound text; in each line of `faults` what stands in it, what stands there instead, and the error of that.
 fn refused(text: &str, faults: &str) {
     assert_eq!(error(text), "none");
     for line in faults.trim().lines() {
@@ -110,7 +110,7 @@ fn faults_of_a_scene_are_told_in_the_lines_of_the_file() {
     refused(hoist, include_str!("texts/hoist.faults"));
 }
 
-/// The keys that people are told are those that are read.
+/// The keys that users are shown are those that are read.
 #[test]
 fn the_table_of_keys_is_that_of_the_reader() {
     fn read<T: serde::de::DeserializeOwned>(table: &str, names: &[&str]) {

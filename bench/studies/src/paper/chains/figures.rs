@@ -4,7 +4,7 @@ use super::signal::{histogram, spectrum};
 use super::{BENDING, LINKS, runs, tables, values};
 use crate::paper::DT;
 use crate::paper::table1::{Row, letter};
-use crate::paper::words::{self, chart, filled, number, tell, with};
+use crate::paper::words::{self, chart, filled, named_check, number, with};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use taut_model::ChainModel;
@@ -28,7 +28,7 @@ pub(in crate::paper) fn distribution(
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
     let (samples, numbers) = runs(row, LOAD, quick, progress)?;
-    let said = |name, s: &Value| tell(name, with(s, &json!({ "figure": figure })));
+    let said = |name, s: &Value| named_check(name, with(s, &json!({ "figure": figure })));
     let checks = if row.model == ChainModel::Links {
         let peaked =
             |s: &Value| said("peaked", s).so(number(s, "peak_share_low") > 2.0 * EVEN_SHARE);
@@ -42,7 +42,7 @@ pub(in crate::paper) fn distribution(
         let sizes = json!({ "figure": figure, "bend": bent, "stretch": stretch });
         [
             said("two-valued", bend).so(number(bend, "peak_share_high") < EVEN_SHARE),
-            tell("chain-sizes", sizes).so(bent > 10.0 && stretch < bent / 10.0),
+            named_check("chain-sizes", sizes).so(bent > 10.0 && stretch < bent / 10.0),
         ]
     };
     let panel = |signal: &str, unit: &str| {
@@ -71,7 +71,7 @@ pub(in crate::paper) fn return_maps(
             _ => ("ellipse", order("low") > 0.999),
         };
         let said = json!({ "chain": model, "order": found[0]["predictability"] });
-        checks.push(tell(name, said.clone()).so(holds));
+        checks.push(named_check(name, said.clone()).so(holds));
         let pairs = samples.windows(2);
         let own = pairs.map(|w| {
             json!({
@@ -115,8 +115,8 @@ pub(in crate::paper) fn spectra(
     let [kept, count] = ["kept", "runs"].map(|key| least(key).unwrap_or(0));
     let row = json!({ "centroids": centroids.join(", "), "kept": kept, "count": count });
     let checks = vec![
-        tell("spectra", row.clone()).so(numbers.windows(2).all(falls)),
-        tell("spectra-stability", row).so(kept == count),
+        named_check("spectra", row.clone()).so(numbers.windows(2).all(falls)),
+        named_check("spectra-stability", row).so(kept == count),
     ];
     let charts = vec![chart("spectra", &Value::Null, &lines)];
     words::outcome(checks, tables(&numbers), &lines, charts)

@@ -18,7 +18,7 @@ pub use shape::deviations;
 use super::{Joint, MATERIALS, SEGMENTS, order, params, summed, tasks};
 use crate::checks::each;
 use crate::options::pick;
-use crate::paper::words::{self, chart, judged, number, table, tell, with};
+use crate::paper::words::{self, chart, judged, named_check, number, table, with};
 use crate::rest::relax;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -128,7 +128,7 @@ pub fn outcome(rows: &[Value]) -> Result<Outcome, ExperimentError> {
     checks.extend(judged(rows, "", &["bend-closes"]));
     checks.extend(MEASURES.map(|(name, measure, expected)| {
         let found = finest(&deviations(rows, 0.25 * TAU, measure)).unwrap_or(f64::NAN);
-        tell("bend-order", json!({ "measure": name })).compared_with([expected, found])
+        named_check("bend-order", json!({ "measure": name })).compared_with([expected, found])
     }));
     checks.extend(published(rows));
     checks.push(stability_of_the_plane()?);
@@ -151,7 +151,7 @@ fn published(rows: &[Value]) -> Vec<Check> {
     let size = |measure, n: usize| at(rows, measure, n).abs();
     let deviation = |(n, printed): (usize, f64)| {
         let values = [printed, size(MEASURES[0].1, n)].map(|d| 100.0 * d);
-        tell("bend-deviation", json!({ "n": n })).compared_with(values)
+        named_check("bend-deviation", json!({ "n": n })).compared_with(values)
     };
     let mut checks = PUBLISHED.map(deviation).to_vec();
     let misfit = |measure| {
@@ -162,7 +162,7 @@ fn published(rows: &[Value]) -> Vec<Check> {
     measures.sort_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1)));
     let (name, measure, _) = measures[0];
     let [a, b] = PUBLISHED.map(|(n, _)| 100.0 * size(measure, n));
-    let said = tell("bend-nearest", json!({ "measure": name, "a": a, "b": b }));
+    let said = named_check("bend-nearest", json!({ "measure": name, "a": a, "b": b }));
     checks.push(said.so(misfit(measure).exp() <= 1.2));
     checks
 }

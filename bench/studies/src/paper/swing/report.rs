@@ -1,7 +1,7 @@
 //! Tables, checks and the chart of Fig. 16.
 
 use super::{Config, DAMPED, GANTRY, OTHERS, Results, STEPS, samples};
-use crate::paper::words::{chart, filled, number, table, tell, text, with, worst};
+use crate::paper::words::{chart, filled, named_check, number, table, text, with, worst};
 use serde_json::{Value, json};
 use taut_measure::modes::Mode;
 use taut_output::check::{Check, Verdict};
@@ -35,16 +35,17 @@ pub fn text_tables(results: &Results, config: &Config) -> String {
 /// The paper's loss explained, and what other steps lose.
 pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
     let modes = json!({ "modes": results.laws.len() });
-    let mut checks = vec![tell("deformation-mode", modes).off(worst(&results.laws, "error"))];
+    let mut checks =
+        vec![named_check("deformation-mode", modes).off(worst(&results.laws, "error"))];
     let loss = |run: &Value| number(run, "end");
     for run in results.of(OTHERS) {
         let (mut row, predicted) = (run.clone(), number(run, "end_predicted"));
         checks.push(if filled("{run}", &row).starts_with("clamped") {
-            tell("swing-loss", row).off((loss(run) / predicted - 1.0).abs())
+            named_check("swing-loss", row).off((loss(run) / predicted - 1.0).abs())
         } else {
             let swing = results.modes.first().map_or(0.0, |m| m.total);
             row["bar"] = (swing * config.dt * config.dt).into();
-            tell("swing-free", row).off((loss(run) - predicted).abs())
+            named_check("swing-free", row).off((loss(run) - predicted).abs())
         });
     }
     let steps = results.of(STEPS);
@@ -60,14 +61,14 @@ pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
             "large": large["amplitude"],
             "large_loss": loss(large),
         });
-        checks.push(tell("swing-published", with(config, &more)).so(near));
+        checks.push(named_check("swing-published", with(config, &more)).so(near));
     }
     let gantry: Vec<&Value> = results.of(GANTRY).collect();
     if let [paper, default] = gantry[..] {
         let near = (loss(paper) - config.loss).abs() < 0.25 * config.loss;
         let row = with(paper, &json!({ "default": loss(default) }));
-        checks.push(tell("gantry-paper", row).so(near));
-        checks.push(tell("gantry-default", default.clone()).off(loss(default).abs()));
+        checks.push(named_check("gantry-paper", row).so(near));
+        checks.push(named_check("gantry-default", default.clone()).off(loss(default).abs()));
     }
     let damped = results.of(DAMPED);
     let damping: String = damped.map(|run| damping(run, results, config)).collect();
@@ -88,13 +89,13 @@ fn damping(run: &Value, results: &Results, config: &Config) -> String {
 /// Check of the energy under a step without first-order damping.
 fn kept(run: &Value, damping: &str) -> Check {
     if run["lost"].is_null() {
-        return tell("swing-kept", run.clone()).off(number(run, "end").abs());
+        return named_check("swing-kept", run.clone()).off(number(run, "end").abs());
     }
     // Known of the undamped trapezoidal step; of our own step it would be a failure.
     let is_known = filled("{run}", run).starts_with("Spook");
     let verdict = Verdict::either(is_known, [Verdict::Limit, Verdict::Fail]);
     let row = with(run, &json!({ "damping": damping }));
-    tell("swing-lost", row).judged(verdict)
+    named_check("swing-lost", row).judged(verdict)
 }
 
 /// The energies over time, small and large swing, and those of the gantry.

@@ -6,7 +6,7 @@ use super::{CG, DIRECT, HEAVY, LENGTH, LIGHT, ORDINARY, PAPER, PER_DECADE};
 use super::{SEEDED, STIFFENED, SWEEPS, Solver, TIMES};
 use crate::fit::line;
 use crate::options::pick;
-use crate::paper::words::{chart, extremes, filled, number, table, tell, text, with};
+use crate::paper::words::{chart, extremes, filled, named_check, number, table, text, with};
 use crate::paper::{DT, GRAVITY};
 use serde_json::{Value, json};
 use taut_output::check::{Check, Verdict};
@@ -101,7 +101,7 @@ fn published(row: &Value) -> Option<Check> {
     let swept = (HEAVY, PAPER, SWEEPS[1]);
     shown(row, swept)?;
     let found = at(row, swept, "decade").unwrap_or(f64::NAN);
-    Some(tell("table2-row", row.clone()).off((found - number(row, "decade")).abs()))
+    Some(named_check("table2-row", row.clone()).off((found - number(row, "decade")).abs()))
 }
 
 /// Direct solves of the explicit tension: joint, definition and length as they come.
@@ -116,7 +116,7 @@ fn linear_theory(records: &[Value], step: f64) -> Option<Check> {
     let side = if mean > 0.0 { "below" } else { "above" };
     let bar = step + HEAVY_TOP;
     let row = json!({ "count": all.len(), "mean": mean.abs(), "side": side, "bar": bar });
-    Some(tell("linear-theory", row).off(worst))
+    Some(named_check("linear-theory", row).off(worst))
 }
 
 /// Mean of log₁₀ of limits over those of other cells.
@@ -143,7 +143,7 @@ fn scaling(rows: &[Value], step: f64) -> Vec<Check> {
         let [_, slope] = line(&found);
         let [_, theory] = line(&points(&|r| decade(r, "predicted")));
         let row = json!({ "n": own[0]["segments"], "slope": slope, "theory": theory });
-        checks.push(tell("table2-exponent", row).off((slope - 1.0).abs()));
+        checks.push(named_check("table2-exponent", row).off((slope - 1.0).abs()));
     }
     let twins = parts[0].iter().flat_map(|a| {
         let same = |b: &&Value| {
@@ -156,15 +156,15 @@ fn scaling(rows: &[Value], step: f64) -> Vec<Check> {
     });
     if let Some(mean) = mean_ratio(twins.collect::<Vec<_>>().into_iter()) {
         let ratio = 10.0_f64.powf(mean);
-        let said = tell("segments-paper", json!({ "ratio": ratio }));
+        let said = named_check("segments-paper", json!({ "ratio": ratio }));
         checks.push(said.off((mean - 1.0).abs()));
-        let said = tell("segments-mass", json!({ "ratio": ratio, "bar": step }));
+        let said = named_check("segments-mass", json!({ "ratio": ratio, "bar": step }));
         checks.push(said.off((mean - 4.0_f64.log10()).abs()));
     }
     let both = rows.iter().map(|r| (limit(r, PAPER), limit(r, ORDINARY)));
     checks.extend(mean_ratio(both).map(|mean| {
         let row = json!({ "ratio": 10.0_f64.powf(mean) });
-        tell("twist-definitions", row).off((mean - 1.0).abs())
+        named_check("twist-definitions", row).off((mean - 1.0).abs())
     }));
     checks
 }
@@ -187,7 +187,7 @@ fn light_sweeps(rows: &[Value], step: f64, n: usize, solver: Solver) -> Option<C
             low < high
         });
     let word = if depends { "dependent" } else { "independent" };
-    Some(tell("light-sweeps", json!({ "n": n, "word": word, "bar": step })).off(worst))
+    Some(named_check("light-sweeps", json!({ "n": n, "word": word, "bar": step })).off(worst))
 }
 
 /// Smallest and largest of the limits of a column, as text; and the logarithm of the largest.
@@ -210,12 +210,12 @@ fn claims(rows: &[Value]) -> Vec<Check> {
     if let (Some((_, swept)), Some((cg, c)), Some((direct, d))) = (swept, cg, direct) {
         let light = light_limit(rows, SWEEPS[1]);
         let row = json!({ "direct": direct, "cg": cg, "light": light });
-        checks.push(tell("direct-more", row).so(c > swept + 1.0 && d > swept + 1.0));
+        checks.push(named_check("direct-more", row).so(c > swept + 1.0 && d > swept + 1.0));
     }
     let [alternative, ordinary] = SEEDED.map(|s| range(rows, s, DIRECT));
     if let (Some((alternative, a)), Some((ordinary, o))) = (alternative, ordinary) {
         let row = json!({ "ordinary": ordinary, "alternative": alternative });
-        checks.push(tell("joint-in-space", row).so(a >= 5.0 || o >= 5.0));
+        checks.push(named_check("joint-in-space", row).so(a >= 5.0 || o >= 5.0));
     }
     if let Some((ours, _)) = range(rows, STIFFENED, DIRECT) {
         let cells = rows
@@ -223,7 +223,7 @@ fn claims(rows: &[Value]) -> Vec<Check> {
             .filter_map(|r| shown(r, (HEAVY, STIFFENED, DIRECT)));
         let (kept, lost): (Vec<_>, Vec<_>) = cells.partition(|text| text.starts_with('≥'));
         let row = json!({ "rows": kept.len() + lost.len(), "ours": ours });
-        checks.push(tell("stiffened", row).off(lost.len() as f64));
+        checks.push(named_check("stiffened", row).off(lost.len() as f64));
     }
     checks
 }
@@ -257,7 +257,7 @@ pub(in crate::paper) fn enough(records: &[Value], n: usize, least: f64) -> Optio
         _ => Verdict::Holds,
     };
     let row = json!({ "n": n, "decade": least, "kept": kept, "able": able.len(), "lost": lost });
-    Some(tell("sweeps-enough", row).judged(verdict))
+    Some(named_check("sweeps-enough", row).judged(verdict))
 }
 
 /// The last step's multipliers as a start, row by row beside the groups' own solutions.
@@ -285,7 +285,7 @@ fn warm_start(records: &[Value]) -> Option<Check> {
         worst = cold.map_or(worst, |cold| worst.min(decade(warm) - decade(cold)));
     }
     let row = json!({ "worst": worst, "shown": shown.join("; ") });
-    (!shown.is_empty()).then(|| tell("warm-start", row).so(worst >= 0.0))
+    (!shown.is_empty()).then(|| named_check("warm-start", row).so(worst >= 0.0))
 }
 
 /// The direct limits at the length that fits the paper's column best.
@@ -296,7 +296,7 @@ fn fitted(records: &[Value]) -> Option<Check> {
     let worst = fitted().filter_map(distance).fold(0.0, f64::max);
     let [low, high] = extremes(ROWS.iter().map(Row::euler_length));
     let more = json!({ "low": low, "high": high });
-    Some(tell("one-length", with(fitted().next()?, &more)).off(worst))
+    Some(named_check("one-length", with(fitted().next()?, &more)).off(worst))
 }
 
 /// Readings of the scan; the limits by joint and step, by solver, from other starts and at the

@@ -50,7 +50,7 @@ fn caught(mass: f64) -> Scene {
 }
 
 /// What a report says, without times. NaN is NaN.
-fn told(report: &StepReport) -> String {
+fn text_of(report: &StepReport) -> String {
     let report = StepReport {
         phases: Default::default(),
         ..*report
@@ -89,7 +89,7 @@ fn stopped_everywhere(scene: &Scene, options: &StepOptions, steps: usize) -> usi
         assert!(found == end, "{place}, step {n}");
         let found = again.save().expect("a sound state");
         assert!(found == end, "{place}, step {n}, resumed");
-        assert_eq!(told(&report), told(&expected), "{place}, step {n}");
+        assert_eq!(text_of(&report), text_of(&expected), "{place}, step {n}");
         assert_eq!(stopped.fired(), whole.fired());
     }
     stops

@@ -5,7 +5,7 @@
 
 use super::loaded;
 use crate::paper::specimens::{MATERIALS, SEGMENTS};
-use crate::paper::words::{largest, tell};
+use crate::paper::words::{largest, named_check};
 use crate::rest::step_from_rest;
 use serde_json::json;
 use taut_integrator::{StepOptions, Stepper};
@@ -68,5 +68,5 @@ pub(super) fn stability_of_the_plane() -> Result<Check, ExperimentError> {
         }
     }
     let row = json!({ "n": segments, "whole": stable[0], "half": stable[1] });
-    Ok(tell("bend-plane", row).so(stable[0] >= 1.0 && stable[1] >= 1.0))
+    Ok(named_check("bend-plane", row).so(stable[0] >= 1.0 && stable[1] >= 1.0))
 }

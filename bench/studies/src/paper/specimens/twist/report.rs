@@ -4,7 +4,7 @@
 use super::{FARTHEST, SLENDERNESS, buckling_torque, greenhill, turns};
 use crate::paper::specimens::{SEGMENTS, summed};
 use crate::paper::words::{
-    self, chart, filled, judged, largest, number, table, tell, text, with, worst,
+    self, chart, filled, judged, largest, named_check, number, table, text, with, worst,
 };
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -36,7 +36,7 @@ fn is_loose(held: &Value, joint: &str) -> bool {
 fn in_motion(held: &[Value]) -> Vec<Check> {
     let exact = greenhill();
     let chain = buckling_torque(96, 1e12, 0.0);
-    let said = tell("twist-greenhill", json!({ "turns": turns(exact) }));
+    let said = named_check("twist-greenhill", json!({ "turns": turns(exact) }));
     let mut checks = vec![said.compared_with([exact, chain])];
     let loose = |joint: &'static str| held.iter().filter(move |h| is_loose(h, joint));
     let taut = |step| {
@@ -50,25 +50,26 @@ fn in_motion(held: &[Value]) -> Vec<Check> {
     // The quick set has no such row.
     checks.extend(by("paper").map(|h| {
         let is_near = (2.4 / straight_to(h)).ln().abs() < 0.1;
-        tell("twist-long", with(h, &ends)).so(is_near)
+        named_check("twist-long", with(h, &ends)).so(is_near)
     }));
     let buckles = turns(buckling_torque(12, SLENDERNESS, 0.0));
-    checks.push(tell("twist-short", json!({ "turns": buckles })).so(buckles >= 15.0));
+    checks.push(named_check("twist-short", json!({ "turns": buckles })).so(buckles >= 15.0));
     let limit = turns(buckling_torque(24, SLENDERNESS, 0.0));
     let all = loose("cosserat").map(|h| filled("{step} at 1/{dt:per} s: {straight_to:.2}", h));
     let row = json!({ "limit": limit, "all": all.collect::<Vec<_>>().join("; ") });
-    let default = by("default").map(|h| (tell("twist-default", with(h, &row)), straight_to(h)));
+    let default =
+        by("default").map(|h| (named_check("twist-default", with(h, &row)), straight_to(h)));
     checks.extend(default.map(|(said, to)| said.so(to > 0.95 * limit)));
     let own = loose("paper, ordinary").take(1);
-    checks.extend(own.map(|h| tell("twist-paper", h.clone()).so(straight_to(h) >= 2.4)));
+    checks.extend(own.map(|h| named_check("twist-paper", h.clone()).so(straight_to(h) >= 2.4)));
     let tense = taut("paper").take(1);
-    checks.extend(tense.map(|h| tell("twist-tension", h.clone()).so(is_straight(h))));
+    checks.extend(tense.map(|h| named_check("twist-tension", h.clone()).so(is_straight(h))));
     checks.extend(taut("stiffened").map(|h| {
         let error = match is_straight(h) {
             true => (number(h, "turns_read") * TAU / FARTHEST - 1.0).abs(),
             false => f64::NAN,
         };
-        tell("twist-taut", with(h, &json!({ "farthest": FARTHEST }))).off(error)
+        named_check("twist-taut", with(h, &json!({ "farthest": FARTHEST }))).off(error)
     }));
     checks
 }
@@ -79,9 +80,9 @@ fn of_leaks(leaks: &[Value]) -> Vec<Check> {
     let [share, ordinary] =
         ["alternative", "ordinary"].map(|key| largest(leaks.iter().map(|l| share(l, key))));
     vec![
-        tell("leak-cosserat", json!({})).off(largest(cosserat)),
-        tell("leak-alternative", json!({ "share": share })).so(share > 0.5),
-        tell("leak-ordinary", json!({ "share": ordinary })).so(ordinary < 1e-9),
+        named_check("leak-cosserat", json!({})).off(largest(cosserat)),
+        named_check("leak-alternative", json!({ "share": share })).so(share > 0.5),
+        named_check("leak-ordinary", json!({ "share": ordinary })).so(ordinary < 1e-9),
     ]
 }
 
