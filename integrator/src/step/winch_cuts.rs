@@ -44,7 +44,10 @@ impl Step {
                 let spring = self.activation.spring_of_limit(rows, k, dt);
                 let paid = cable.settle(rows.phi[bound.row], spring, self.time);
                 // Its work is that of the rope at rest: what strains it is the rope's.
-                self.output.account.pending += paid * self.multipliers.mu[bound.row] / dt;
+                let force = self.multipliers.mu[bound.row] / dt;
+                self.output
+                    .account
+                    .give(bound.row, paid, force, self.progress.stage);
                 // The step took the cable to be as long as the winch alone would have it.
                 self.history.phi_t[bound.row] -= paid / dt;
                 slipped |= paid > 0.0;

@@ -1,7 +1,7 @@
 //! Work of the drives in a sub-step, and of contacts that undo penetrations: the running sums that a balance of energy
 //! judges.
 
-use super::Step;
+use super::{Stage, Step};
 use crate::active_set::RowState;
 use crate::contact::ContactPoint;
 use taut_model::Mobility;
@@ -89,6 +89,22 @@ impl Account {
     /// A new balance of so many rows, whose steps allocate nothing.
     pub(crate) fn begin(&mut self, rows: usize) {
         (self.open, self.lambda) = (vec![0.0; rows], vec![0.0; rows]);
+    }
+
+    /// Row `row` has given way by `paid` (m) under the `force` λ (N) of the last sub-step: in a step of the scheme under half
+    /// of it, and half of the next.
+    pub(crate) fn give(&mut self, row: usize, paid: f64, force: f64, stage: Stage) {
+        let mut part = 1.0;
+        if let Stage::Advanced {
+            dt,
+            implicit: false,
+        } = stage
+            && let Some(open) = self.open.get_mut(row)
+        {
+            part = 0.5;
+            *open -= part * paid / dt;
+        }
+        self.pending += part * paid * force;
     }
 
     fn vectors(&mut self) -> [&mut Vec<f64>; 4] {
